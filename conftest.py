@@ -9,8 +9,8 @@ import pytest
 # scikit-learn skips its array API check where SciPy was imported without this.
 os.environ.setdefault("SCIPY_ARRAY_API", "1")
 
-# Modules and tests are many objects that stay. A quarter of the time of the collection of tests
-# would be a search for garbage among them.
+# Modules and tests are many objects that stay. A quarter of the time of the collection
+# of tests would be a search for garbage among them.
 gc.set_threshold(100_000)
 
 

@@ -18,6 +18,8 @@ def run_command(package, modules, arguments=None):
     """
     parser = argparse.ArgumentParser(prog=f"python -m {package}")
     parser.add_argument("command", choices=modules)
-    parser.add_argument("options", nargs=argparse.REMAINDER, help="-h for those of a command")
+    parser.add_argument(
+        "options", nargs=argparse.REMAINDER, help="-h for those of a command"
+    )
     chosen = parser.parse_args(arguments)
     import_module(modules[chosen.command]).main(chosen.options)

@@ -1,7 +1,7 @@
 """Links between the API reference and what names its parts: Markdown pages, and notebooks.
 
-Names in code style on the Markdown pages are linked to their place in the API reference. Estimators
-in notebooks link to their pages; that these are built is checked.
+Names in code style on the Markdown pages are linked to their place in the API
+reference. Estimators in notebooks link to their pages; that these are built is checked.
 """
 
 import re
@@ -12,7 +12,7 @@ from sphinx.util.logging import getLogger
 from sphinx.util.nodes import make_refnode
 
 import skarxlag
-from skarxlag._base import SITE, DocumentedEstimator
+from skarxlag.core.base import SITE, DocumentedEstimator
 
 _PREFIXES = ("", "skarxlag.", "skarxlag.datasets.", "skarxlag.plotting.")
 
@@ -34,12 +34,19 @@ def _link_names(app, doctree, docname):
     objects = app.env.domains["py"].objects
     for literal in list(doctree.findall(nodes.literal)):
         full_name = _documented(objects, literal.astext())
-        if full_name is None or isinstance(literal.parent, nodes.reference | nodes.title):
+        if full_name is None or isinstance(
+            literal.parent, nodes.reference | nodes.title
+        ):
             continue
         place = objects[full_name]
         literal.replace_self(
             make_refnode(
-                app.builder, docname, place.docname, place.node_id, literal.deepcopy(), full_name
+                app.builder,
+                docname,
+                place.docname,
+                place.node_id,
+                literal.deepcopy(),
+                full_name,
             )
         )
 
@@ -51,7 +58,9 @@ def _check_pages_of_estimators(app, env):
         if isinstance(public, type) and issubclass(public, DocumentedEstimator):
             link = public._doc_link_template.format(estimator_name=public.__name__)
             if link.removeprefix(SITE).removesuffix(".html") not in env.found_docs:
-                getLogger(__name__).warning("%s links to %s, which is no page", name, link)
+                getLogger(__name__).warning(
+                    "%s links to %s, which is no page", name, link
+                )
 
 
 def setup(app):

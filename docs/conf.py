@@ -11,7 +11,7 @@ from pathlib import Path
 
 import ziamath
 
-from skarxlag._base import SITE
+from skarxlag.core.base import SITE
 
 sys.path.insert(0, str(Path(__file__).parent))
 os.environ.setdefault("OMP_NUM_THREADS", "1")

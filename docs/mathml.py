@@ -12,7 +12,8 @@ def _mathml(translator, node, *, display):
     """MathML of a formula; a warning at its place for one that cannot be read."""
     latex = node.astext()
     if display and r"\\" in latex:
-        # A directive's lines are aligned at their ampersands, as in Sphinx's other renderers.
+        # A directive's lines are aligned at their ampersands, as in Sphinx's other
+        # renderers.
         latex = rf"\begin{{aligned}}{latex}\end{{aligned}}"
     try:
         formula = _converter.convert_with_local_state(latex, displaystyle=display)

@@ -1,8 +1,8 @@
 """Markdown of the repository, as the site needs it.
 
-In the repository pages link to each other by relative path. On the site an example is a page of the
-gallery, and the pages of `PAGES`, which lie outside this folder, are copied into ``project/``; the
-links follow.
+In the repository pages link to each other by relative path. On the site an example is a
+page of the gallery, and the pages of `PAGES`, which lie outside this folder, are copied
+into ``project/``; the links follow.
 """
 
 import os
@@ -27,7 +27,9 @@ def _on_site(path):
     if path == "examples":
         return "gallery/index.rst"
     if path.startswith("examples/") and path.endswith(".py"):
-        return f"gallery/{PurePosixPath(path).relative_to('examples').with_suffix('.rst')}"
+        return (
+            f"gallery/{PurePosixPath(path).relative_to('examples').with_suffix('.rst')}"
+        )
     return PAGES.get(path) or os.path.relpath(path, "docs")
 
 

@@ -1,8 +1,8 @@
 """Model-based fault diagnosis of bearings across shaft speeds, as scikit-learn estimators.
 
-A name is imported from its module when it is first used, so that ``skarxlag --version`` and
-``--help`` do not wait for numba. The public names and their modules are listed once, in the stub
-``__init__.pyi``.
+A name is imported from its module when it is first used, so that ``skarxlag --version``
+and ``--help`` do not wait for numba. The public names and their modules are listed
+once, in the stub ``__init__.pyi``.
 """
 
 import ast

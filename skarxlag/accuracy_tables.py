@@ -1,8 +1,8 @@
 """Tables of accuracy in percent, from predictions on windows.
 
-The predictions are a DataFrame with one row for each test window and the columns ``diagnoser``,
-``train_rpm``, ``test_rpm``, ``recording``, ``start``, ``true`` and ``predicted``; a rig with cracks
-adds ``crack_mm``.
+The predictions are a DataFrame with one row for each test window and the columns
+``diagnoser``, ``train_rpm``, ``test_rpm``, ``recording``, ``start``, ``true`` and
+``predicted``; a rig with cracks adds ``crack_mm``.
 """
 
 from typing import Any
@@ -23,11 +23,15 @@ def speed_accuracy(verdicts: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Percent of windows with the right condition; rows are training speeds, columns test speeds,
-        both ascending.
+        Percent of windows with the right condition; rows are training speeds, columns
+        test speeds, both ascending.
     """
     right = 100.0 * (verdicts["true"] == verdicts["predicted"])
-    return right.groupby([verdicts["train_rpm"], verdicts["test_rpm"]]).mean().unstack("test_rpm")
+    return (
+        right.groupby([verdicts["train_rpm"], verdicts["test_rpm"]])
+        .mean()
+        .unstack("test_rpm")
+    )
 
 
 def speed_summary(accuracy: pd.DataFrame) -> dict[str, Any]:
@@ -41,8 +45,8 @@ def speed_summary(accuracy: pd.DataFrame) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``mean_other_speed`` over ordered pairs of different speeds; ``worst_pair``, the smallest of
-        them; ``mean_same_speed``. NaN if there is no such pair.
+        ``mean_other_speed`` over ordered pairs of different speeds; ``worst_pair``, the
+        smallest of them; ``mean_same_speed``. NaN if there is no such pair.
 
     Examples
     --------
@@ -52,7 +56,9 @@ def speed_summary(accuracy: pd.DataFrame) -> dict[str, Any]:
     (85.0, 80.0)
     """
     is_same = np.equal.outer(accuracy.index, accuracy.columns)
-    other, same = (pd.Series(accuracy.to_numpy()[cells]) for cells in (~is_same, is_same))
+    other, same = (
+        pd.Series(accuracy.to_numpy()[cells]) for cells in (~is_same, is_same)
+    )
     return {
         "mean_other_speed": float(other.mean()),
         "worst_pair": float(other.min()),
@@ -63,8 +69,8 @@ def speed_summary(accuracy: pd.DataFrame) -> dict[str, Any]:
 def confusion_table(verdicts: pd.DataFrame, conditions: list[str]) -> pd.DataFrame:
     """Compute a confusion matrix with margins, as Tables 6 and 7 of Piltan and Kim (2019).
 
-    Rows are true conditions, so the right margin is the recall and the lower one the precision;
-    the paper transposes them.
+    Rows are true conditions, so the right margin is the recall and the lower one the
+    precision; the paper transposes them.
 
     Parameters
     ----------
@@ -76,8 +82,8 @@ def confusion_table(verdicts: pd.DataFrame, conditions: list[str]) -> pd.DataFra
     Returns
     -------
     DataFrame
-        Counts; the last column "recall %", the last row "precision %", and in their corner the
-        accuracy. Precision is NaN for a condition that was never predicted.
+        Counts; the last column "recall %", the last row "precision %", and in their
+        corner the accuracy. Precision is NaN for a condition that was never predicted.
 
     Examples
     --------
@@ -89,7 +95,9 @@ def confusion_table(verdicts: pd.DataFrame, conditions: list[str]) -> pd.DataFra
     b             0.0   1.0  100.00...
     precision % 100.0  50.0  66.66...
     """
-    counts = confusion_matrix(verdicts["true"], verdicts["predicted"], labels=conditions)
+    counts = confusion_matrix(
+        verdicts["true"], verdicts["predicted"], labels=conditions
+    )
     table = pd.DataFrame(counts.astype(float), index=conditions, columns=conditions)
     return confusion_margins(table.rename_axis(index="true", columns="predicted"))
 

@@ -4,19 +4,19 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .bearings import BearingLike
-from .comparison import SpectralDistance
-from .condition_classifier import ConditionClassifier
-from .detection import FaultDetector, KnownConditions
-from .fault_classifier import FaultOrderClassifier
-from .identification import ARXLaguerre
-from .ladder import ThresholdLadder
-from .observers import ExtendedStatePIObserverBank, PIObserver
-from .pipelines import DiagnosisPipeline
-from .stretches import OrderResidual, StretchResidual, window_comparison
+from .core.pipelines import DiagnosisPipeline
+from .decisions.condition_classifier import ConditionClassifier
+from .decisions.detection import FaultDetector, KnownConditions
+from .decisions.fault_orders import FaultOrderClassifier
+from .decisions.ladder import ThresholdLadder
+from .distances.comparison import SpectralDistance
+from .distances.stretches import OrderResidual, StretchResidual, window_comparison
+from .models.identification import ARXLaguerre
+from .models.observers import ExtendedStatePIObserverBank, PIObserver
 
-#: Order of the model of the recommended diagnoser, for the output and for measured inputs, see
-#: ``python -m benchmarks.recipe constants``. Only the simulated rig has measured inputs, so their
-#: order is chosen there.
+#: Order of the model of the recommended diagnoser, for the output and for measured
+#: inputs, see ``python -m benchmarks.recipe constants``. Only the simulated rig has
+#: measured inputs, so their order is chosen there.
 MODEL_ORDER = (4, 32)
 #: Order of the model before what compares rows with healthy ones.
 _DETECTOR_ORDER = 8
@@ -59,10 +59,10 @@ def make_extended_state_pio(
 ) -> DiagnosisPipeline:
     """The paper's proposal, repaired: a bank of extended-state observers over frequency.
 
-    One model of all conditions leaves innovations. Each observer of the bank estimates the
-    component of the fault at one frequency, with an adapted sliding-mode gain. `SpectralDistance`
-    compares power, gain and steadiness of the estimates with those of each condition, and discounts
-    what a change of speed does to them.
+    One model of all conditions leaves innovations. Each observer of the bank estimates
+    the component of the fault at one frequency, with an adapted sliding-mode gain.
+    `SpectralDistance` compares power, gain and steadiness of the estimates with those
+    of each condition, and discounts what a change of speed does to them.
 
     Parameters
     ----------
@@ -103,29 +103,31 @@ def make_diagnoser(
 ) -> DiagnosisPipeline:
     """The recommended diagnoser, for windows and for stretches of a second.
 
-    One model of all conditions takes out what they share, and what measured inputs explain.
-    `LogSpectra` measures the innovations by their colour, their floor between impacts and their
-    steadiness. `SpectralDistance` compares these three groups with those of each condition and
-    discounts what a change of speed does to them: the product of the three distances counts as much
-    as the joint distance of colour and steadiness.
+    One model of all conditions takes out what they share, and what measured inputs
+    explain. `LogSpectra` measures the innovations by their colour, their floor between
+    impacts and their steadiness. `SpectralDistance` compares these three groups with
+    those of each condition and discounts what a change of speed does to them: the
+    product of the three distances counts as much as the joint distance of colour and
+    steadiness.
 
-    With a sampling rate, a row may be longer than a window of 4800 samples: its windows are
-    compared one by one. Rows of three turns of the shaft and more are compared by `OrderResidual`,
-    too, that is by the orders of the shaft at which impacts come.
+    With a sampling rate, a row may be longer than a window of 4800 samples: its windows
+    are compared one by one. Rows of three turns of the shaft and more are compared by
+    `OrderResidual`, too, that is by the orders of the shaft at which impacts come.
 
-    Speeds are optional metadata: ``fit(X, y, rpm=rpm)`` and ``predict(X, rpm=rpm)``, one number of
-    revolutions per minute for each row, or one for each of its samples. They may be wrong by 5 to
-    10 %. Without `rpm` in `predict` the speed is searched; without `rpm` in `fit`, all training
-    rows count alike.
+    Speeds are optional metadata: ``fit(X, y, rpm=rpm)`` and ``predict(X, rpm=rpm)``,
+    one number of revolutions per minute for each row, or one for each of its samples.
+    They may be wrong by 5 to 10 %. Without `rpm` in `predict` the speed is searched;
+    without `rpm` in `fit`, all training rows count alike.
 
     With a bearing, the combs of its faults decide together with the spectra: see
-    `FaultOrderClassifier`. After another load or mounting, spectra resemble no condition, and the
-    combs still show the place of the fault. `fit` then needs `rpm`; in `predict` without `rpm`,
-    spectra decide alone. If all training rows are healthy, the classes are their label and the
-    places "ball", "inner" and "outer": combs decide alone, with limits from these rows.
+    `FaultOrderClassifier`. After another load or mounting, spectra resemble no
+    condition, and the combs still show the place of the fault. `fit` then needs `rpm`;
+    in `predict` without `rpm`, spectra decide alone. If all training rows are healthy,
+    the classes are their label and the places "ball", "inner" and "outer": combs decide
+    alone, with limits from these rows.
 
-    Use `make_detector` instead to find out whether a machine is healthy: the detection threshold of
-    this diagnoser holds at the training speed only.
+    Use `make_detector` instead to find out whether a machine is healthy: the detection
+    threshold of this diagnoser holds at the training speed only.
 
     Parameters
     ----------
@@ -134,7 +136,8 @@ def make_diagnoser(
     bearing : BearingLike or sequence of BearingLike or None, default=None
         The bearing, as in `FaultOrderClassifier`. It requires a sampling rate.
     places : mapping of label to str or None, default=None
-        Place of each condition, if its name does not say it: "healthy", "inner", "outer" or "ball".
+        Place of each condition, if its name does not say it: "healthy", "inner",
+        "outer" or "ball".
     healthy : label or None, default=None
         The healthy condition, for the detection threshold.
     n_jobs : int or None, default=None
@@ -145,8 +148,8 @@ def make_diagnoser(
     Returns
     -------
     DiagnosisPipeline
-        Steps "identify", "measure", "compare" and "decide"; with a sampling rate "identify",
-        "compare" and "decide"; with a bearing "identify" and "decide".
+        Steps "identify", "measure", "compare" and "decide"; with a sampling rate
+        "identify", "compare" and "decide"; with a bearing "identify" and "decide".
 
     Raises
     ------
@@ -178,7 +181,9 @@ def make_diagnoser(
     array(['healthy', 'worn'], dtype='<U7')
     """
     if bearing is not None and sampling_rate is None:
-        raise ValueError(f"bearing == {bearing!r} needs a sampling_rate in Hz, which is missing.")
+        raise ValueError(
+            f"bearing == {bearing!r} needs a sampling_rate in Hz, which is missing."
+        )
     residual = window_comparison(n_jobs)
     if sampling_rate is not None:
         orders = OrderResidual(sampling_rate=sampling_rate, n_jobs=n_jobs)
@@ -201,17 +206,18 @@ def make_detector(
 ) -> DiagnosisPipeline:
     """Detection at any speed from healthy recordings alone.
 
-    One model takes out what measured inputs explain; `FaultDetector` compares the rest with what it
-    expects at the speed. Rows are windows of some thousand samples or, better, stretches of a
-    second. Healthy rows of several speeds make it sharper at all others.
+    One model takes out what measured inputs explain; `FaultDetector` compares the rest
+    with what it expects at the speed. Rows are windows of some thousand samples or,
+    better, stretches of a second. Healthy rows of several speeds make it sharper at all
+    others.
 
     Parameters
     ----------
     false_alarm_rate : float, default=0.01
         Share in (0, 1) of healthy rows that may be flagged.
     fixed_gain : bool, default=False
-        Whether all recordings have the same sensor, mounting and amplification, so that the level
-        tells something.
+        Whether all recordings have the same sensor, mounting and amplification, so that
+        the level tells something.
     n_jobs : int or None, default=None
         Threads that work on windows.
     **pipeline
@@ -236,7 +242,9 @@ def make_detector(
     >>> detector.predict(faulty, rpm=1000)
     array([-1, -1, -1])
     """
-    decide = FaultDetector(false_alarm_rate=false_alarm_rate, fixed_gain=fixed_gain, n_jobs=n_jobs)
+    decide = FaultDetector(
+        false_alarm_rate=false_alarm_rate, fixed_gain=fixed_gain, n_jobs=n_jobs
+    )
     return _behind_model(decide, pipeline, unit_rms=False)
 
 
@@ -245,9 +253,9 @@ def make_known_conditions(
 ) -> DiagnosisPipeline:
     """Whether windows are of any known condition, to stand beside a diagnoser.
 
-    One model of all conditions takes out what measured inputs explain; `KnownConditions` compares
-    the rest with the limits of each condition. Fit it on the same windows and conditions as the
-    diagnoser, and on their speeds.
+    One model of all conditions takes out what measured inputs explain;
+    `KnownConditions` compares the rest with the limits of each condition. Fit it on the
+    same windows and conditions as the diagnoser, and on their speeds.
 
     Parameters
     ----------
@@ -292,8 +300,9 @@ def make_fault_order_classifier(
 ) -> DiagnosisPipeline:
     """Make a classifier that names faults that nobody recorded, behind a model of the signal.
 
-    The model removes what can be predicted of the signal, such as loud resonances; impacts stay in
-    its innovations. It needs no labels: fit it on the very rows that are to be diagnosed.
+    The model removes what can be predicted of the signal, such as loud resonances;
+    impacts stay in its innovations. It needs no labels: fit it on the very rows that
+    are to be diagnosed.
 
     Parameters
     ----------
@@ -328,6 +337,8 @@ def make_fault_order_classifier(
 
 def _behind_model(decide, pipeline, **options):
     """Put a decision behind one model of all rows."""
-    identify = ARXLaguerre(order=_DETECTOR_ORDER, bank=False, n_jobs=decide.n_jobs, **options)
+    identify = ARXLaguerre(
+        order=_DETECTOR_ORDER, bank=False, n_jobs=decide.n_jobs, **options
+    )
     steps = [("identify", identify), ("decide", decide)]
     return DiagnosisPipeline(steps, n_jobs=decide.n_jobs, **pipeline)

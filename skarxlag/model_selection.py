@@ -15,12 +15,12 @@ from sklearn.base import clone
 from sklearn.model_selection import BaseCrossValidator
 from sklearn.utils import check_consistent_length, column_or_1d
 
-from ._answers import requests
-from ._state import expect
-from ._validation import ABOVE_0, check_count, check_flag, check_real
-from .fault_places import place_of_label
+from .core.capabilities import requests
+from .core.speeds import log_speeds
+from .core.state import expect
+from .core.validation import ABOVE_0, check_count, check_flag, check_real
+from .decisions.fault_locations import location_of_label
 from .kernels.speed_references import SAME_LOG_SPEED, group_speeds
-from .speeds import log_speeds
 
 
 def first_and_second_half(
@@ -28,17 +28,17 @@ def first_and_second_half(
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Find the windows of the first and of the second half of their recording, in time.
 
-    The middle lies halfway between the first sample of the first window and the last sample of
-    the last one. A window across it belongs to neither half, so windows of different halves never
-    share a sample.
+    The middle lies halfway between the first sample of the first window and the last
+    sample of the last one. A window across it belongs to neither half, so windows of
+    different halves never share a sample.
 
     Parameters
     ----------
     recording : array-like of shape (n_windows,)
         Recording that each window was cut from.
     start : array-like of int of shape (n_windows,) or None, default=None
-        Index of each window's first sample in its recording. None: windows are in time order and
-        do not overlap.
+        Index of each window's first sample in its recording. None: windows are in time
+        order and do not overlap.
     window_length : int, default=1
         Samples in a window; counts only with `start`.
 
@@ -99,7 +99,9 @@ class _GroupSplitter(BaseCrossValidator):
         table = pd.DataFrame(groups)
         names = list(self._COLUMNS)
         fits = 1 <= table.shape[1] <= len(names) and (X is None or len(table) == len(X))
-        wanted = f"a row for each window, with the first of the columns {', '.join(names)}"
+        wanted = (
+            f"a row for each window, with the first of the columns {', '.join(names)}"
+        )
         expect(fits, "groups.shape", table.shape, wanted)
         table = table.set_axis(names[: table.shape[1]], axis=1)
         if "start" in table:
@@ -115,28 +117,32 @@ class _GroupSplitter(BaseCrossValidator):
         """Return the windows of first and of second halves; all of them without recordings."""
         if "recording" not in table:
             return True, True
-        return first_and_second_half(table["recording"], table.get("start"), self.window_length)
+        return first_and_second_half(
+            table["recording"], table.get("start"), self.window_length
+        )
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
 class SpeedSplit(_GroupSplitter):
     """Splitter that trains at one speed and tests at another.
 
-    It works in `cross_validate`, in `GridSearchCV`, and in one of these inside another one. Use
-    `cross_speed_predict` instead for the predictions themselves, such as for a confusion matrix.
+    It works in `cross_validate`, in `GridSearchCV`, and in one of these inside another
+    one. Use `cross_speed_predict` instead for the predictions themselves, such as for a
+    confusion matrix.
 
     Parameters
     ----------
     train_rpm : float or None, default=None
         The speed to train at. None: every speed in turn.
     leave_out : bool, default=False
-        False: train at one speed, test at one other; a split for each ordered pair, in ascending
-        order of the training speed, then of the test speed. True: train at all speeds but one and
-        test at that; a split for each speed. The outer one of two nested splitters needs True,
-        because the inner one needs windows of several speeds.
+        False: train at one speed, test at one other; a split for each ordered pair, in
+        ascending order of the training speed, then of the test speed. True: train at
+        all speeds but one and test at that; a split for each speed. The outer one of
+        two nested splitters needs True, because the inner one needs windows of several
+        speeds.
     same_speed : bool, default=False
-        Whether the training speed is among the test speeds. It needs recordings in `groups`:
-        without halves, a window would be on both sides.
+        Whether the training speed is among the test speeds. It needs recordings in
+        `groups`: without halves, a window would be on both sides.
     window_length : int or None, default=None
         Samples in a window. It is needed if `groups` has the starts of windows.
 
@@ -146,16 +152,17 @@ class SpeedSplit(_GroupSplitter):
 
     Notes
     -----
-    `groups` holds the speed of each window, and in further columns its recording and the index of
-    its first sample there. It is an array, a list of rows or a table; the order of its columns
-    counts. As in all estimators, the lowest speed and those up to 2 % above it count as one speed,
-    then the lowest of the others and those up to 2 % above it, and so on: 300, 305, 310, 315 and
-    320 rpm are the three speeds 300 and 305, 310 and 315, and 320 rpm.
+    `groups` holds the speed of each window, and in further columns its recording and
+    the index of its first sample there. It is an array, a list of rows or a table; the
+    order of its columns counts. As in all estimators, the lowest speed and those up to
+    2 % above it count as one speed, then the lowest of the others and those up to 2 %
+    above it, and so on: 300, 305, 310, 315 and 320 rpm are the three speeds 300 and
+    305, 310 and 315, and 320 rpm.
 
-    With recordings, the first half of every recording is used for training and the second half for
-    testing. The middle window of an odd number belongs to neither. Windows that overlap need their
-    starts: the recording is then cut by time, and windows that straddle the cut belong to neither
-    half.
+    With recordings, the first half of every recording is used for training and the
+    second half for testing. The middle window of an odd number belongs to neither.
+    Windows that overlap need their starts: the recording is then cut by time, and
+    windows that straddle the cut belong to neither half.
 
     Examples
     --------
@@ -205,9 +212,10 @@ class SpeedSplit(_GroupSplitter):
         Raises
         ------
         ValueError
-            If `groups` is missing or has another shape, the speeds are not two numbers above 0 or
-            more, a start is no whole number, `train_rpm` is not among the speeds, halves leave no
-            window at a speed, or settings contradict each other.
+            If `groups` is missing or has another shape, the speeds are not two numbers
+            above 0 or more, a start is no whole number, `train_rpm` is not among the
+            speeds, halves leave no window at a speed, or settings contradict each
+            other.
         TypeError
             If a parameter is of another type.
         """
@@ -220,9 +228,13 @@ class SpeedSplit(_GroupSplitter):
         if self.leave_out:
             sides = [(at != speed, at == speed) for speed in speeds]
         first, second = self._halves(table)
-        splits = [(np.flatnonzero(first & a), np.flatnonzero(second & b)) for a, b in sides]
+        splits = [
+            (np.flatnonzero(first & a), np.flatnonzero(second & b)) for a, b in sides
+        ]
         least = min(len(side) for sides in splits for side in sides)
-        name = "Least number of windows of a speed in halves of the recordings in groups"
+        name = (
+            "Least number of windows of a speed in halves of the recordings in groups"
+        )
         expect(least > 0, name, least, "at least 1")
         yield from splits
 
@@ -232,7 +244,12 @@ class SpeedSplit(_GroupSplitter):
         fits = not self.leave_out or (self.train_rpm is None and not self.same_speed)
         expect(fits, "leave_out", True, "False with `train_rpm` or `same_speed`")
         fits = not self.same_speed or has_recordings
-        expect(fits, "same_speed", True, "False without recordings, the second column of groups")
+        expect(
+            fits,
+            "same_speed",
+            True,
+            "False without recordings, the second column of groups",
+        )
         fits = len(known) > 1 or self.same_speed
         expect(fits, "Speeds in groups", np.exp(known), "at least two")
 
@@ -250,20 +267,20 @@ class SpeedSplit(_GroupSplitter):
 class SpecimenSplit(_GroupSplitter):
     """Splitter that tests specimens that were not used for training.
 
-    A specimen is one bearing. Its conditions have a place: healthy, or the part with the fault. A
-    fold leaves one specimen of each place out of the training, and is tested on these specimens.
-    Score the place, because the condition of a specimen, such as a size of a fault, may not be
-    among those of the training.
+    A specimen is one bearing. Its conditions have a place: healthy, or the part with
+    the fault. A fold leaves one specimen of each place out of the training, and is
+    tested on these specimens. Score the place, because the condition of a specimen,
+    such as a size of a fault, may not be among those of the training.
 
     Parameters
     ----------
     places : mapping of label to label or None, default=None
-        Place of each condition in `y`. A condition that is not among them has the place that its
-        name says: ``IR7`` or ``inner race`` are of the inner race. A condition whose name says no
-        place is a place of its own.
+        Place of each condition in `y`. A condition that is not among them has the place
+        that its name says: ``IR7`` or ``inner race`` are of the inner race. A condition
+        whose name says no place is a place of its own.
     test_speed : {"all", "same", "other"}, default="all"
-        Speeds of the test: all, that of the training, or the others. It has no effect without
-        speeds in `groups`.
+        Speeds of the test: all, that of the training, or the others. It has no effect
+        without speeds in `groups`.
     window_length : int or None, default=None
         Samples in a window. It is needed if `groups` has the starts of windows.
 
@@ -273,19 +290,20 @@ class SpecimenSplit(_GroupSplitter):
 
     Notes
     -----
-    `groups` holds the specimen of each window, and in further columns its speed, its recording and
-    the index of its first sample there. It is an array, a list of rows or a table; the order of its
-    columns counts.
+    `groups` holds the specimen of each window, and in further columns its speed, its
+    recording and the index of its first sample there. It is an array, a list of rows or
+    a table; the order of its columns counts.
 
-    Each specimen is left out once. A specimen always trains if it is the only one of a place, so
-    that every place remains in the training. A place with fewer specimens than others is complete
-    in the last folds. `sklearn.model_selection.StratifiedGroupKFold` would leave such a place out.
+    Each specimen is left out once. A specimen always trains if it is the only one of a
+    place, so that every place remains in the training. A place with fewer specimens
+    than others is complete in the last folds.
+    `sklearn.model_selection.StratifiedGroupKFold` would leave such a place out.
 
-    With speeds, each fold trains at one speed, and there is a split for each speed, in ascending
-    order. A split whose training would lack a place of the test is left out. Speeds up to 2 % apart
-    are one speed, as in `SpeedSplit`. With recordings, only the first half of each recording
-    trains, as in `SpeedSplit`, so that both splitters train on the same number of windows of a
-    recording.
+    With speeds, each fold trains at one speed, and there is a split for each speed, in
+    ascending order. A split whose training would lack a place of the test is left out.
+    Speeds up to 2 % apart are one speed, as in `SpeedSplit`. With recordings, only the
+    first half of each recording trains, as in `SpeedSplit`, so that both splitters
+    train on the same number of windows of a recording.
 
     Examples
     --------
@@ -334,9 +352,10 @@ class SpecimenSplit(_GroupSplitter):
         Raises
         ------
         ValueError
-            If `y` or `groups` is missing or has another shape, a specimen is missing, a start is no
-            whole number, `test_speed` is none of its values, no place has two specimens, or no
-            speed has all tested places without the specimens that are left out.
+            If `y` or `groups` is missing or has another shape, a specimen is missing, a
+            start is no whole number, `test_speed` is none of its values, no place has
+            two specimens, or no speed has all tested places without the specimens that
+            are left out.
         TypeError
             If a parameter is of another type.
         """
@@ -345,21 +364,30 @@ class SpecimenSplit(_GroupSplitter):
         conditions = column_or_1d(y)
         check_consistent_length(table, conditions)
         choices = ("all", "same", "other")
-        expect(self.test_speed in choices, "test_speed", self.test_speed, f"one of {choices}")
+        expect(
+            self.test_speed in choices,
+            "test_speed",
+            self.test_speed,
+            f"one of {choices}",
+        )
         specimen = table["specimen"]
         missing = np.flatnonzero(specimen.isna()).tolist()
         expect(not missing, "Rows of groups without a specimen", missing, "none")
         place = places_of_labels(conditions, self.places)
         first, _ = self._halves(table)
         splits = []
-        for left_out, (trains, tests) in product(_folds(specimen, place), self._speeds(table)):
+        for left_out, (trains, tests) in product(
+            _folds(specimen, place), self._speeds(table)
+        ):
             is_out = specimen.isin(left_out).to_numpy()
             train = np.flatnonzero(~is_out & first & trains)
             test = np.flatnonzero(is_out & tests)
             if len(test) > 0 and set(place[test]) <= set(place[train]):
                 splits.append((train, test))
         counts = specimen.groupby(place).nunique().to_dict()
-        wanted = "at least two of a place, and a speed at which the others show all places"
+        wanted = (
+            "at least two of a place, and a speed at which the others show all places"
+        )
         expect(len(splits) > 0, "Numbers of specimens in groups", counts, wanted)
         yield from splits
 
@@ -369,7 +397,9 @@ class SpecimenSplit(_GroupSplitter):
             return [(True, True)]
         known, at = group_speeds(log_speeds(table["rpm"], len(table)))
         tests = {"all": lambda speed: True, "same": at.__eq__, "other": at.__ne__}
-        return [(at == speed, tests[self.test_speed](speed)) for speed in range(len(known))]
+        return [
+            (at == speed, tests[self.test_speed](speed)) for speed in range(len(known))
+        ]
 
 
 def places_of_labels(
@@ -396,15 +426,17 @@ def places_of_labels(
     """
     names, index = np.unique(column_or_1d(labels), return_inverse=True)
     given = places or {}
-    found = [given.get(name, place_of_label(name) or name) for name in names.tolist()]
+    found = [
+        given.get(name, location_of_label(name) or name) for name in names.tolist()
+    ]
     return np.array(found, dtype=object)[index]
 
 
 def _folds(specimen, place):
     """Return the specimens that each fold leaves out, each of them once.
 
-    A specimen may have several places: it may be healthy first and faulty later. The places with
-    the fewest specimens choose first. Each place keeps a specimen.
+    A specimen may have several places: it may be healthy first and faulty later. The
+    places with the fewest specimens choose first. Each place keeps a specimen.
     """
     of_places = pd.Series(specimen.to_numpy()).groupby(place).agg(set).tolist()
     remaining = sorted(set(specimen))
@@ -416,7 +448,8 @@ def _folds(specimen, place):
                 fits = [
                     each
                     for each in remaining
-                    if each in of_place and all(kept - left_out - {each} for kept in of_places)
+                    if each in of_place
+                    and all(kept - left_out - {each} for kept in of_places)
                 ]
                 left_out.update(fits[:1])
         if not left_out:
@@ -437,9 +470,9 @@ def cross_speed_predict(
 ) -> pd.DataFrame:
     """Predict conditions at speeds that the estimator was not fitted at.
 
-    Use `sklearn.model_selection.cross_validate` with `SpeedSplit` instead if only scores count.
-    `sklearn.model_selection.cross_val_predict` does not fit here: a window may be tested in several
-    splits, one for each training speed, or in none.
+    Use `sklearn.model_selection.cross_validate` with `SpeedSplit` instead if only
+    scores count. `sklearn.model_selection.cross_val_predict` does not fit here: a
+    window may be tested in several splits, one for each training speed, or in none.
 
     Parameters
     ----------
@@ -454,17 +487,17 @@ def cross_speed_predict(
     cv : splitter or None, default=None
         Splitter. None: `SpeedSplit()`.
     params : dict of str to array-like or None, default=None
-        Metadata of `fit` with an entry for each window, such as ``rpm`` and ``sample_weight``.
-        `predict` gets those that it requests by scikit-learn's metadata routing, as the estimators
-        of this package do.
+        Metadata of `fit` with an entry for each window, such as ``rpm`` and
+        ``sample_weight``. `predict` gets those that it requests by scikit-learn's
+        metadata routing, as the estimators of this package do.
     n_jobs : int or None, default=None
         Number of splits that are computed at the same time.
 
     Returns
     -------
     DataFrame
-        A row for each window of each test: ``split``, its number; ``window``, the row in X;
-        ``true`` and ``predicted``, the conditions.
+        A row for each window of each test: ``split``, its number; ``window``, the row
+        in X; ``true`` and ``predicted``, the conditions.
 
     Examples
     --------
@@ -479,13 +512,20 @@ def cross_speed_predict(
            [0, 2]])
     """
     X = X if isinstance(X, pd.DataFrame) else np.asarray(X)
-    y, params = column_or_1d(y), {k: np.asarray(value) for k, value in (params or {}).items()}
+    y, params = (
+        column_or_1d(y),
+        {k: np.asarray(value) for k, value in (params or {}).items()},
+    )
     check_consistent_length(X, y, *params.values())
     splits = list((SpeedSplit() if cv is None else cv).split(X, y, groups))
     task = delayed(_fit_and_predict)
-    predicted = Parallel(n_jobs)(task(clone(estimator), X, y, params, *each) for each in splits)
+    predicted = Parallel(n_jobs)(
+        task(clone(estimator), X, y, params, *each) for each in splits
+    )
     tables = [
-        pd.DataFrame({"split": i, "window": test, "true": y[test], "predicted": verdict})
+        pd.DataFrame(
+            {"split": i, "window": test, "true": y[test], "predicted": verdict}
+        )
         for i, ((_, test), verdict) in enumerate(zip(splits, predicted, strict=True))
     ]
     return pd.concat(tables, ignore_index=True)
@@ -493,6 +533,10 @@ def cross_speed_predict(
 
 def _fit_and_predict(estimator, X, y, params, train, test):
     rows = X.iloc if isinstance(X, pd.DataFrame) else X
-    estimator.fit(rows[train], y[train], **{name: value[train] for name, value in params.items()})
+    estimator.fit(
+        rows[train], y[train], **{name: value[train] for name, value in params.items()}
+    )
     requested = [name for name in params if requests(estimator, "predict", name)]
-    return estimator.predict(rows[test], **{name: params[name][test] for name in requested})
+    return estimator.predict(
+        rows[test], **{name: params[name][test] for name in requested}
+    )

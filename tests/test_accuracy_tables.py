@@ -1,7 +1,12 @@
 import numpy as np
 import pandas as pd
 import pytest
-from sklearn.metrics import accuracy_score, confusion_matrix, precision_score, recall_score
+from sklearn.metrics import (
+    accuracy_score,
+    confusion_matrix,
+    precision_score,
+    recall_score,
+)
 
 from skarxlag.accuracy_tables import (
     confusion_table,
@@ -31,11 +36,17 @@ def verdicts():
 
 def test_speed_accuracy_and_summary(verdicts):
     table = speed_accuracy(verdicts)
-    assert table.index.tolist() == [300, 500] and table.columns.tolist() == [300, 400, 500]
+    assert table.index.tolist() == [300, 500] and table.columns.tolist() == [
+        300,
+        400,
+        500,
+    ]
     other, same = [], []
     for train in (300, 500):
         for test in (300, 400, 500):
-            own = verdicts[(verdicts["train_rpm"] == train) & (verdicts["test_rpm"] == test)]
+            own = verdicts[
+                (verdicts["train_rpm"] == train) & (verdicts["test_rpm"] == test)
+            ]
             accuracy = 100 * accuracy_score(own["true"], own["predicted"])
             assert table.loc[train, test] == pytest.approx(accuracy)
             (same if train == test else other).append(accuracy)
@@ -63,7 +74,8 @@ def test_confusion_table_has_recall_on_the_right_and_precision_below(verdicts):
         table["recall %"].iloc[:-1], 100 * recall_score(true, predicted, **options)
     )
     np.testing.assert_allclose(
-        table.loc["precision %"].iloc[:-1], 100 * precision_score(true, predicted, **options)
+        table.loc["precision %"].iloc[:-1],
+        100 * precision_score(true, predicted, **options),
     )
     assert table.loc["precision %", "recall %"] == pytest.approx(
         100 * accuracy_score(true, predicted)
@@ -71,6 +83,11 @@ def test_confusion_table_has_recall_on_the_right_and_precision_below(verdicts):
 
 
 def test_precision_of_a_condition_that_is_never_given_is_unknown():
-    verdicts = pd.DataFrame({"true": ["ball", "normal"], "predicted": ["normal", "normal"]})
+    verdicts = pd.DataFrame(
+        {"true": ["ball", "normal"], "predicted": ["normal", "normal"]}
+    )
     table = confusion_table(verdicts, ["normal", "ball"])
-    assert np.isnan(table.loc["precision %", "ball"]) and table.loc["ball", "recall %"] == 0
+    assert (
+        np.isnan(table.loc["precision %", "ball"])
+        and table.loc["ball", "recall %"] == 0
+    )

@@ -40,7 +40,7 @@ from skarxlag import (
     make_diagnoser,
     make_extended_state_pio,
 )
-from skarxlag.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.observers import RESIDUAL_EVALUATIONS
 
 #: Sampling noise of few rows: what the detector says of its calibration.
 pytestmark = [
@@ -69,7 +69,9 @@ ESTIMATORS = [
     ConditionClassifier(),
     ThresholdLadder(),
     FaultDetector(),
-    FaultOrderClassifier(bearing="6205", sampling_rate=100.0, speed_range=(2000.0, 2600.0)),
+    FaultOrderClassifier(
+        bearing="6205", sampling_rate=100.0, speed_range=(2000.0, 2600.0)
+    ),
     KnownConditions(),
     SensorFusion(estimator=make_diagnoser()),
     SensorFusion(estimator=make_detector()),
@@ -82,8 +84,8 @@ def name_of(estimator):
     return str(estimator)
 
 
-#: One estimator of each class, and both kinds that `SensorFusion` can be: what scikit-learn checks
-#: does not depend on the other parameters.
+#: One estimator of each class, and both kinds that `SensorFusion` can be: what
+#: scikit-learn checks does not depend on the other parameters.
 CHECKED = [*{type(e): e for e in reversed(ESTIMATORS)}.values(), ESTIMATORS[-1]]
 TRANSFORMERS = [e for e in ESTIMATORS if hasattr(e, "transform")]
 THREE_AXES = (ARXLaguerre, LogSpectra, ExtendedStatePIObserverBank)
@@ -118,7 +120,13 @@ def labels(n):
 
 def outputs(estimator, X):
     """Everything that a fitted estimator says of X."""
-    methods = ("transform", "predict", "decision_function", "predict_proba", "score_samples")
+    methods = (
+        "transform",
+        "predict",
+        "decision_function",
+        "predict_proba",
+        "score_samples",
+    )
     return [getattr(estimator, m)(X) for m in methods if hasattr(estimator, m)]
 
 
@@ -174,7 +182,8 @@ def failures(estimator):
 
 @pytest.fixture(scope="module")
 def of_any_pipeline():
-    # Pipeline.fit replaces its own steps, which some checks forbid whatever the steps are.
+    # Pipeline.fit replaces its own steps, which some checks forbid whatever the steps
+    # are.
     return failures(make_pipeline(StandardScaler(), ThresholdLadder()))
 
 
@@ -191,7 +200,8 @@ def test_diagnosers_fail_no_check_that_a_pipeline_can_pass(make, of_any_pipeline
     assert n_checks >= 50 and n_checks == number
 
 
-# These checks transform arrays after a fit on tables, and the other way round, on purpose.
+# These checks transform arrays after a fit on tables, and the other way round, on
+# purpose.
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:X does not have valid feature names:UserWarning")
 @pytest.mark.filterwarnings("ignore:X has feature names, but:UserWarning")
@@ -228,7 +238,9 @@ def test_identification_returns_arrays_whatever_the_setting(table):
     model = ARXLaguerre(order=3)
     assert model.set_output(transform=table) is model
     assert type(model.fit_transform(X, labels(6))) is np.ndarray
-    frame = make_pipeline(ARXLaguerre(order=3), PIObserver()).set_output(transform=table)
+    frame = make_pipeline(ARXLaguerre(order=3), PIObserver()).set_output(
+        transform=table
+    )
     assert type(frame.fit_transform(X, labels(6))).__module__.startswith(table)
     with sklearn.config_context(transform_output=table):
         assert type(ARXLaguerre(order=3).fit(X).transform(X)) is np.ndarray
@@ -241,7 +253,9 @@ def test_names_of_columns_must_be_those_of_fit():
         with pytest.raises(ValueError, match="input_features is not equal"):
             fitted.get_feature_names_out(list("edcba"))
     fitted = PIObserver().fit(X.to_numpy())
-    with pytest.raises(ValueError, match=r"length equal to number of features \(5\), got 2"):
+    with pytest.raises(
+        ValueError, match=r"length equal to number of features \(5\), got 2"
+    ):
         fitted.get_feature_names_out(["a", "b"])
 
 
@@ -253,7 +267,9 @@ class TestEveryEstimator:
         fitted = clone(estimator).fit(X, y)
         # Parts compare by what they are made of.
         found, given = (each.get_params() for each in (clone(fitted), estimator))
-        assert {k: repr(v) for k, v in found.items()} == {k: repr(v) for k, v in given.items()}
+        assert {k: repr(v) for k, v in found.items()} == {
+            k: repr(v) for k, v in given.items()
+        }
         assert_same(outputs(pickle.loads(pickle.dumps(fitted)), X), outputs(fitted, X))
 
     def test_fitted_attributes_are_arrays_and_plain_numbers(self, estimator):
@@ -263,15 +279,23 @@ class TestEveryEstimator:
         beside = {"_fitted_parameters", *parameters}
         learnt = {k: v for k, v in vars(fitted).items() if k not in beside}
         assert all(k.endswith("_") for k in learnt)
-        # Parts that were fitted have their own turn in this test; None is a part that is not used.
+        # Parts that were fitted have their own turn in this test; None is a part that
+        # is not used.
         parts = (type(None), DiagnosisPipeline, *(type(e) for e in ESTIMATORS))
         plain = (np.ndarray, int, float, *parts)
-        values = [v for many in learnt.values() for v in (many if type(many) is list else [many])]
+        values = [
+            v
+            for many in learnt.values()
+            for v in (many if type(many) is list else [many])
+        ]
         assert all(isinstance(v, plain) for v in values), learnt
 
     def test_float32_stays_float32(self, estimator):
         X, y = signals((12, 40)), labels(12)
-        wide, narrow = clone(estimator).fit(X, y), clone(estimator).fit(X.astype(np.float32), y)
+        wide, narrow = (
+            clone(estimator).fit(X, y),
+            clone(estimator).fit(X.astype(np.float32), y),
+        )
         if hasattr(estimator, "transform"):
             levels = narrow.transform(X.astype(np.float32))
             assert levels.dtype == np.float32
@@ -292,7 +316,10 @@ class TestEveryEstimator:
     def test_nan_and_infinity_are_refused_by_name(self, estimator):
         X, y = signals((12, 40)), labels(12)
         fitted = clone(estimator).fit(X, y)
-        for value, message in ((np.nan, "X contains NaN"), (np.inf, "X contains infinity")):
+        for value, message in (
+            (np.nan, "X contains NaN"),
+            (np.inf, "X contains infinity"),
+        ):
             bad = X.copy()
             bad[3, 7] = value
             with pytest.raises(ValueError, match=message):
@@ -336,7 +363,8 @@ class TestEveryEstimator:
 
 @pytest.mark.any_version
 @pytest.mark.parametrize("factor", [1e300, 1e-300, 2.0**10])
-# Logarithms have no unit: how a gain moves `SpectralDistance` is tested with the estimator.
+# Logarithms have no unit: how a gain moves `SpectralDistance` is tested with the
+# estimator.
 @pytest.mark.parametrize(
     "estimator",
     [e for e in TRANSFORMERS if not isinstance(e, SpectralDistance)],
@@ -345,22 +373,31 @@ class TestEveryEstimator:
 def test_scale(estimator, factor):
     X, y = signals((12, 40)), labels(12)
     if isinstance(estimator, ExtendedStatePIObserver | ExtendedStatePIObserverBank):
-        # Its nonlinearity knows an amplitude; what it gives must stay finite all the same.
+        # Its nonlinearity knows an amplitude; what it gives must stay finite all the
+        # same.
         X = X[:, np.newaxis]
         assert np.isfinite(clone(estimator).fit(X * factor).transform(X * factor)).all()
         return
     found = clone(estimator).fit(X * factor, y).transform(X * factor)
     expected = clone(estimator).fit(X, y).transform(X)
     evaluation = RESIDUAL_EVALUATIONS.get(getattr(estimator, "evaluation", None))
-    if (evaluation and evaluation.trajectory) or getattr(estimator, "unit_rms", True) is False:
+    if (evaluation and evaluation.trajectory) or getattr(
+        estimator, "unit_rms", True
+    ) is False:
         expected = expected * factor
-    np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_allclose(
+        found, expected, rtol=1e-5, atol=1e-9 * np.abs(expected).max()
+    )
 
 
 @pytest.mark.any_version
 @pytest.mark.parametrize(
     "estimator",
-    [e for e in TRANSFORMERS if any(name.endswith("n_jobs") for name in e.get_params())],
+    [
+        e
+        for e in TRANSFORMERS
+        if any(name.endswith("n_jobs") for name in e.get_params())
+    ],
     ids=name_of,
 )
 def test_n_jobs_changes_no_bit(estimator):

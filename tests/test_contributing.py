@@ -104,18 +104,26 @@ def test_each_change_is_one_piece_and_one_line_of_a_list(tmp_path):
         assert source.count(line) == 1
         name = Path(file).stem
         imported = (
-            f"from .{name} import fetch_{name}" if "fetch" in text else f"from . import {name}"
+            f"from .{name} import fetch_{name}"
+            if "fetch" in text
+            else f"from . import {name}"
         )
         head, found, rest = source.partition("\nfrom .")
-        path.write_text(head + f"\n{imported}" + (found + rest).replace(line, longer), "utf-8")
-    path = tmp_path / "skarxlag" / "observers.py"
-    before, listed, after = path.read_text("utf-8").partition("RESIDUAL_EVALUATIONS = {\n")
+        path.write_text(
+            head + f"\n{imported}" + (found + rest).replace(line, longer), "utf-8"
+        )
+    path = tmp_path / "skarxlag" / "models" / "observers.py"
+    before, listed, after = path.read_text("utf-8").partition(
+        "RESIDUAL_EVALUATIONS = {\n"
+    )
     entry = '    "peak": ResidualEvaluation(_peak, "error"),\n'
     path.write_text(before + EVALUATION + listed + entry + after, "utf-8")
     # Nothing has to be compiled for a few samples.
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(tmp_path)}
     command = [sys.executable, "-c", USE]
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    done = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == "[0.0, 1.0, 2.0, 3.0, 4.0] None"
 

@@ -18,7 +18,7 @@ import skarxlag
 from skarxlag import datasets, kernels
 from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import Rig
-from skarxlag.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.observers import RESIDUAL_EVALUATIONS
 
 ROOT = Path(__file__).parents[1]
 # Written by a build of the site.
@@ -52,16 +52,23 @@ def test_blocks_of_page(page):
 @pytest.mark.parametrize("page", PAGES, ids=_name)
 def test_blocks_end_with_an_empty_line(page):
     # Otherwise doctest takes the closing fence for expected output.
-    blocks = re.findall(r"^```pycon\n(.*?)^```$", page.read_text("utf-8"), flags=re.S | re.M)
+    blocks = re.findall(
+        r"^```pycon\n(.*?)^```$", page.read_text("utf-8"), flags=re.S | re.M
+    )
     assert all(block.endswith("\n\n") for block in blocks)
 
 
 def _links(page):
     """Files within the repository that a page links to, each with the anchor or None."""
     # Formulas and the site's own list of pages hold brackets that are no links.
-    prose = re.sub(r"\$+[^$]*\$+|^```\{.*?^```", "", page.read_text("utf-8"), flags=re.S | re.M)
+    prose = re.sub(
+        r"\$+[^$]*\$+|^```\{.*?^```", "", page.read_text("utf-8"), flags=re.S | re.M
+    )
     found = re.findall(r"\]\((?!\w+:)([^)#\s]*)(?:#([^)\s]*))?\)", prose)
-    return [((page.parent / path).resolve() if path else page, anchor) for path, anchor in found]
+    return [
+        ((page.parent / path).resolve() if path else page, anchor)
+        for path, anchor in found
+    ]
 
 
 def _is_built(path):
@@ -81,8 +88,14 @@ def test_links_within_the_repository(page):
 
 @pytest.mark.parametrize("page", LINKED, ids=_name)
 def test_anchors(page):
-    wanted = [(path, anchor) for path, anchor in _links(page) if anchor and path.suffix == ".md"]
-    assert not [(path, anchor) for path, anchor in wanted if anchor not in _anchors(path)]
+    wanted = [
+        (path, anchor)
+        for path, anchor in _links(page)
+        if anchor and path.suffix == ".md"
+    ]
+    assert not [
+        (path, anchor) for path, anchor in wanted if anchor not in _anchors(path)
+    ]
 
 
 def test_readme_reaches_everything_in_two_clicks():
@@ -97,8 +110,12 @@ def test_a_list_of_the_site_holds_every_page():
     lists = []
     for name in ("index", "guide"):
         text = (ROOT / "docs" / f"{name}.md").read_text("utf-8")
-        lists += re.findall(r"^```\{toctree\}\n:hidden:\n\n(.*?)^```", text, flags=re.S | re.M)
-    names = {re.sub(r".*<(.*)>", r"\1", line) for each in lists for line in each.splitlines()}
+        lists += re.findall(
+            r"^```\{toctree\}\n:hidden:\n\n(.*?)^```", text, flags=re.S | re.M
+        )
+    names = {
+        re.sub(r".*<(.*)>", r"\1", line) for each in lists for line in each.splitlines()
+    }
     top = {page.stem for page in (ROOT / "docs").glob("*.md")} - {"index"}
     assert len(lists) == 2
     assert top | {"gallery/index", "api/index", "paper/index"} <= names
@@ -113,7 +130,10 @@ def test_api_page_lists_every_public_name():
             module = line.split()[-1]
         elif name := re.fullmatch(r"(?:   |\.\. py:data:: )([\w.]+)", line):
             listed.add(f"{module}.{name[1]}")
-    public = {f"{kernels.__name__}.{each.name}" for each in pkgutil.iter_modules(kernels.__path__)}
+    public = {
+        f"{kernels.__name__}.{each.name}"
+        for each in pkgutil.iter_modules(kernels.__path__)
+    }
     for name in ("skarxlag", "skarxlag.datasets", "skarxlag.plotting"):
         public |= {f"{name}.{each}" for each in importlib.import_module(name).__all__}
     # The type of a result: users read it, but do not create it.
@@ -129,11 +149,21 @@ def test_api_page_lists_every_public_name():
             "../examples/detection/plot_detection.py",
             "gallery/detection/plot_detection.rst",
         ),
-        ("docs/guide.md", "guide.md", "../SECURITY.md#reporting", "project/security.md#reporting"),
+        (
+            "docs/guide.md",
+            "guide.md",
+            "../SECURITY.md#reporting",
+            "project/security.md#reporting",
+        ),
         ("docs/guide.md", "guide.md", "method.md#references", "method.md#references"),
         ("docs/guide.md", "guide.md", "#windows", "#windows"),
         ("docs/guide.md", "guide.md", "https://doi.org/10.1", "https://doi.org/10.1"),
-        ("docs/paper/errata.md", "paper/errata.md", "../../examples", "../gallery/index.rst"),
+        (
+            "docs/paper/errata.md",
+            "paper/errata.md",
+            "../../examples",
+            "../gallery/index.rst",
+        ),
         ("docs/paper/errata.md", "paper/errata.md", "../../README.md", "../index.md"),
         ("docs/paper/errata.md", "paper/errata.md", "images/a.svg", "images/a.svg"),
         ("CONTRIBUTING.md", "project/contributing.md", "docs/data.md", "../data.md"),
@@ -226,13 +256,17 @@ def test_every_parameter_of_the_simulated_rig_is_in_its_table():
     for name, shown in rows:
         default = parameters[name].default
         if isinstance(default, float | int | tuple) and not isinstance(default, bool):
-            values = [float(each) for each in re.sub(r"(?<=\d),(?=\d)", "", shown).split(",")]
+            values = [
+                float(each) for each in re.sub(r"(?<=\d),(?=\d)", "", shown).split(",")
+            ]
             assert values == list(np.ravel(default)), name
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_every_name_of_a_module_in_a_page_exists(page):
     modules = {each.name for each in pkgutil.iter_modules(skarxlag.__path__)}
-    for name in re.findall(r"`(?:skarxlag\.)?([a-z_]+(?:\.\w+)+)`", page.read_text("utf-8")):
+    for name in re.findall(
+        r"`(?:skarxlag\.)?([a-z_]+(?:\.\w+)+)`", page.read_text("utf-8")
+    ):
         if name.partition(".")[0] in modules:
             pkgutil.resolve_name(f"skarxlag.{name}")

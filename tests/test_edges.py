@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from skarxlag import ARXLaguerre, ExtendedStatePIObserver, ExtendedStatePIObserverBank, PIObserver
+from skarxlag import (
+    ARXLaguerre,
+    ExtendedStatePIObserver,
+    ExtendedStatePIObserverBank,
+    PIObserver,
+)
 
 RNG = np.random.default_rng(0)
 X = lfilter([1], [1, -0.9], RNG.normal(size=(12, 400)))
@@ -33,7 +38,11 @@ def test_poles_on_the_unit_circle_are_refused(kind, pole):
 def beside(value):
     """Return a number, its neighbours, and numbers that differ in the tenth and third digit."""
     factors = [1, 1 - 1e-10, 1 + 1e-10, 0.999, 1.001]
-    return [np.nextafter(value, -9), np.nextafter(value, 9), *(value * each for each in factors)]
+    return [
+        np.nextafter(value, -9),
+        np.nextafter(value, 9),
+        *(value * each for each in factors),
+    ]
 
 
 def levels(observer, rows):
@@ -57,7 +66,9 @@ def test_a_pi_observer_at_the_edge_is_finite_or_refused(pole):
             found += [levels(PIObserver(pole=pole, kp=kp, ki=max(ki, 0)), rows)]
     for kp in beside(1 + pole) + beside(pole - 1):
         found += [levels(PIObserver(pole=pole, kp=kp, ki=0.0), rows)]
-    assert any(each is None for each in found) and not all(each is None for each in found)
+    assert any(each is None for each in found) and not all(
+        each is None for each in found
+    )
 
 
 @pytest.mark.parametrize("saturation", [0.0, 2.0, 1e100])

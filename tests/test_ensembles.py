@@ -31,7 +31,9 @@ def as_windows(rows):
 
 
 def on_rows(diagnoser):
-    return DiagnosisPipeline([("windows", FunctionTransformer(as_windows)), *diagnoser.steps])
+    return DiagnosisPipeline(
+        [("windows", FunctionTransformer(as_windows)), *diagnoser.steps]
+    )
 
 
 @pytest.fixture(params=[1, 2], ids=["one channel", "two channels"], scope="module")
@@ -40,13 +42,17 @@ def rows(request):
     if request.param == 2:
         return two_channels().reshape(60, -1), on_rows(make_diagnoser())
     noise = np.random.default_rng(0).normal(size=(60, 300))
-    X = np.concatenate([lfilter([1], [1, -0.9], noise[:30]), lfilter([1], [1, 0.9], noise[30:])])
+    X = np.concatenate(
+        [lfilter([1], [1, -0.9], noise[:30]), lfilter([1], [1, 0.9], noise[30:])]
+    )
     return X, make_diagnoser()
 
 
 def test_bagging_of_diagnosers(rows):
     X, diagnoser = rows
-    bag = BaggingClassifier(diagnoser, n_estimators=3, random_state=0).fit(X[::2], Y[::2])
+    bag = BaggingClassifier(diagnoser, n_estimators=3, random_state=0).fit(
+        X[::2], Y[::2]
+    )
     np.testing.assert_array_equal(bag.predict(X[1::2]), Y[1::2])
     confidences = [member.predict_proba(X[:1])[0, 0] for member in bag.estimators_]
     assert len(set(confidences)) == 3  # each saw windows of its own
@@ -77,9 +83,13 @@ def test_diagnosers_of_rows_and_of_windows_agree_to_the_last_bit():
     of_rows = on_rows(make_diagnoser(healthy="good")).fit(X.reshape(60, -1), Y)
     for method in ("predict", "predict_proba", "decision_function"):
         expected = getattr(of_windows, method)(X)
-        np.testing.assert_array_equal(getattr(of_rows, method)(X.reshape(60, -1)), expected)
+        np.testing.assert_array_equal(
+            getattr(of_rows, method)(X.reshape(60, -1)), expected
+        )
     # The steps after the first one are a diagnoser of windows.
-    np.testing.assert_array_equal(of_rows[1:].predict_proba(X), of_windows.predict_proba(X))
+    np.testing.assert_array_equal(
+        of_rows[1:].predict_proba(X), of_windows.predict_proba(X)
+    )
 
 
 def test_search_over_columns_of_a_table():
@@ -98,14 +108,20 @@ def test_search_over_columns_of_a_table():
         cv=2,
         random_state=0,
     ).fit(table, Y)
-    assert search.cv_results_["mean_test_score"].shape == (2,) and search.best_score_ > 0.9
-    direct = make_alpio().set_params(identify__order=search.best_params_["identify__order"])
+    assert (
+        search.cv_results_["mean_test_score"].shape == (2,) and search.best_score_ > 0.9
+    )
+    direct = make_alpio().set_params(
+        identify__order=search.best_params_["identify__order"]
+    )
     np.testing.assert_array_equal(search.predict(table), direct.fit(X, Y).predict(X))
 
 
 def test_calibration_of_a_diagnoser_of_rows(rows):
     X, diagnoser = rows
-    calibrated = CalibratedClassifierCV(diagnoser, cv=2, ensemble=False).fit(X[::2], Y[::2])
+    calibrated = CalibratedClassifierCV(diagnoser, cv=2, ensemble=False).fit(
+        X[::2], Y[::2]
+    )
     confidence = calibrated.predict_proba(X[1::2])
     of_truth = confidence[np.arange(30), (Y[1::2] == "worn").astype(int)]
     assert np.mean(of_truth > 0.5) > 0.95 and of_truth.mean() > 0.85

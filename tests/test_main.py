@@ -15,7 +15,9 @@ from skarxlag.commands import _parser, main
 def test_module_runs_as_a_program(tmp_path):
     command = [sys.executable, "-m", "skarxlag"]
     # File names of Windows are always text.
-    name, shown = ("gone", "gone") if os.name == "nt" else (os.fsdecode(b"caf\xe9"), "caf\\udce9")
+    name, shown = (
+        ("gone", "gone") if os.name == "nt" else (os.fsdecode(b"caf\xe9"), "caf\\udce9")
+    )
     missing = tmp_path / f"{name}.skops"
     command += ["diagnose", missing, "x.npy"]
     failed = subprocess.run(command, capture_output=True, text=True)
@@ -70,7 +72,9 @@ PRINTS_MUCH = [
 ]
 
 
-@pytest.mark.skipif(os.name == "nt", reason="Windows has no signal for a pipe without a reader")
+@pytest.mark.skipif(
+    os.name == "nt", reason="Windows has no signal for a pipe without a reader"
+)
 def test_a_reader_that_went_away_ends_without_a_traceback():
     reader, writer = os.pipe()
     os.close(reader)
@@ -80,13 +84,19 @@ def test_a_reader_that_went_away_ends_without_a_traceback():
 
 
 @pytest.mark.skipif(
-    not os.path.exists("/dev/full"), reason="this system has no device that is always full"
+    not os.path.exists("/dev/full"),
+    reason="this system has no device that is always full",
 )
 def test_a_full_disk_ends_without_a_traceback():
     with open("/dev/full", "w") as full:
-        found = subprocess.run(PRINTS_MUCH, stdout=full, stderr=subprocess.PIPE, text=True)
+        found = subprocess.run(
+            PRINTS_MUCH, stdout=full, stderr=subprocess.PIPE, text=True
+        )
     assert found.returncode == 1
-    assert found.stderr.strip() == "skarxlag diagnose: error: [Errno 28] No space left on device"
+    assert (
+        found.stderr.strip()
+        == "skarxlag diagnose: error: [Errno 28] No space left on device"
+    )
 
 
 def test_control_c_ends_without_a_traceback(monkeypatch, capsys, tmp_path):
@@ -100,7 +110,8 @@ def test_control_c_ends_without_a_traceback(monkeypatch, capsys, tmp_path):
     assert capsys.readouterr().err.strip() == "skarxlag diagnose: interrupted"
 
 
-#: A module that sends Ctrl-C to its process as soon as one of the libraries is imported.
+#: A module that sends Ctrl-C to its process as soon as one of the libraries is
+#: imported.
 INTERRUPTER = """
 import os, signal, sys
 
@@ -117,7 +128,9 @@ sys.meta_path.insert(0, Interrupter())
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(os.name == "nt", reason="Windows sends Ctrl-C to a whole group of processes")
+@pytest.mark.skipif(
+    os.name == "nt", reason="Windows sends Ctrl-C to a whole group of processes"
+)
 @pytest.mark.parametrize("library", ["numpy", "scipy", "sklearn", "sklearn.pipeline"])
 @pytest.mark.parametrize(
     "command", [["fit", "x.csv", "-o", "new.skops"], ["diagnose", "m.skops", "x.npy"]]
@@ -128,7 +141,10 @@ def test_control_c_during_imports_ends_with_one_line(tmp_path, library, command)
     (tmp_path / "x.csv").write_text("path\nx.npy\n")
     (tmp_path / "m.skops").touch()
     paths = [str(tmp_path), os.path.dirname(os.path.dirname(skarxlag.__file__))]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths), "INTERRUPT_AT": library}
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join(paths),
+        "INTERRUPT_AT": library,
+    }
     arguments = [sys.executable, "-m", "skarxlag", *command]
     streams = {"capture_output": True, "text": True}
     found = subprocess.run(arguments, cwd=tmp_path, env=environment, **streams)

@@ -81,7 +81,9 @@ def test_flags_in_a_monitor(diagnoser):
         monitor.update(X[0], rpm=True)
     with pytest.raises(ValueError, match="time == True, expected a number"):
         monitor.update(X[0], time=True)
-    with pytest.raises(ValueError, match=r"samples\.dtype == .*bool.*, expected numbers"):
+    with pytest.raises(
+        ValueError, match=r"samples\.dtype == .*bool.*, expected numbers"
+    ):
         monitor.update(X[0] > 0)
     assert monitor.counts["samples"] == 0
     with pytest.raises(ValueError, match="sampling_rate == True, expected a number"):

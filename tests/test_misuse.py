@@ -46,15 +46,21 @@ def said(call, *arguments, **options):
     return [str(each.message) for each in caught]
 
 
-@pytest.mark.parametrize("detector", [make_detector(), FaultDetector()], ids=["maker", "class"])
+@pytest.mark.parametrize(
+    "detector", [make_detector(), FaultDetector()], ids=["maker", "class"]
+)
 def test_labels_of_several_conditions_for_a_detector_are_warned_of(rows, detector):
     X, y, rpm = rows
     end = "but all rows count as healthy. Pass healthy rows alone."
     assert f"y has 2 labels (good, worn), {end}" in said(detector.fit, X, y, rpm=rpm)
     many = np.arange(24) // 4
-    assert f"y has 6 labels (0, 1, 2, ...), {end}" in said(detector.fit, X, many, rpm=rpm)
+    assert f"y has 6 labels (0, 1, 2, ...), {end}" in said(
+        detector.fit, X, many, rpm=rpm
+    )
     for labels in (None, ["good"] * 24):
-        assert not any("label" in each for each in said(detector.fit, X, labels, rpm=rpm))
+        assert not any(
+            "label" in each for each in said(detector.fit, X, labels, rpm=rpm)
+        )
 
 
 def test_labels_are_the_conditions_of_known_conditions(rows):
@@ -71,12 +77,16 @@ def test_one_speed_for_all_rows_must_be_above_0(rows, fitted, rpm):
         detector = make_detector().fit(X[:12], rpm=speeds[:12])
         known = make_known_conditions().fit(X, y, rpm=speeds)
     for model in (fitted, detector, known, by_orders):
-        with pytest.raises(ValueError, match=r"rpm == .*, expected revolutions per minute above 0"):
+        with pytest.raises(
+            ValueError, match=r"rpm == .*, expected revolutions per minute above 0"
+        ):
             model.predict(X[:2], rpm=rpm)
 
 
 def test_one_row_without_a_plausible_speed_does_not_stop_the_others(rows, fitted):
-    with pytest.warns(UserWarning, match="1 of 2 rows are treated as rows without a signal"):
+    with pytest.warns(
+        UserWarning, match="1 of 2 rows are treated as rows without a signal"
+    ):
         fitted.predict(rows[0][:2], rpm=[0.0, 600.0])
 
 
@@ -90,8 +100,12 @@ def test_a_sampling_rate_in_kilohertz_is_named(rows, kilohertz):
     for call in (
         lambda: make_diagnoser(sampling_rate=kilohertz).fit(X, y, rpm=rpm),
         lambda: make_diagnoser(sampling_rate=kilohertz).fit(X, y),
-        lambda: make_diagnoser(sampling_rate=kilohertz, bearing="6205").fit(X, y, rpm=rpm),
-        lambda: make_fault_order_classifier(sampling_rate=kilohertz, bearing="6205").fit(X),
+        lambda: make_diagnoser(sampling_rate=kilohertz, bearing="6205").fit(
+            X, y, rpm=rpm
+        ),
+        lambda: make_fault_order_classifier(
+            sampling_rate=kilohertz, bearing="6205"
+        ).fit(X),
         lambda: OrderResidual(sampling_rate=kilohertz).fit(X, y, rpm=rpm),
         lambda: estimate_shaft_speed(X, kilohertz, 900),
     ):
@@ -108,9 +122,13 @@ def test_a_sampling_rate_that_is_too_low_for_the_speed_is_named_and_not_the_spee
 
 
 def test_a_bearing_without_a_sampling_rate_is_refused_when_the_diagnoser_is_made():
-    with pytest.raises(ValueError, match="bearing == '6205' needs a sampling_rate in Hz"):
+    with pytest.raises(
+        ValueError, match="bearing == '6205' needs a sampling_rate in Hz"
+    ):
         make_diagnoser(bearing="6205")
-    with pytest.raises(ValueError, match="sampling_rate == None, expected the sampling rate"):
+    with pytest.raises(
+        ValueError, match="sampling_rate == None, expected the sampling rate"
+    ):
         FaultOrderClassifier(bearing="6205").fit(np.ones((2, 50)))
 
 
@@ -120,13 +138,17 @@ def evaluations(X, y, rpm):
     search = GridSearchCV(make_diagnoser(), GRID, cv=2)
     return {
         "cross_validate": lambda: cross_validate(make_diagnoser(), X, y, **params),
-        "cross_val_predict": lambda: cross_val_predict(make_diagnoser(), X, y, **params),
+        "cross_val_predict": lambda: cross_val_predict(
+            make_diagnoser(), X, y, **params
+        ),
         "search": lambda: search.fit(X, y, rpm=rpm),
         "nested": lambda: cross_validate(search, X, y, **params),
     }
 
 
-@pytest.mark.parametrize("name", ["cross_validate", "cross_val_predict", "search", "nested"])
+@pytest.mark.parametrize(
+    "name", ["cross_validate", "cross_val_predict", "search", "nested"]
+)
 def test_speeds_that_cross_validation_drops_are_warned_of(rows, name):
     call = evaluations(*rows)[name]
     messages = said(call)
@@ -156,7 +178,9 @@ def test_steps_in_a_pipeline_of_scikit_learn_warn_by_themselves(rows):
     X, y, rpm = rows
     pipe = Pipeline(make_diagnoser().steps)
     messages = said(cross_validate, pipe, X, y, params={"decide__rpm": rpm}, cv=2)
-    assert messages and all(each.startswith("ConditionClassifier was fitted") for each in messages)
+    assert messages and all(
+        each.startswith("ConditionClassifier was fitted") for each in messages
+    )
 
 
 def test_diagnosis_without_speeds_is_legitimate(rows, fitted):

@@ -7,7 +7,13 @@ from sklearn.base import clone
 from sklearn.metrics import confusion_matrix
 from sklearn.model_selection import GridSearchCV, cross_validate
 
-from skarxlag import SpecimenSplit, SpeedSplit, ThresholdLadder, cross_speed_predict, make_alpio
+from skarxlag import (
+    SpecimenSplit,
+    SpeedSplit,
+    ThresholdLadder,
+    cross_speed_predict,
+    make_alpio,
+)
 from skarxlag.model_selection import first_and_second_half
 
 
@@ -110,7 +116,11 @@ def test_groups_are_a_table_an_array_or_rows(train_rpm, same_speed):
     splitter = SpeedSplit(window_length=200, train_rpm=train_rpm, same_speed=same_speed)
     expected = as_lists(splitter.split(LEVELS, groups=GROUPS))
     assert len(expected) == (1 if train_rpm else 3) * (3 if same_speed else 2)
-    for groups in (GROUPS.to_numpy(), GROUPS.to_numpy().astype(str), GROUPS.to_numpy().tolist()):
+    for groups in (
+        GROUPS.to_numpy(),
+        GROUPS.to_numpy().astype(str),
+        GROUPS.to_numpy().tolist(),
+    ):
         assert as_lists(splitter.split(LEVELS, groups=groups)) == expected
         assert splitter.get_n_splits(LEVELS, groups=groups) == len(expected)
     assert clone(splitter, safe=False).train_rpm == train_rpm
@@ -120,8 +130,13 @@ def test_groups_are_a_table_an_array_or_rows(train_rpm, same_speed):
 def test_one_speed_is_left_out():
     splits = as_lists(SpeedSplit(leave_out=True).split(LEVELS, groups=SPEED))
     assert [set(SPEED[test]) for _, test in splits] == [{300}, {400}, {500}]
-    assert all(set(SPEED[train]) == {300, 400, 500} - set(SPEED[test]) for train, test in splits)
-    halves = as_lists(SpeedSplit(leave_out=True).split(LEVELS, groups=GROUPS.iloc[:, :2]))
+    assert all(
+        set(SPEED[train]) == {300, 400, 500} - set(SPEED[test])
+        for train, test in splits
+    )
+    halves = as_lists(
+        SpeedSplit(leave_out=True).split(LEVELS, groups=GROUPS.iloc[:, :2])
+    )
     assert [(len(train), len(test)) for train, test in halves] == [(20, 10)] * 3
 
 
@@ -129,18 +144,27 @@ def test_one_speed_is_left_out():
 def test_splitter_within_a_search_within_a_cross_validation(routing):
     inner, outer = (SpeedSplit(leave_out=b, window_length=100) for b in (False, True))
     settings = {"error_score": "raise"}
-    search = GridSearchCV(ThresholdLadder(), {"false_alarm_rate": [0.1, 0.2]}, cv=inner, **settings)
+    search = GridSearchCV(
+        ThresholdLadder(), {"false_alarm_rate": [0.1, 0.2]}, cv=inner, **settings
+    )
     with sklearn.config_context(enable_metadata_routing=routing):
-        settings |= {"params": {"groups": GROUPS}} | ({} if routing else {"groups": GROUPS})
+        settings |= {"params": {"groups": GROUPS}} | (
+            {} if routing else {"groups": GROUPS}
+        )
         scores = cross_validate(search, LEVELS, LABELS, cv=outer, **settings)
     assert len(scores["test_score"]) == 3 and scores["test_score"].min() > 0.5
 
 
 def test_predictions_out_of_speed_make_a_confusion_matrix():
     found = cross_speed_predict(ThresholdLadder(), LEVELS, LABELS, groups=SPEED)
-    assert confusion_matrix(found["true"], found["predicted"]).sum(axis=1).tolist() == [60, 60]
+    assert confusion_matrix(found["true"], found["predicted"]).sum(axis=1).tolist() == [
+        60,
+        60,
+    ]
     assert (found["true"] == found["predicted"]).mean() > 0.8
-    for (train, test), (_, rows) in zip(speed_splits(SPEED), found.groupby("split"), strict=True):
+    for (train, test), (_, rows) in zip(
+        speed_splits(SPEED), found.groupby("split"), strict=True
+    ):
         assert rows["window"].tolist() == test.tolist()
         assert rows["true"].tolist() == LABELS[test].tolist()
         fitted = ThresholdLadder().fit(LEVELS[train], LABELS[train])
@@ -180,7 +204,12 @@ def test_each_method_gets_the_metadata_that_it_requests():
     weights = np.where(RUN % 4 < 2, 1.0, 0.0)
     cv = SpeedSplit(train_rpm=300)
     found = cross_speed_predict(
-        ThresholdLadder(), LEVELS, LABELS, groups=SPEED, cv=cv, params={"sample_weight": weights}
+        ThresholdLadder(),
+        LEVELS,
+        LABELS,
+        groups=SPEED,
+        cv=cv,
+        params={"sample_weight": weights},
     )
     for train, test in cv.split(None, groups=SPEED):
         fitted = ThresholdLadder().fit(LEVELS[train], LABELS[train], weights[train])
@@ -217,7 +246,11 @@ def test_a_group_of_speeds_begins_at_its_lowest():
         (SpeedSplit(), ["fast"] * 60, "rpm must hold numbers"),
         (SpeedSplit(), SPEED - 300, "rpm of row 0 == 0.0, expected .* above 0"),
         (SpeedSplit(), np.ones(60), "Speeds in groups == .* at least two"),
-        (SpeedSplit(leave_out=True), np.ones(60), "Speeds in groups == .* at least two"),
+        (
+            SpeedSplit(leave_out=True),
+            np.ones(60),
+            "Speeds in groups == .* at least two",
+        ),
         (
             SpeedSplit(leave_out=True, train_rpm=300),
             SPEED,
@@ -235,9 +268,21 @@ def test_a_group_of_speeds_begins_at_its_lowest():
         ),
         (SpeedSplit(train_rpm=-5), SPEED, "train_rpm == -5, must be > 0"),
         (SpeedSplit(train_rpm=np.nan), SPEED, "train_rpm == nan, must be finite"),
-        (SpeedSplit(window_length=1), GROUPS.assign(start=0.5), r"Starts in groups == \[0.5"),
-        (SpeedSplit(window_length=1), GROUPS.assign(start=np.nan), r"Starts in groups == \[nan"),
-        (SpeedSplit(window_length=1), GROUPS.assign(start="a"), r"Starts in groups == \['a'"),
+        (
+            SpeedSplit(window_length=1),
+            GROUPS.assign(start=0.5),
+            r"Starts in groups == \[0.5",
+        ),
+        (
+            SpeedSplit(window_length=1),
+            GROUPS.assign(start=np.nan),
+            r"Starts in groups == \[nan",
+        ),
+        (
+            SpeedSplit(window_length=1),
+            GROUPS.assign(start="a"),
+            r"Starts in groups == \['a'",
+        ),
         (SpeedSplit(same_speed=True), SPEED, "same_speed == True, .* second column"),
         (SpeedSplit(), np.where(SPEED > 400, np.nan, SPEED), "rpm of row 40 == nan"),
     ],
@@ -250,7 +295,9 @@ def test_splitter_says_what_is_wrong(splitter, groups, message):
 def test_diagnosers_are_cross_validated_at_other_speeds():
     X = RNG.normal(size=(60, 300))
     X[LABELS == "worn"] = np.diff(X[LABELS == "worn"], axis=1, prepend=0)
-    scores = cross_validate(make_alpio(), X, LABELS, groups=SPEED, cv=SpeedSplit(train_rpm=300))
+    scores = cross_validate(
+        make_alpio(), X, LABELS, groups=SPEED, cv=SpeedSplit(train_rpm=300)
+    )
     assert scores["test_score"].tolist() == [1.0, 1.0]
 
 
@@ -267,7 +314,9 @@ def test_speeds_with_jitter_are_one_speed(leave_out):
 def test_training_speed_may_have_jitter():
     assert as_lists(speed_splits([600, 605, 700], train_rpm=610)) == [([0, 1], [2])]
     assert len(speed_splits([600, 613, 700])) == 6
-    with pytest.raises(ValueError, match=r"train_rpm == 650, expected .* \[602.495, 700.0\]"):
+    with pytest.raises(
+        ValueError, match=r"train_rpm == 650, expected .* \[602.495, 700.0\]"
+    ):
         speed_splits([600, 605, 700], train_rpm=650)
 
 
@@ -308,7 +357,10 @@ def test_a_specimen_that_is_healthy_first_and_faulty_later_is_left_out_with_all_
         ([0, 1, 2, 3], [4, 5, 6, 7]),
     ]
     # B is the only specimen of the outer race.
-    assert specimen_splits(y[:6], specimen[:6]) == [([2, 3, 4, 5], [0, 1]), ([0, 1, 2, 3], [4, 5])]
+    assert specimen_splits(y[:6], specimen[:6]) == [
+        ([2, 3, 4, 5], [0, 1]),
+        ([0, 1, 2, 3], [4, 5]),
+    ]
 
 
 def test_folds_do_not_depend_on_the_order_of_rows():
@@ -343,7 +395,8 @@ def test_first_halves_of_recordings_train_and_left_out_recordings_are_tested_as_
 
 
 def test_a_split_whose_training_lacks_a_tested_place_is_left_out():
-    # B was recorded at 900 rpm only, so no bearing with this fault trains at 1500 rpm without A.
+    # B was recorded at 900 rpm only, so no bearing with this fault trains at 1500 rpm
+    # without A.
     y, specimen = ["ball"] * 3 + ["good"] * 2, ["A", "A", "B", "N", "N"]
     assert specimen_splits(y, specimen, [900, 1500, 900, 900, 1500]) == [
         ([2, 3], [0, 1]),
@@ -355,7 +408,9 @@ def test_a_split_whose_training_lacks_a_tested_place_is_left_out():
 def test_places_are_those_of_names_or_given():
     y, specimen = ["minor", "severe", "IR2", "IR5"], list("abcd")
     assert specimen_splits(y, specimen) == [([0, 1, 3], [2]), ([0, 1, 2], [3])]
-    given = specimen_splits(y, specimen, places={"minor": "ball", "severe": "ball", "IR5": "cage"})
+    given = specimen_splits(
+        y, specimen, places={"minor": "ball", "severe": "ball", "IR5": "cage"}
+    )
     assert given == [([1, 2, 3], [0]), ([0, 2, 3], [1])]
 
 
@@ -374,12 +429,37 @@ def test_places_of_other_specimens_are_cross_validated(routing):
     ("splitter", "y", "groups", "message"),
     [
         (SpecimenSplit(), LABELS, None, r"groups.shape == \(0, 0\)"),
-        (SpecimenSplit(), LABELS, np.ones((60, 5)), "columns specimen, rpm, recording, start"),
-        (SpecimenSplit(), None, RUN, "y == None, expected the condition of each window"),
+        (
+            SpecimenSplit(),
+            LABELS,
+            np.ones((60, 5)),
+            "columns specimen, rpm, recording, start",
+        ),
+        (
+            SpecimenSplit(),
+            None,
+            RUN,
+            "y == None, expected the condition of each window",
+        ),
         (SpecimenSplit(), LABELS[:5], RUN, "inconsistent numbers of samples"),
-        (SpecimenSplit(), LABELS, np.where(RUN == 5, np.nan, RUN), r"without a specimen == \[50"),
-        (SpecimenSplit(), LABELS, LABELS, r"'healthy': 1, 'worn': 1\}, expected at least two"),
-        (SpecimenSplit(test_speed="next"), LABELS, RUN, "test_speed == 'next', expected one of"),
+        (
+            SpecimenSplit(),
+            LABELS,
+            np.where(RUN == 5, np.nan, RUN),
+            r"without a specimen == \[50",
+        ),
+        (
+            SpecimenSplit(),
+            LABELS,
+            LABELS,
+            r"'healthy': 1, 'worn': 1\}, expected at least two",
+        ),
+        (
+            SpecimenSplit(test_speed="next"),
+            LABELS,
+            RUN,
+            "test_speed == 'next', expected one of",
+        ),
     ],
 )
 def test_splitter_of_specimens_says_what_is_wrong(splitter, y, groups, message):

@@ -37,7 +37,9 @@ Y = np.repeat(["good", "worn"], 6)
 )
 @pytest.mark.filterwarnings("ignore:.* rows of condition .* are too few:UserWarning")
 @pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
-@pytest.mark.filterwarnings("ignore:All rows of condition .* have one speed:UserWarning")
+@pytest.mark.filterwarnings(
+    "ignore:All rows of condition .* have one speed:UserWarning"
+)
 @pytest.mark.filterwarnings("ignore:.* healthy rows are too few:UserWarning")
 def test_verbose_prints_the_time_of_each_step(make, capsys):
     labels = None if make is make_detector else Y
@@ -45,7 +47,9 @@ def test_verbose_prints_the_time_of_each_step(make, capsys):
     assert capsys.readouterr().out == ""
     diagnoser = make(verbose=True).fit(X, labels)
     lines = capsys.readouterr().out.splitlines()
-    for number, (line, (name, _)) in enumerate(zip(lines, diagnoser.steps, strict=True), 1):
+    for number, (line, (name, _)) in enumerate(
+        zip(lines, diagnoser.steps, strict=True), 1
+    ):
         assert f"(step {number} of {len(lines)}) Processing {name}, total=" in line
 
 
@@ -75,7 +79,11 @@ def test_callbacks_follow_the_steps_and_stay_out_of_files(tmp_path):
     diagnoser = make_diagnoser().set_callbacks(callback)
     diagnoser.fit(X, Y, sample_weight=np.arange(12))
     names = [name for name, _ in diagnoser.steps]
-    tasks = ["fit", *(f"fit-transform-{name}" for name in names[:-1]), "fit-final-estimator"]
+    tasks = [
+        "fit",
+        *(f"fit-transform-{name}" for name in names[:-1]),
+        "fit-final-estimator",
+    ]
     expected = [("DiagnosisPipeline", task) for task in tasks]
     assert callback.begun == ["setup", *expected, "teardown"]
     save_diagnoser(diagnoser, tmp_path / "d.skops")
@@ -101,13 +109,19 @@ ESTIMATORS = [
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_html_links_to_the_page_of_the_estimator(estimator):
-    settings = re.search(r"^html_baseurl = SITE$", (DOCS / "conf.py").read_text("utf-8"), re.M)
+    settings = re.search(
+        r"^html_baseurl = SITE$", (DOCS / "conf.py").read_text("utf-8"), re.M
+    )
     index = (DOCS / "api" / "index.rst").read_text("utf-8")
     pages = re.split(r"^\.\. currentmodule:: ", index, flags=re.M)
     of_package = "".join(page for page in pages if page.startswith("skarxlag\n"))
     assert settings and f"\n   {estimator.__name__}\n" in of_package
-    # autosummary writes a page for each name into this folder; the build checks that it did.
+    # autosummary writes a page for each name into this folder; the build checks that it
+    # did.
     page = f"api/generated/skarxlag.{estimator.__name__}.html"
-    required = {"DiagnosisPipeline": {"steps": []}, "SensorFusion": {"estimator": BaseEstimator()}}
+    required = {
+        "DiagnosisPipeline": {"steps": []},
+        "SensorFusion": {"estimator": BaseEstimator()},
+    }
     html = estimator_html_repr(estimator(**required.get(estimator.__name__, {})))
     assert f'href="https://skarxlag.github.io/skarxlag/{page}"' in html

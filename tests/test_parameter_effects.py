@@ -34,7 +34,9 @@ def thresholds(estimator, X, y):
 
 
 def confidences(estimator, X, y):
-    return estimator.fit(np.abs(X[:, :1]) + y[:, np.newaxis], y).predict_proba(np.abs(X[:, :1]))
+    return estimator.fit(np.abs(X[:, :1]) + y[:, np.newaxis], y).predict_proba(
+        np.abs(X[:, :1])
+    )
 
 
 OBSERVER_EFFECTS = {
@@ -80,7 +82,7 @@ EFFECTS = {
     },
     ExtendedStatePIObserverBank: BANK_EFFECTS | {"saturation": ({}, 0.0, levels)},
     LogSpectra: {
-        "measures": ({}, ("power", "colour"), levels),
+        "measures": ({}, ("power", "spectral_shape"), levels),
         "spectrum_order": ({}, 16, levels),
     },
     SpectralDistance: {
@@ -121,7 +123,10 @@ def test_every_parameter_has_an_effect(estimator, name):
     y = np.arange(20) % 2
     before = output(estimator(**base), X, y)
     after = output(estimator(**base | {name: value}), X, y)
-    assert before.shape != after.shape or np.abs(before - after).max() > 1e-6 * np.abs(before).max()
+    assert (
+        before.shape != after.shape
+        or np.abs(before - after).max() > 1e-6 * np.abs(before).max()
+    )
 
 
 @pytest.mark.parametrize("estimator", EFFECTS)

@@ -1,7 +1,7 @@
 """What must hold for any windows: properties that hypothesis tries to refute.
 
-``SKARXLAG_EXAMPLES=500 python -m pytest tests/test_properties.py`` tries more, and other ones each
-time.
+``SKARXLAG_EXAMPLES=500 python -m pytest tests/test_properties.py`` tries more, and
+other ones each time.
 """
 
 import os
@@ -30,7 +30,9 @@ def recordings(seed, n_windows=24, n_samples=256):
     rng = np.random.default_rng(seed)
     y = np.arange(n_windows) % 3
     noise = rng.normal(size=(n_windows, n_samples))
-    X = np.stack([lfilter([1.0], [1.0, 0.8 * (c - 1)], w) for c, w in zip(y, noise, strict=True)])
+    X = np.stack(
+        [lfilter([1.0], [1.0, 0.8 * (c - 1)], w) for c, w in zip(y, noise, strict=True)]
+    )
     return X, y
 
 
@@ -47,7 +49,10 @@ seeds = st.integers(0, 2**32 - 1)
 def test_unit_of_the_sensor_does_not_matter(fitted, seed, factor, sign):
     X, _ = recordings(seed)
     np.testing.assert_allclose(
-        fitted.predict_proba(sign * factor * X), fitted.predict_proba(X), rtol=1e-4, atol=1e-6
+        fitted.predict_proba(sign * factor * X),
+        fitted.predict_proba(X),
+        rtol=1e-4,
+        atol=1e-6,
     )
 
 
@@ -65,7 +70,9 @@ def test_offset_of_the_sensor_does_not_matter(fitted, seed, offset):
 def test_order_of_windows_does_not_matter(fitted, seed, random):
     X, _ = recordings(seed, n_windows=70)
     order = random.sample(range(len(X)), len(X))
-    np.testing.assert_array_equal(fitted.predict_proba(X[order]), fitted.predict_proba(X)[order])
+    np.testing.assert_array_equal(
+        fitted.predict_proba(X[order]), fitted.predict_proba(X)[order]
+    )
 
 
 @some_examples
@@ -100,7 +107,10 @@ def test_layout_and_byte_order_do_not_matter(fitted, seed, dtype, layout):
     if layout == "list":
         given_as, native = given_as.tolist(), native.astype(float)
     np.testing.assert_allclose(
-        fitted.predict_proba(given_as), fitted.predict_proba(native), rtol=1e-9, atol=1e-12
+        fitted.predict_proba(given_as),
+        fitted.predict_proba(native),
+        rtol=1e-9,
+        atol=1e-12,
     )
 
 
@@ -120,7 +130,9 @@ def test_names_of_conditions_and_order_of_training_do_not_matter(make, names, ra
     order = random.sample(range(len(X)), len(X))
     renamed = make().fit(X[order], np.array(names)[y][order])
     column = [renamed.classes_.tolist().index(name) for name in names]
-    np.testing.assert_allclose(renamed.predict_proba(X)[:, column], expected, rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(
+        renamed.predict_proba(X)[:, column], expected, rtol=1e-4, atol=1e-6
+    )
 
 
 @some_examples
@@ -128,7 +140,11 @@ def test_names_of_conditions_and_order_of_training_do_not_matter(make, names, ra
 def test_number_of_threads_does_not_matter(fitted, seed, n_jobs, n_windows):
     X, _ = recordings(seed, n_windows)
     expected = fitted.set_params(n_jobs=None).predict_proba(X)
-    steps = {f"{name}__n_jobs": n_jobs for name, step in fitted.steps if hasattr(step, "n_jobs")}
+    steps = {
+        f"{name}__n_jobs": n_jobs
+        for name, step in fitted.steps
+        if hasattr(step, "n_jobs")
+    }
     found = fitted.set_params(n_jobs=n_jobs, **steps).predict_proba(X)
     fitted.set_params(n_jobs=None, **dict.fromkeys(steps))
     np.testing.assert_array_equal(found, expected)

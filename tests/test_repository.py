@@ -27,8 +27,12 @@ def test_hooks_run_the_version_that_the_tests_install(tool):
 
 def test_every_supported_python_is_tested_and_stated():
     tests = (ROOT / ".github" / "workflows" / "tests.yml").read_text("utf-8")
-    tested = re.findall(r'"(3\.\d+)"', re.search(r"^ +python: \[(.*)\]$", tests, flags=re.M)[1])
-    stated = [each.rpartition(" ")[2] for each in PROJECT["classifiers"] if ":: 3." in each]
+    tested = re.findall(
+        r'"(3\.\d+)"', re.search(r"^ +python: \[(.*)\]$", tests, flags=re.M)[1]
+    )
+    stated = [
+        each.rpartition(" ")[2] for each in PROJECT["classifiers"] if ":: 3." in each
+    ]
     assert tested == stated
     assert PROJECT["requires-python"] == f">={tested[0]}"
 
@@ -38,7 +42,9 @@ def test_workflows_and_updates_are_valid():
     pytest.importorskip("check_jsonschema")
     check = [sys.executable, "-m", "check_jsonschema", "--quiet", "--builtin-schema"]
     subprocess.run([*check, "vendor.github-workflows", *WORKFLOWS], check=True)
-    subprocess.run([*check, "vendor.dependabot", ROOT / ".github" / "dependabot.yml"], check=True)
+    subprocess.run(
+        [*check, "vendor.dependabot", ROOT / ".github" / "dependabot.yml"], check=True
+    )
 
 
 def test_every_folder_of_tests_is_a_package():

@@ -34,7 +34,9 @@ WEIGHTS = np.array([0, 1, 2, 3, 1, 0, 2, 1, 1, 4, 1, 2])
 @pytest.fixture(scope="module")
 def windows():
     X = np.random.default_rng(0).normal(size=(12, 200))
-    return np.concatenate([lfilter([1], [1, -0.9], X[:6]), lfilter([1], [1, 0.5], X[6:])])
+    return np.concatenate(
+        [lfilter([1], [1, -0.9], X[:6]), lfilter([1], [1, 0.5], X[6:])]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -42,8 +44,12 @@ def conditions():
     return np.repeat(["healthy", "worn"], 6)
 
 
-@pytest.mark.parametrize("settings", [{}, {"pole": "optimise"}, {"healthy": "worn"}], ids=str)
-def test_identification_counts_a_window_as_often_as_its_weight_says(windows, conditions, settings):
+@pytest.mark.parametrize(
+    "settings", [{}, {"pole": "optimise"}, {"healthy": "worn"}], ids=str
+)
+def test_identification_counts_a_window_as_often_as_its_weight_says(
+    windows, conditions, settings
+):
     model = ARXLaguerre(order=4, **settings)
     weighted = model.fit(windows, conditions, sample_weight=WEIGHTS).coef_
     noise_level, poles = model.noise_level_, model.poles_
@@ -75,15 +81,21 @@ def test_ladder_counts_a_window_as_often_as_its_weight_says():
         weighted = ThresholdLadder(**settings).fit(X, y, sample_weight=weights)
         repeated = ThresholdLadder(**settings).fit(X[rows], y[rows])
         for name in ("detection_threshold_", "isolation_thresholds_", "rungs_"):
-            np.testing.assert_array_equal(getattr(weighted, name), getattr(repeated, name))
-        assert weighted.confidence_scale_ == pytest.approx(repeated.confidence_scale_, rel=1e-5)
+            np.testing.assert_array_equal(
+                getattr(weighted, name), getattr(repeated, name)
+            )
+        assert weighted.confidence_scale_ == pytest.approx(
+            repeated.confidence_scale_, rel=1e-5
+        )
 
 
 RESIDUALS = {
     "compare": (SpectralDistance(joint_weight=0.5), {}),
     "orders": (OrderResidual(sampling_rate=100), {"rpm": np.linspace(500, 700, 12)}),
     "stretches": (
-        StretchResidual(order_residual=OrderResidual(sampling_rate=100), window_length=90),
+        StretchResidual(
+            order_residual=OrderResidual(sampling_rate=100), window_length=90
+        ),
         {"rpm": np.linspace(500, 700, 12)},
     ),
     "no rpm": (StretchResidual(window_length=90), {}),
@@ -91,7 +103,9 @@ RESIDUALS = {
 
 
 @pytest.mark.parametrize("name", RESIDUALS)
-def test_residuals_count_a_window_as_often_as_its_weight_says(windows, conditions, name):
+def test_residuals_count_a_window_as_often_as_its_weight_says(
+    windows, conditions, name
+):
     estimator, metadata = RESIDUALS[name]
     X = LogSpectra().fit_transform(windows) if name == "compare" else windows
     rows = np.repeat(np.arange(12), WEIGHTS)
@@ -100,7 +114,9 @@ def test_residuals_count_a_window_as_often_as_its_weight_says(windows, condition
     weighted = clone(estimator).fit(X, conditions, sample_weight=WEIGHTS, **metadata)
     expected = repeated.transform(X, **metadata)
     np.testing.assert_allclose(weighted.transform(X, **metadata), expected, rtol=1e-9)
-    own = clone(estimator).fit_transform(X, conditions, sample_weight=WEIGHTS, **metadata)
+    own = clone(estimator).fit_transform(
+        X, conditions, sample_weight=WEIGHTS, **metadata
+    )
     np.testing.assert_allclose(own, expected, rtol=1e-9)
     plain = clone(estimator).fit(X, conditions, **metadata).transform(X, **metadata)
     assert not np.allclose(plain, expected, rtol=1e-2)
@@ -120,15 +136,24 @@ def test_a_condition_whose_windows_all_weigh_nothing_is_none(windows, name):
 def test_equal_weights_change_no_bit(windows, conditions):
     for name, (estimator, metadata) in RESIDUALS.items():
         X = LogSpectra().fit_transform(windows) if name == "compare" else windows
-        even = clone(estimator).fit(X, conditions, sample_weight=np.ones(12), **metadata)
+        even = clone(estimator).fit(
+            X, conditions, sample_weight=np.ones(12), **metadata
+        )
         plain = clone(estimator).fit(X, conditions, **metadata)
-        np.testing.assert_array_equal(even.transform(X, **metadata), plain.transform(X, **metadata))
+        np.testing.assert_array_equal(
+            even.transform(X, **metadata), plain.transform(X, **metadata)
+        )
 
 
-def test_a_residual_of_windows_without_weights_serves_until_there_are_some(windows, conditions):
+def test_a_residual_of_windows_without_weights_serves_until_there_are_some(
+    windows, conditions
+):
     stretches = StretchResidual(
         window_residual=DiagnosisPipeline(
-            [("observe", ExtendedStatePIObserverBank(n_members=8)), ("compare", Unweighted())]
+            [
+                ("observe", ExtendedStatePIObserverBank(n_members=8)),
+                ("compare", Unweighted()),
+            ]
         )
     )
     stretches.fit(windows, conditions)
@@ -173,9 +198,15 @@ def test_weighted_order_statistics_are_those_of_repeated_levels(weights):
 @pytest.mark.parametrize(
     ("weights", "message"),
     [
-        (-np.ones(12), r"sample_weight == array\(\[-1., .* expected weights of at least 0"),
+        (
+            -np.ones(12),
+            r"sample_weight == array\(\[-1., .* expected weights of at least 0",
+        ),
         (np.zeros(12), "sample_weight == .*, not all of them zero"),
-        (np.ones(11), r"shape == \(11,\), expected \(12,\), one weight for each window"),
+        (
+            np.ones(11),
+            r"shape == \(11,\), expected \(12,\), one weight for each window",
+        ),
         (np.ones((12, 1)), r"shape == \(12, 1\)"),
         (np.full(12, np.nan), "sample_weight contains NaN"),
     ],
@@ -185,11 +216,18 @@ def test_bad_weights_are_refused(windows, conditions, estimator, weights, messag
         estimator.fit(windows, conditions, sample_weight=weights)
 
 
-def test_a_pipeline_hands_weights_to_its_steps_by_name_and_by_routing(windows, conditions):
+def test_a_pipeline_hands_weights_to_its_steps_by_name_and_by_routing(
+    windows, conditions
+):
     by_name = make_alpio().fit(
-        windows, conditions, identify__sample_weight=WEIGHTS, decide__sample_weight=WEIGHTS
+        windows,
+        conditions,
+        identify__sample_weight=WEIGHTS,
+        decide__sample_weight=WEIGHTS,
     )
-    assert not np.allclose(by_name[0].coef_, make_alpio().fit(windows, conditions)[0].coef_)
+    assert not np.allclose(
+        by_name[0].coef_, make_alpio().fit(windows, conditions)[0].coef_
+    )
     with sklearn.config_context(enable_metadata_routing=True):
         routed = make_pipeline(
             ARXLaguerre().set_fit_request(sample_weight=True),
@@ -230,21 +268,29 @@ def test_searches_and_calibration_hand_weights_on(windows, conditions):
     weights = np.where(test, np.arange(1, 13), WEIGHTS)
     # Labels of two windows are exchanged, so that some verdicts are wrong.
     y = np.where(np.arange(12) % 8 == 2, conditions[::-1], conditions)
-    diagnoser = make_diagnoser().fit(windows[~test], y[~test], sample_weight=WEIGHTS[~test])
+    diagnoser = make_diagnoser().fit(
+        windows[~test], y[~test], sample_weight=WEIGHTS[~test]
+    )
     right = diagnoser.predict(windows[test]) == y[test]
     expected = np.average(right, weights=weights[test])
     assert expected != right.mean()
     with sklearn.config_context(enable_metadata_routing=True):
         params = {"sample_weight": weights}
         scores = cross_validate(make_diagnoser(), windows, y, cv=splits, params=params)
-        search = GridSearchCV(make_diagnoser(), {"decide__false_alarm_rate": [0.01]}, cv=splits)
+        search = GridSearchCV(
+            make_diagnoser(), {"decide__false_alarm_rate": [0.01]}, cv=splits
+        )
         search.fit(windows, y, **params)
-        calibrated = CalibratedClassifierCV(make_diagnoser(), cv=splits, method="isotonic")
+        calibrated = CalibratedClassifierCV(
+            make_diagnoser(), cv=splits, method="isotonic"
+        )
         calibrated.fit(windows, y, **params)
     assert scores["test_score"][0] == pytest.approx(expected)
     assert search.best_score_ == pytest.approx(expected)
     member = calibrated.calibrated_classifiers_[0].estimator
-    np.testing.assert_array_equal(member.predict_proba(windows), diagnoser.predict_proba(windows))
+    np.testing.assert_array_equal(
+        member.predict_proba(windows), diagnoser.predict_proba(windows)
+    )
 
 
 def healthy_rows():
@@ -264,7 +310,9 @@ class TestDetector:
         some = FaultDetector().fit(X[rows], rpm=rpm[rows])
         weighted = FaultDetector().fit(X, rpm=rpm, sample_weight=weights)
         np.testing.assert_allclose(
-            weighted.score_samples(X, rpm=rpm), some.score_samples(X, rpm=rpm), rtol=1e-9
+            weighted.score_samples(X, rpm=rpm),
+            some.score_samples(X, rpm=rpm),
+            rtol=1e-9,
         )
         assert weighted.n_rows_ == 64
 
@@ -284,9 +332,12 @@ class TestDetector:
         repeated = FaultDetector().fit(X[rows], rpm=rpm[rows])
         assert weighted.n_rows_ < repeated.n_rows_ == weights.sum()
         np.testing.assert_allclose(weighted.means_, repeated.means_, rtol=1e-9)
-        # Their coordinates are those of the covariances, so the cepstra themselves are compared, in
-        # the single precision of the axes.
-        means = [each.references_ @ np.linalg.inv(each.axes_) for each in (weighted, repeated)]
+        # Their coordinates are those of the covariances, so the cepstra themselves are
+        # compared, in the single precision of the axes.
+        means = [
+            each.references_ @ np.linalg.inv(each.axes_)
+            for each in (weighted, repeated)
+        ]
         np.testing.assert_allclose(*means, rtol=1e-5, atol=1e-7)
 
     def test_weights_reach_the_model_and_the_detector_of_a_pipeline(self):
@@ -297,5 +348,6 @@ class TestDetector:
         innovations = model.fit(X, sample_weight=weights).transform(X)
         detector = FaultDetector().fit(innovations, rpm=rpm, sample_weight=weights)
         np.testing.assert_array_equal(
-            fitted.score_samples(X, rpm=rpm), detector.score_samples(innovations, rpm=rpm)
+            fitted.score_samples(X, rpm=rpm),
+            detector.score_samples(innovations, rpm=rpm),
         )

@@ -27,7 +27,7 @@ from skarxlag import (
     make_diagnoser,
     make_known_conditions,
 )
-from skarxlag._answers import answers
+from skarxlag.core.capabilities import capabilities
 
 RATE = 2_000
 BEARING = {"outer": 3.6, "inner": 5.4}
@@ -49,10 +49,16 @@ def routing():
 def rows():
     """Stretches of half a second at two speeds, in two conditions that overlap."""
     rng = np.random.default_rng(3)
-    X, y, rpm = rng.normal(size=(36, 1000)), np.repeat(["good", "outer"], 18), np.empty(36)
+    X, y, rpm = (
+        rng.normal(size=(36, 1000)),
+        np.repeat(["good", "outer"], 18),
+        np.empty(36),
+    )
     rpm[:] = np.tile([600.0, 900.0], 18)
     for row in range(18, 36):
-        impacts = np.arange(0, 1000, 60 * RATE / (rpm[row] * BEARING["outer"])).astype(int)
+        impacts = np.arange(0, 1000, 60 * RATE / (rpm[row] * BEARING["outer"])).astype(
+            int
+        )
         X[row, impacts] += rng.uniform(1, 5)
     weight = rng.integers(1, 4, size=36).astype(float)
     return X, y, {"rpm": rpm, "sample_weight": weight}
@@ -60,7 +66,10 @@ def rows():
 
 MODELS = {
     "windows": (make_diagnoser(), {"identify__pole": [0.0, 0.4]}),
-    "stretches": (make_diagnoser(sampling_rate=RATE), {"decide__false_alarm_rate": [0.01, 0.1]}),
+    "stretches": (
+        make_diagnoser(sampling_rate=RATE),
+        {"decide__false_alarm_rate": [0.01, 0.1]},
+    ),
     "bearing": (
         make_diagnoser(sampling_rate=RATE, bearing=BEARING),
         {"decide__slip": [0.01, 0.03], "decide__bearing": [BEARING, "6205"]},
@@ -91,7 +100,9 @@ def scores_by_hand(model, grid, X, y, metadata, cv):
 
 
 def scores_of(search):
-    return np.stack([search.cv_results_[f"split{n}_test_score"] for n in range(3)], axis=1)
+    return np.stack(
+        [search.cv_results_[f"split{n}_test_score"] for n in range(3)], axis=1
+    )
 
 
 @pytest.mark.slow
@@ -101,15 +112,18 @@ def test_a_grid_search_is_a_loop_with_the_metadata_of_each_split(routing, rows, 
     (model, grid), metadata = MODELS[name], dict(metadata)
     if name == "sensors":
         X = np.stack([X, X[::-1]], axis=1)
-    search = GridSearchCV(clone(model), grid, cv=CV, error_score="raise").fit(X, y, **metadata)
+    search = GridSearchCV(clone(model), grid, cv=CV, error_score="raise").fit(
+        X, y, **metadata
+    )
     expected = scores_by_hand(model, grid, X, y, metadata, CV)
     np.testing.assert_array_equal(scores_of(search), expected)
     best = clone(model).set_params(**search.best_params_).fit(X, y, **metadata)
-    # A search of scikit-learn takes no metadata in predict, and its best estimator does.
+    # A search of scikit-learn takes no metadata in predict, and its best estimator
+    # does.
     found = search.best_estimator_.predict(X, rpm=metadata["rpm"])
     np.testing.assert_array_equal(found, best.predict(X, rpm=metadata["rpm"]))
     assert search.score(X, y, **metadata) == best.score(X, y, **metadata)
-    assert answers(search).speeds == pytest.approx((600.0, 900.0))
+    assert capabilities(search).speeds == pytest.approx((600.0, 900.0))
     assert len(np.unique(expected)) > 1
 
 
@@ -119,12 +133,16 @@ def test_other_searches_take_metadata_too(routing, rows, kind):
     X, y, metadata = rows
     model, grid = MODELS["windows"]
     options = {"n_iter": 2} if kind is RandomizedSearchCV else {"min_resources": 36}
-    search = kind(clone(model), grid, cv=CV, random_state=0, error_score="raise", **options)
+    search = kind(
+        clone(model), grid, cv=CV, random_state=0, error_score="raise", **options
+    )
     search.fit(X, y, **metadata)
     expected = scores_by_hand(model, grid, X, y, metadata, CV).mean(axis=1)
     found = dict(zip(search.cv_results_["param_identify__pole"],
                      search.cv_results_["mean_test_score"], strict=True))  # fmt: skip
-    np.testing.assert_allclose([found[pole] for pole in grid["identify__pole"]], expected)
+    np.testing.assert_allclose(
+        [found[pole] for pole in grid["identify__pole"]], expected
+    )
 
 
 @pytest.mark.slow
@@ -152,7 +170,11 @@ def test_a_search_across_speeds_with_routed_groups(routing, rows):
         model, {"identify__pole": [0.0, 0.4]}, cv=SpeedSplit(), error_score="raise"
     ).fit(X, y, groups=rpm, rpm=rpm)
     (train, test), *_ = SpeedSplit().split(X, y, groups=rpm)
-    by_hand = clone(model).set_params(identify__pole=0.0).fit(X[train], y[train], rpm=rpm[train])
+    by_hand = (
+        clone(model)
+        .set_params(identify__pole=0.0)
+        .fit(X[train], y[train], rpm=rpm[train])
+    )
     expected = by_hand.score(X[test], y[test], rpm=rpm[test])
     assert search.cv_results_["split0_test_score"][0] == expected
 
@@ -161,7 +183,9 @@ def test_a_search_across_speeds_with_routed_groups(routing, rows):
 def test_curves_take_metadata_too(routing, rows):
     X, y, metadata = rows
     options = {"cv": CV, "params": metadata, "error_score": "raise"}
-    sizes, _, scores = learning_curve(make_diagnoser(), X, y, train_sizes=[1.0], **options)
+    sizes, _, scores = learning_curve(
+        make_diagnoser(), X, y, train_sizes=[1.0], **options
+    )
     expected = scores_by_hand(make_diagnoser(), {}, X, y, metadata, CV)
     assert sizes.tolist() == [24]
     np.testing.assert_array_equal(scores, expected)
@@ -191,7 +215,11 @@ def test_detectors_are_searched_with_a_scorer_that_takes_speeds(rows, make):
     rate = "false_alarm_rate" if make is make_detector else "false_rejection_rate"
     labels = None if make is make_detector else y
     search = GridSearchCV(
-        pipe, {f"decide__{rate}": [0.01, 0.2]}, cv=3, scoring=share_of_outliers, error_score="raise"
+        pipe,
+        {f"decide__{rate}": [0.01, 0.2]},
+        cv=3,
+        scoring=share_of_outliers,
+        error_score="raise",
     )
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

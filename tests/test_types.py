@@ -25,14 +25,20 @@ def own_functions(owner, module):
             yield member.fget
         elif inspect.isfunction(member) and member.__module__ == module:
             yield member
-        elif inspect.isclass(member) and member.__module__ == module and owner is not member:
+        elif (
+            inspect.isclass(member)
+            and member.__module__ == module
+            and owner is not member
+        ):
             yield from own_functions(member, module)
 
 
 MODULES = [
     module.name
     for module in pkgutil.walk_packages(skarxlag.__path__, "skarxlag.")
-    if not any(part.startswith("_") or part == "commands" for part in module.name.split("."))
+    if not any(
+        part.startswith("_") or part == "commands" for part in module.name.split(".")
+    )
 ]
 
 
@@ -48,7 +54,9 @@ def documented(owner):
     ):
         for name in names.split(", "):
             yield name, said
-    results = re.findall(r"^(?:\w+ : )?(\w.*)$", sections.get("Returns", ""), flags=re.M)
+    results = re.findall(
+        r"^(?:\w+ : )?(\w.*)$", sections.get("Returns", ""), flags=re.M
+    )
     if len(results) == 1:
         yield "return", results[0]
 
@@ -58,11 +66,17 @@ def test_annotations_are_what_docstrings_say(name):
     module = importlib.import_module(name)
     owners = list(own_functions(module, name))
     for each in vars(module).values():
-        if inspect.isclass(each) and each.__module__ == name and "__init__" in vars(each):
+        if (
+            inspect.isclass(each)
+            and each.__module__ == name
+            and "__init__" in vars(each)
+        ):
             owners.append(each)
     for owner in owners:
         signature = inspect.signature(owner)
-        annotations = {key: each.annotation for key, each in signature.parameters.items()}
+        annotations = {
+            key: each.annotation for key, each in signature.parameters.items()
+        }
         annotations["return"] = signature.return_annotation
         for key, said in documented(owner):
             plain = PLAIN.match(said)
@@ -77,8 +91,11 @@ def test_annotations_are_what_docstrings_say(name):
 
 
 def test_types_reach_checkers_of_installations_in_place():
-    # A plain path, which checkers follow; they do not run the import hook that is the default.
-    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    # A plain path, which checkers follow; they do not run the import hook that is the
+    # default.
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"][
+        "setuptools"
+    ]
     assert settings["package-dir"] == {"": "."}
     assert (ROOT / "skarxlag" / "py.typed").exists()
 

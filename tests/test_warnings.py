@@ -6,7 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from skarxlag import ARXLaguerre, SensorFusion, StretchResidual, make_detector, make_diagnoser
+from skarxlag import (
+    ARXLaguerre,
+    SensorFusion,
+    StretchResidual,
+    make_detector,
+    make_diagnoser,
+)
 
 RNG = np.random.default_rng(0)
 X, Y = RNG.normal(size=(40, 400)), np.repeat(["good", "worn"], 20)

@@ -8,7 +8,13 @@ A comment that ignores an error is an error itself where there is none.
 import numpy as np
 from sklearn.utils import Bunch
 
-from skarxlag import ARXLaguerre, SpeedSplit, make_diagnoser, make_windows, read_recording
+from skarxlag import (
+    ARXLaguerre,
+    SpeedSplit,
+    make_diagnoser,
+    make_windows,
+    read_recording,
+)
 from skarxlag.accuracy_tables import confusion_table
 from skarxlag.datasets import simulate_rig
 from skarxlag.plotting import IdentificationDisplay
@@ -18,13 +24,19 @@ def right() -> tuple[float, int]:
     """What is right passes, and types of results are known."""
     signal, _ = read_recording("run.npy")
     windows = make_windows(signal, 1200, hop=600)
-    diagnoser = make_diagnoser(healthy="Normal", verbose=True).fit(windows, sample_weight=[1.0])
+    diagnoser = make_diagnoser(healthy="Normal", verbose=True).fit(
+        windows, sample_weight=[1.0]
+    )
     found: Bunch = diagnoser.diagnose(windows, rpm=500)
     rows = ARXLaguerre(order=2).fit(windows).transform(windows)
     rig = simulate_rig(rpm=np.array([300.0, 500.0]), crack_mm=3)
-    shown = IdentificationDisplay.from_estimator(diagnoser, windows[0], axes=np.array([None, None]))
+    shown = IdentificationDisplay.from_estimator(
+        diagnoser, windows[0], axes=np.array([None, None])
+    )
     table = confusion_table(rig.verdicts, rig.target_names)
-    return diagnoser.score(windows, found.verdict) + shown.fit_percentage, rows.ndim + len(table)
+    return diagnoser.score(
+        windows, found.verdict
+    ) + shown.fit_percentage, rows.ndim + len(table)
 
 
 def wrong() -> None:

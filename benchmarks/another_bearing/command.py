@@ -1,8 +1,8 @@
 """Name the place of a fault on another bearing, at the same and at other speeds and loads.
 
-Run ``python -m benchmarks.another_bearing`` from the root of the repository. The folder of the rigs
-is ``$SKARXLAG_DATA``. Rows are 1 s long; `protocol.py` describes the folds. Results of a rig are
-kept in a csv file in the output folder and are not computed again.
+Run ``python -m benchmarks.another_bearing`` from the root of the repository. The folder
+of the rigs is ``$SKARXLAG_DATA``. Rows are 1 s long; `protocol.py` describes the folds.
+Results of a rig are kept in a csv file in the output folder and are not computed again.
 """
 
 import sys
@@ -67,7 +67,9 @@ def side_by_side(found):
     ]
     keys = ["protocol", "rig", "rows", "method"]
     table = found[keys].assign(cell=cells).set_index(keys)["cell"].unstack()
-    order = list(dict.fromkeys(zip(found["protocol"], found["rig"], found["rows"], strict=True)))
+    order = list(
+        dict.fromkeys(zip(found["protocol"], found["rig"], found["rows"], strict=True))
+    )
     return table.loc[order, list(METHODS)].reset_index()
 
 

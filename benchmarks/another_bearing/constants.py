@@ -1,11 +1,12 @@
 """Choose the constants of the probabilities for recorded and for other specimens.
 
-Run ``python -m benchmarks.another_bearing constants`` from the root of the repository. It scores
-random settings of the constants of `skarxlag.kernels.posterior`. The score of a rig is the mean log
-loss of the place over two protocols, the same bearing at other speeds and another bearing, and over
-diagnosers with and without the bearing. The score of a setting is the mean over rigs, plus .3 times
-the worst rig. A setting that states more than 1 % of noise and sines with at least .9 is left out.
-Each rig is left out in turn: the table shows the score on it of what the others choose.
+Run ``python -m benchmarks.another_bearing constants`` from the root of the repository.
+It scores random settings of the constants of `skarxlag.kernels.posterior`. The score of
+a rig is the mean log loss of the place over two protocols, the same bearing at other
+speeds and another bearing, and over diagnosers with and without the bearing. The score
+of a setting is the mean over rigs, plus .3 times the worst rig. A setting that states
+more than 1 % of noise and sines with at least .9 is left out. Each rig is left out in
+turn: the table shows the score on it of what the others choose.
 """
 
 import sys
@@ -13,6 +14,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
+from skarxlag.decisions.fault_locations import FAULT_LOCATIONS, comb_evidence
 
 from benchmarks.another_bearing.arguments import parse
 from benchmarks.another_bearing.metrics import STATED
@@ -21,7 +23,6 @@ from benchmarks.another_bearing.protocol import BEARINGS, SAME_BEARING, folds
 from benchmarks.pages.blocks import markdown, publish
 from benchmarks.recipe.rigs import real_rigs
 from skarxlag import make_diagnoser
-from skarxlag.fault_places import PLACES, comb_evidence
 from skarxlag.kernels import posterior
 
 #: Values of each constant, of which a setting takes one at random.
@@ -51,7 +52,9 @@ def compared(rig):
         diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, bearing=bearing)
         diagnoser.fit(train.X, train.condition, rpm=train.rpm)
         noise = np.stack(list(synthetic(rig.sampling_rate, n_samples, seed).values()))
-        sets = [(name, rows.X, rows.rpm, rows.place) for name, rows in fold.tests.items()]
+        sets = [
+            (name, rows.X, rows.rpm, rows.place) for name, rows in fold.tests.items()
+        ]
         for factor in (1.0, 1.5):
             rpm = np.full(len(noise), factor * train.rpm[0])
             sets.append(("noise", noise, rpm, np.full(len(noise), "healthy")))
@@ -69,7 +72,7 @@ def _compared(diagnoser, protocol, X, rpm, place):
     combs = decide.match(innovations, rpm=rpm)
     has_healthy = len(decide.healthy_scores_) > 0
     scores = combs.scores - (decide.reference_ if has_healthy else 0.8)
-    places = np.append(decide.class_places_, PLACES.index("healthy"))
+    places = np.append(decide.class_places_, FAULT_LOCATIONS.index("healthy"))
     return {
         "protocol": protocol,
         "levels": np.log(levels),
@@ -78,7 +81,7 @@ def _compared(diagnoser, protocol, X, rpm, place):
         "noise_gaps": tuple(learned.noise_gaps_),
         "class_places": decide.class_places_,
         "by_combs": comb_evidence(scores, places),
-        "true": np.array([PLACES.index(each) for each in place]),
+        "true": np.array([FAULT_LOCATIONS.index(each) for each in place]),
     }
 
 
@@ -87,7 +90,7 @@ def losses(parts, setting):
     by_protocol, noise = {}, []
     with patch.multiple(posterior, **setting):
         for part in parts:
-            options = {"place_exponent": setting["PLACE_EXPONENT"]}
+            options = {"location_exponent": setting["PLACE_EXPONENT"]}
             spectra = posterior.condition_log_probabilities(
                 part["levels"],
                 *part["questions"],
@@ -100,17 +103,26 @@ def losses(parts, setting):
                 continue
             joint = spectra + part["by_combs"]
             for logs in (spectra, joint):
-                probability = np.exp(logs - np.logaddexp.reduce(logs, axis=1, keepdims=True))
+                probability = np.exp(
+                    logs - np.logaddexp.reduce(logs, axis=1, keepdims=True)
+                )
                 every = _of_places(probability, part)
                 own = every[np.arange(len(every)), part["true"]]
                 is_same = part["protocol"] == SAME_BEARING
-                by_protocol.setdefault(is_same, []).append(-np.log(np.maximum(own, _LEAST)).mean())
-    return float(np.mean([np.mean(each) for each in by_protocol.values()])), np.concatenate(noise)
+                by_protocol.setdefault(is_same, []).append(
+                    -np.log(np.maximum(own, _LEAST)).mean()
+                )
+    return float(
+        np.mean([np.mean(each) for each in by_protocol.values()])
+    ), np.concatenate(noise)
 
 
 def _of_places(probability, part):
     """Probabilities of the places; that of an unknown condition is left out."""
-    places = [probability[:, :-1][:, part["class_places"] == p] for p in range(len(PLACES))]
+    places = [
+        probability[:, :-1][:, part["class_places"] == p]
+        for p in range(len(FAULT_LOCATIONS))
+    ]
     return np.stack([each.sum(axis=1) for each in places], axis=1)
 
 
@@ -140,7 +152,10 @@ def left_out(scores, noise):
         best = int(total.argmin())
         rows.append(
             {"left out": rig}
-            | {name.lower().replace("_", " "): value for name, value in tried[best].items()}
+            | {
+                name.lower().replace("_", " "): value
+                for name, value in tried[best].items()
+            }
             | {"log loss": scores.loc[best, rig], "in use": scores.loc[0, rig]}
         )
     return pd.DataFrame(rows)
@@ -156,7 +171,9 @@ def main(arguments=None):
         scores[rig.name] = [loss for loss, _ in found]
         noise[rig.name] = [stated.mean() for _, stated in found]
     scores, noise = pd.DataFrame(scores), pd.DataFrame(noise)
-    scores.join(noise, rsuffix=" noise").to_csv(options.output / "constants.csv", index=False)
+    scores.join(noise, rsuffix=" noise").to_csv(
+        options.output / "constants.csv", index=False
+    )
     table = left_out(scores, noise)
     note = f"{_N_SETTINGS} settings were scored. What all rigs but one choose, and its log loss:"
     publish(options, {"another bearing constants": f"{note}\n\n{markdown(table)}"})

@@ -1,8 +1,9 @@
 """Measure how verdicts on another bearing depend on the number of bearings in the training.
 
-Run ``python -m benchmarks.another_bearing curve`` from the root of the repository. The rigs are
-those with three specimens of a place. Of the specimens that a fold keeps, the first one or two of
-each place train, as in the main command. ``specimen`` is given to `fit`.
+Run ``python -m benchmarks.another_bearing curve`` from the root of the repository. The
+rigs are those with three specimens of a place. Of the specimens that a fold keeps, the
+first one or two of each place train, as in the main command. ``specimen`` is given to
+`fit`.
 """
 
 import sys
@@ -37,7 +38,9 @@ def scored(rig):
             train = chosen(fold.train, number)
             for bearing in (BEARINGS[rig.name], None):
                 probabilities = fitted(rig, train, bearing, specimen=train.specimen)
-                method = f"{number} of each place{', with the bearing' if bearing else ''}"
+                method = (
+                    f"{number} of each place{', with the bearing' if bearing else ''}"
+                )
                 for protocol, rows in tests.items():
                     probability = probabilities(rows.X, rows.rpm)
                     facts = {"rig": rig.name, "protocol": protocol, "method": method}
@@ -55,7 +58,9 @@ def main(arguments=None):
     for rig in real_rigs(options.rig, options.data_home):
         parts += scored(rig)
         print(rig.name, file=sys.stderr, flush=True)
-    found = table(pd.concat(parts, ignore_index=True)).rename(columns={"method": "training"})
+    found = table(pd.concat(parts, ignore_index=True)).rename(
+        columns={"method": "training"}
+    )
     found = found.sort_values(["protocol", "rig"], kind="stable")
     found.to_csv(options.output / "curve.csv", index=False)
     publish(options, {"another bearing curve": markdown(found)})

@@ -1,6 +1,7 @@
 """Methods that name the place of rows: ours, with and without the bearing, and peers."""
 
 import numpy as np
+from skarxlag.decisions.fault_locations import FAULT_LOCATIONS
 from sklearn.calibration import CalibratedClassifierCV
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.pipeline import make_pipeline
@@ -10,7 +11,6 @@ from sklearn.svm import SVC
 from benchmarks.another_bearing.protocol import BEARINGS
 from benchmarks.cross_speed.peers import log_spectrum, unit_rms
 from skarxlag import make_diagnoser, make_fault_order_classifier
-from skarxlag.fault_places import PLACES
 
 
 def fitted(rig, train, bearing=None, **metadata):
@@ -54,7 +54,7 @@ def combs_alone(rig, train, tests):
         probability = classifier.predict_proba(rows.X, rpm=rows.rpm)
         known = by_place(probability, classifier.classes_)
         # Places that no row of the rig has are no answer for the other methods, either.
-        known *= [place in places for place in PLACES]
+        known *= [place in places for place in FAULT_LOCATIONS]
         yield name, known / known.sum(axis=1, keepdims=True)
 
 
@@ -69,11 +69,15 @@ def _peer(classifier):
 
 
 def by_place(probability, places):
-    """Sum the probabilities of the classes of each place, in the order of `PLACES`."""
-    return np.stack([probability[:, places == place].sum(axis=1) for place in PLACES], axis=1)
+    """Sum the probabilities of the classes of each place, in the order of `FAULT_LOCATIONS`."""
+    return np.stack(
+        [probability[:, places == place].sum(axis=1) for place in FAULT_LOCATIONS],
+        axis=1,
+    )
 
 
-#: Functions from a rig, training rows and test rows to probabilities of the places of the rows.
+#: Functions from a rig, training rows and test rows to probabilities of the places of
+#: the rows.
 METHODS = {
     "`make_diagnoser` with the bearing (ours)": with_bearing,
     "`make_diagnoser` (ours)": ours,

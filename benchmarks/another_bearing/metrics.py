@@ -2,12 +2,13 @@
 
 import numpy as np
 import pandas as pd
+from skarxlag.decisions.fault_locations import FAULT_LOCATIONS
 from sklearn.metrics import roc_auc_score
 
 from benchmarks.recipe.calibration import expected_calibration_error
-from skarxlag.fault_places import PLACES
 
-#: Probability from which on a verdict counts as stated, and the fewest such rows for a share.
+#: Probability from which on a verdict counts as stated, and the fewest such rows for a
+#: share.
 STATED, FEWEST = 0.9, 30
 _LEAST = 1e-6
 _RESAMPLES = 1000
@@ -15,7 +16,7 @@ _RESAMPLES = 1000
 
 def labelled(probability, rows, facts):
     """Return a table of the probabilities of places, with the labels of the rows, for `table`."""
-    part = pd.DataFrame(probability, columns=list(PLACES))
+    part = pd.DataFrame(probability, columns=list(FAULT_LOCATIONS))
     return part.assign(place=rows.place, specimen=rows.specimen, **facts)
 
 
@@ -25,19 +26,19 @@ def measured(rows):
     Parameters
     ----------
     rows : DataFrame
-        Columns ``place``, ``specimen`` and the probability of each of `PLACES`. What is missing to
-        1 is the probability of an unknown condition.
+        Columns ``place``, ``specimen`` and the probability of each of `FAULT_LOCATIONS`. What is
+        missing to 1 is the probability of an unknown condition.
 
     Returns
     -------
     dict
-        ``rows``; ``right``, the share of right places, with an interval of 90 % over specimens;
-        ``log loss``; ``error``, the expected calibration error; ``stated``, the share of rows
-        stated with at least .9; ``of these``, how many of them are right, empty below 30 rows; and
-        ``AUROC``, the mean over places.
+        ``rows``; ``right``, the share of right places, with an interval of 90 % over
+        specimens; ``log loss``; ``error``, the expected calibration error; ``stated``,
+        the share of rows stated with at least .9; ``of these``, how many of them are
+        right, empty below 30 rows; and ``AUROC``, the mean over places.
     """
-    probability = rows[list(PLACES)].to_numpy()
-    true = rows["place"].map(PLACES.index).to_numpy()
+    probability = rows[list(FAULT_LOCATIONS)].to_numpy()
+    true = rows["place"].map(FAULT_LOCATIONS.index).to_numpy()
     stated = probability.max(axis=1)
     right = probability.argmax(axis=1) == true
     of_true = np.maximum(probability[np.arange(len(rows)), true], _LEAST)
@@ -90,5 +91,8 @@ def macro_auroc(probability, true):
 def table(rows):
     """Return a row of measures for each rig, protocol and method."""
     groups = rows.groupby(["protocol", "rig", "method"], sort=False)
-    found = [dict(zip(groups.keys, key, strict=True)) | measured(each) for key, each in groups]
+    found = [
+        dict(zip(groups.keys, key, strict=True)) | measured(each)
+        for key, each in groups
+    ]
     return pd.DataFrame(found)

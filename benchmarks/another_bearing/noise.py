@@ -1,8 +1,9 @@
 """Count how often signals without a known condition are named with a high probability.
 
-Run ``python -m benchmarks.another_bearing noise`` from the root of the repository. Each rig's
-diagnoser, trained at one setting, gets synthetic noise and sines, at the training speed and at 1.5
-times that speed, and the first second of each recording of all other rigs, at their own speeds.
+Run ``python -m benchmarks.another_bearing noise`` from the root of the repository. Each
+rig's diagnoser, trained at one setting, gets synthetic noise and sines, at the training
+speed and at 1.5 times that speed, and the first second of each recording of all other
+rigs, at their own speeds.
 """
 
 import sys
@@ -64,12 +65,20 @@ def scored(rig, data_home):
         speed = fold.train.rpm[0]
         kinds = {
             "noise and sines, training speed": (noise, np.full(len(noise), speed)),
-            "noise and sines, 1.5 times the speed": (noise, np.full(len(noise), 1.5 * speed)),
+            "noise and sines, 1.5 times the speed": (
+                noise,
+                np.full(len(noise), 1.5 * speed),
+            ),
             "recordings of other rigs": (other, speeds),
         }
         for kind, (rows, rpm) in kinds.items():
             stated = probabilities(rows, rpm).max(axis=1) >= STATED
-            yield {"rig": rig.name, "rows": kind, "number": len(rows), "stated": stated.sum()}
+            yield {
+                "rig": rig.name,
+                "rows": kind,
+                "number": len(rows),
+                "stated": stated.sum(),
+            }
 
 
 def main(arguments=None):
@@ -79,9 +88,13 @@ def main(arguments=None):
     for rig in real_rigs(options.rig, options.data_home):
         found += scored(rig, options.data_home)
         print(rig.name, file=sys.stderr, flush=True)
-    counts = pd.DataFrame(found).groupby(["rows", "rig"], sort=False).sum().reset_index()
+    counts = (
+        pd.DataFrame(found).groupby(["rows", "rig"], sort=False).sum().reset_index()
+    )
     counts.to_csv(options.output / "noise.csv", index=False)
-    counts["stated"] = counts["stated"].astype(str) + " of " + counts.pop("number").astype(str)
+    counts["stated"] = (
+        counts["stated"].astype(str) + " of " + counts.pop("number").astype(str)
+    )
     table = counts.pivot(index="rig", columns="rows", values="stated").reset_index()
     note = "Rows that `make_diagnoser` names with a probability of at least .9:"
     publish(options, {"another bearing noise": f"{note}\n\n{markdown(table)}"})

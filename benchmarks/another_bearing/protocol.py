@@ -1,24 +1,24 @@
 """Training and test rows for another bearing: specimens of each place that are left out.
 
-The rows of a recording are stretches of 1 s. A fold leaves one specimen of each place out of the
-training: a size of a fault (CWRU), an arc (HIT-SM) or a bearing of each class (Paderborn). A place
-with one specimen is never left out. The rest is trained at one setting, a speed and a load, on the
-first halves of the recordings. Asked is the place of the rows of the specimens that are left out.
+The rows of a recording are stretches of 1 s. A fold leaves one specimen of each place
+out of the training: a size of a fault (CWRU), an arc (HIT-SM) or a bearing of each
+class (Paderborn). A place with one specimen is never left out. The rest is trained at
+one setting, a speed and a load, on the first halves of the recordings. Asked is the
+place of the rows of the specimens that are left out.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-
-from skarxlag.fault_places import place_of_label
+from skarxlag.decisions.fault_locations import location_of_label
 
 #: Names of the protocols: what training and test rows share.
 SAME_BEARING = "same bearing, other speed"
 ANOTHER = "another bearing, same speed"
 ANOTHER_SPEED = "another bearing, other speed"
 ANOTHER_LOAD = "another bearing, other load"
-#: Bearing of each rig. The authors of UESTC and of the self-built rig do not state theirs; see
-#: benchmarks/fault_orders/rigs.py.
+#: Bearing of each rig. The authors of UESTC and of the self-built rig do not state
+#: theirs; see benchmarks/fault_orders/rigs.py.
 BEARINGS = {
     "SpectraQuest": "6205",
     "self-built": "6205",
@@ -72,9 +72,13 @@ def rows_of(rig, recordings, half=None):
         n = len(signal) // length
         samples.append(signal[: n * length].reshape(n, length))
         specimen = recording.specimen or recording.condition
-        place = place_of_label(recording.condition) or recording.condition
+        place = location_of_label(recording.condition) or recording.condition
         load = recording.load or ""
-        label = f"{recording.condition} {specimen}" if recording.specimen else recording.condition
+        label = (
+            f"{recording.condition} {specimen}"
+            if recording.specimen
+            else recording.condition
+        )
         facts += n * [(label, place, specimen, recording.rpm, load)]
     columns = [np.array(column) for column in zip(*facts, strict=True)]
     return Rows(np.concatenate(samples), *columns)
@@ -84,9 +88,11 @@ def specimens_by_place(rig):
     """Return the specimens of each place of a bearing, sorted."""
     found = {}
     for recording in rig.recordings:
-        place = place_of_label(recording.condition)
+        place = location_of_label(recording.condition)
         if place is not None:
-            found.setdefault(place, set()).add(recording.specimen or recording.condition)
+            found.setdefault(place, set()).add(
+                recording.specimen or recording.condition
+            )
     return {place: sorted(names) for place, names in found.items()}
 
 

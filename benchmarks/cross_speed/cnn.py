@@ -9,10 +9,11 @@ from torch import nn
 class ConvolutionalClassifier(ClassifierMixin, BaseEstimator):
     """Wide first convolution, then three narrow ones, mean over time, one linear layer.
 
-    The layout follows the WDCNN of Zhang et al. (2017, Sensors 17, 425), the usual baseline on
-    bearing vibration, with fewer layers: 64 samples wide with stride 8 and 16 channels, then 32,
-    64 and 64 channels 3 samples wide, each with batch normalisation, ReLU and a maximum over
-    pairs. Cross-entropy, Adam with PyTorch's defaults, batches of 32, no augmentation.
+    The layout follows the WDCNN of Zhang et al. (2017, Sensors 17, 425), the usual
+    baseline on bearing vibration, with fewer layers: 64 samples wide with stride 8 and
+    16 channels, then 32, 64 and 64 channels 3 samples wide, each with batch
+    normalisation, ReLU and a maximum over pairs. Cross-entropy, Adam with PyTorch's
+    defaults, batches of 32, no augmentation.
 
     Parameters
     ----------
@@ -43,7 +44,9 @@ class ConvolutionalClassifier(ClassifierMixin, BaseEstimator):
                 if len(rows) == 1:  # no batch statistics in a single window
                     continue
                 optimiser.zero_grad()
-                nn.functional.cross_entropy(self.network_(windows[rows]), codes[rows]).backward()
+                nn.functional.cross_entropy(
+                    self.network_(windows[rows]), codes[rows]
+                ).backward()
                 optimiser.step()
 
     def predict_proba(self, X):
@@ -74,4 +77,6 @@ def _network(n_classes):
             nn.ReLU(),
             nn.MaxPool1d(2),
         ]
-    return nn.Sequential(*layers, nn.AdaptiveAvgPool1d(1), nn.Flatten(), nn.Linear(64, n_classes))
+    return nn.Sequential(
+        *layers, nn.AdaptiveAvgPool1d(1), nn.Flatten(), nn.Linear(64, n_classes)
+    )

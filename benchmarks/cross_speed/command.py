@@ -27,7 +27,10 @@ DEFAULTS = {
 def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
-        "--rig", nargs="+", default=DEFAULTS["rig"], help=f"of {list(RIGS)}, or module:function"
+        "--rig",
+        nargs="+",
+        default=DEFAULTS["rig"],
+        help=f"of {list(RIGS)}, or module:function",
     )
     parser.add_argument(
         "--method",
@@ -35,7 +38,9 @@ def parse(arguments):
         default=DEFAULTS["method"],
         help=f"of {list(METHODS)}, or module:function",
     )
-    parser.add_argument("--window-length", nargs="+", type=int, default=DEFAULTS["window_length"])
+    parser.add_argument(
+        "--window-length", nargs="+", type=int, default=DEFAULTS["window_length"]
+    )
     parser.add_argument("--data-home", help="folder of the downloaded rigs")
     parser.add_argument(
         "--output",
@@ -44,7 +49,9 @@ def parse(arguments):
         help="folder of the CSV files; results of other runs in it are kept",
     )
     parser.add_argument(
-        "--resume", action="store_true", help="keep results of the same method, rig and length"
+        "--resume",
+        action="store_true",
+        help="keep results of the same method, rig and length",
     )
     parser.add_argument(
         "--write",
@@ -55,7 +62,10 @@ def parse(arguments):
         help="Markdown files to put the tables into, those whose marks they hold",
     )
     parser.add_argument(
-        "--figure", type=Path, metavar="FILE", help="SVG file for the chart of mean accuracies"
+        "--figure",
+        type=Path,
+        metavar="FILE",
+        help="SVG file for the chart of mean accuracies",
     )
     return parser.parse_args(arguments)
 
@@ -68,7 +78,10 @@ def with_progress(pairs):
     for pair in pairs:
         if pair["train_rpm"] == pair["test_rpm"]:
             say(" *", end="")
-        say(f" {pair['train_rpm']:g}>{pair['test_rpm']:g} {pair['window']['accuracy']:.2f}", end="")
+        say(
+            f" {pair['train_rpm']:g}>{pair['test_rpm']:g} {pair['window']['accuracy']:.2f}",
+            end="",
+        )
         yield pair
     say("")
 
@@ -117,7 +130,14 @@ def main(arguments=None):
                 for method, make_classifier in chosen_for(label, methods).items():
                     key = (label, window_length, method)
                     if not (options.resume and reporting.has_run(options.output, *key)):
-                        run(label, rig, method, make_classifier, window_length, options.output)
+                        run(
+                            label,
+                            rig,
+                            method,
+                            make_classifier,
+                            window_length,
+                            options.output,
+                        )
     pairs, recordings = (
         reporting.mean_of_seeds(reporting.with_stored(options.output / name))
         for name in ("pairs.csv", "recordings.csv")

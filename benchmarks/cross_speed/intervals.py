@@ -1,7 +1,7 @@
 """Bootstrap intervals of mean accuracies: recordings are drawn, and rigs, but not windows.
 
-The windows of a recording share its specimen, mounting and load, so their errors come together. An
-interval from single windows would be far too narrow.
+The windows of a recording share its specimen, mounting and load, so their errors come
+together. An interval from single windows would be far too narrow.
 """
 
 import numpy as np
@@ -17,9 +17,11 @@ def rig_draws(recordings, random_state=0):
     Parameters
     ----------
     recordings : DataFrame
-        Rows of ``reporting.recording_frame`` of one method, with one rig and window length.
+        Rows of ``reporting.recording_frame`` of one method, with one rig and window
+        length.
     random_state : int, default=0
-        Seed. Methods with the same seed have the same draws, so that they can be compared.
+        Seed. Methods with the same seed have the same draws, so that they can be
+        compared.
 
     Returns
     -------
@@ -33,7 +35,9 @@ def rig_draws(recordings, random_state=0):
         right = rows.pivot_table(values="right", **keys).to_numpy()
         windows = rows.pivot_table(values="windows", **keys).to_numpy()
         n_recordings = right.shape[1]
-        drawn = rng.multinomial(n_recordings, np.full(n_recordings, 1 / n_recordings), N_DRAWS)
+        drawn = rng.multinomial(
+            n_recordings, np.full(n_recordings, 1 / n_recordings), N_DRAWS
+        )
         of_speed.append((drawn @ right.T) / (drawn @ windows.T))
     return np.hstack(of_speed).mean(axis=1)
 
@@ -53,7 +57,9 @@ def mean_draws(of_rigs, random_state=0):
     means : array of shape (1000,)
     """
     n_rigs = len(of_rigs)
-    chosen = np.random.default_rng(random_state).integers(n_rigs, size=(N_DRAWS, n_rigs))
+    chosen = np.random.default_rng(random_state).integers(
+        n_rigs, size=(N_DRAWS, n_rigs)
+    )
     return np.array(of_rigs)[chosen, np.arange(N_DRAWS)[:, np.newaxis]].mean(axis=1)
 
 
@@ -63,8 +69,8 @@ def draws(recordings):
     Parameters
     ----------
     recordings : DataFrame
-        Rows of ``reporting.recording_frame`` of one window length, with the columns ``rig`` and
-        ``method``.
+        Rows of ``reporting.recording_frame`` of one window length, with the columns
+        ``rig`` and ``method``.
 
     Returns
     -------
@@ -75,7 +81,8 @@ def draws(recordings):
     found = {}
     for method, rows in recordings.groupby("method", sort=False):
         of_rigs = [
-            rig_draws(rows[rows.rig == rig], random_state=place) for place, rig in enumerate(rigs)
+            rig_draws(rows[rows.rig == rig], random_state=place)
+            for place, rig in enumerate(rigs)
         ]
         frame = pd.DataFrame(dict(zip(rigs, of_rigs, strict=True)))
         found[method] = frame.assign(**{"mean of rigs": mean_draws(of_rigs)})

@@ -36,9 +36,9 @@ def overview(summary, recordings):
     Returns
     -------
     text : str
-        The methods in `SHOWN`, by their mean over the rigs; then those of another protocol. A
-        method that was not run on every rig is left out. The best figure of each column among the
-        methods of one protocol is bold.
+        The methods in `SHOWN`, by their mean over the rigs; then those of another
+        protocol. A method that was not run on every rig is left out. The best figure of
+        each column among the methods of one protocol is bold.
     """
     shown = [*SHOWN, *BATCH]
     summary = _complete(summary[summary.method.isin(shown)])
@@ -62,7 +62,9 @@ def _complete(frame):
 
 def accuracy_table(summary, recordings):
     """A row for each method: mean over rigs with its interval, worst rig and pair, and each rig."""
-    means = summary.pivot(index="method", columns="rig", values="mean")[summary.rig.unique()]
+    means = summary.pivot(index="method", columns="rig", values="mean")[
+        summary.rig.unique()
+    ]
     table = pd.DataFrame(
         {
             MEAN: means.mean(axis=1),
@@ -74,10 +76,14 @@ def accuracy_table(summary, recordings):
     table = table.sort_values(MEAN, ascending=False)
     is_batch = table.index.isin(list(BATCH))
     best = table[~is_batch].max()
-    cells = table.apply(lambda column: column.map(lambda each: _cell(each, best[column.name])))
+    cells = table.apply(
+        lambda column: column.map(lambda each: _cell(each, best[column.name]))
+    )
     cells = pd.concat([cells[~is_batch], table[is_batch].map("{:.3f}".format)])
     of_methods = draws(recordings)[MEAN]
-    cells.insert(1, "90 % interval", [interval(of_methods[name]) for name in cells.index])
+    cells.insert(
+        1, "90 % interval", [interval(of_methods[name]) for name in cells.index]
+    )
     return cells.rename(index=_label).rename_axis("method").reset_index()
 
 
@@ -115,11 +121,16 @@ def differences(recordings):
         lines = []
         for method in found.index.get_level_values("method").unique().drop(REFERENCE):
             minus = found.loc[REFERENCE] - found.loc[method]
-            line = {"method": method, MEAN: f"{(means[REFERENCE] - means[method]).mean():+.3f}"}
+            line = {
+                "method": method,
+                MEAN: f"{(means[REFERENCE] - means[method]).mean():+.3f}",
+            }
             line |= {"90 % interval": interval(minus[MEAN])}
             line |= {f"{rig}: 90 %": interval(minus[rig]) for rig in rows.rig.unique()}
             lines.append(line)
-        table = pd.DataFrame(lines).sort_values(MEAN, key=lambda each: each.astype(float))
+        table = pd.DataFrame(lines).sort_values(
+            MEAN, key=lambda each: each.astype(float)
+        )
         parts += [f"Windows of {length} samples:", markdown(table)]
     return "\n\n".join(parts)
 

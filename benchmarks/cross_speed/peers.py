@@ -1,8 +1,9 @@
 """Methods of the benchmark: ours and their peers, each a function that returns a classifier.
 
-Every peer starts by centring each window and scaling it to unit RMS, as the users of these methods
-do when sensor gains are not known to agree, and sees the output channel only. Settings are the
-library's defaults wherever the library has one; what it leaves open is stated in the function.
+Every peer starts by centring each window and scaling it to unit RMS, as the users of
+these methods do when sensor gains are not known to agree, and sees the output channel
+only. Settings are the library's defaults wherever the library has one; what it leaves
+open is stated in the function.
 """
 
 from functools import partial
@@ -20,10 +21,12 @@ RANDOM_STATE = 0
 SEEDS = (0, 1, 2)
 N_BANDS = 32
 AR_ORDER = 16
-#: Samples of a segment of the short-time Fourier transform, and from one segment to the next.
+#: Samples of a segment of the short-time Fourier transform, and from one segment to the
+#: next.
 SEGMENT, HOP = 64, 32
 PERCENTILES = (25, 50, 90)
-#: Copies of a row with random gains; size of the gains in nepers of power, and number of cosines.
+#: Copies of a row with random gains; size of the gains in nepers of power, and number
+#: of cosines.
 N_COPIES, GAIN, N_COSINES = 6, 0.6, 24
 
 
@@ -65,13 +68,14 @@ def log_spectrum(X):
 def spectrum_percentiles(X):
     """Percentiles over time of the log power of short segments, and the log of their mean power.
 
-    Segments have 64 samples, a Hann window and half overlap; they do not reach beyond the window.
-    The bin at zero frequency is left out.
+    Segments have 64 samples, a Hann window and half overlap; they do not reach beyond
+    the window. The bin at zero frequency is left out.
 
     Returns
     -------
     features : array of shape (n_windows, 4 * 32)
-        The 32 bins of the 25th percentile, then those of the 50th, the 90th and the mean.
+        The 32 bins of the 25th percentile, then those of the 50th, the 90th and the
+        mean.
     """
     segments = np.lib.stride_tricks.sliding_window_view(X, SEGMENT, axis=1)[:, ::HOP]
     spectrum = np.fft.rfft(segments * get_window("hann", SEGMENT), axis=2)[..., 1:]
@@ -133,8 +137,8 @@ class SmoothGains(ClassifierMixin, BaseEstimator):
 def standardised(X):
     """Features with mean 0 and variance 1 over the batch at hand.
 
-    In `predict`, the batch is all test windows of one speed: another protocol, which requires an
-    unlabelled batch that holds every condition equally often.
+    In `predict`, the batch is all test windows of one speed: another protocol, which
+    requires an unlabelled batch that holds every condition equally often.
     """
     scale = X.std(axis=0)
     return (X - X.mean(axis=0)) / np.where(scale > 0, scale, 1.0)
@@ -147,7 +151,9 @@ def ar_coefficients(X, order=AR_ORDER):
     """
     n_samples = X.shape[1]
     spectrum = np.fft.rfft(X, n=2 * n_samples, axis=1)
-    correlation = np.fft.irfft(np.abs(spectrum) ** 2, axis=1)[:, : order + 1] / n_samples
+    correlation = (
+        np.fft.irfft(np.abs(spectrum) ** 2, axis=1)[:, : order + 1] / n_samples
+    )
     lag = np.abs(np.subtract.outer(np.arange(order), np.arange(order)))
     return np.linalg.solve(correlation[:, lag], correlation[:, 1:, None])[..., 0]
 
@@ -155,8 +161,8 @@ def ar_coefficients(X, order=AR_ORDER):
 class LabelsOnly(ClassifierMixin, BaseEstimator):
     """Wrapper of a classifier that hides its probabilities, which are only 0 and 1.
 
-    The classifiers of aeon that end in a ridge regression return such probabilities, and have to
-    compute all features again for them.
+    The classifiers of aeon that end in a ridge regression return such probabilities,
+    and have to compute all features again for them.
 
     Parameters
     ----------
@@ -217,7 +223,9 @@ def percentiles_lda():
 
 
 def percentiles_lda_augmented():
-    return _classify(FunctionTransformer(spectrum_percentiles), SmoothGains(shrinkage_lda()))
+    return _classify(
+        FunctionTransformer(spectrum_percentiles), SmoothGains(shrinkage_lda())
+    )
 
 
 def percentiles_svm_augmented():
@@ -282,9 +290,10 @@ def extended_state_pio():
 def make_single_observer_pio(**pipeline):
     """Make the paper's proposal with one observer, as the printed equations suggest.
 
-    One extended-state observer receives the innovations of each condition's model. Its sliding-mode
-    gain, which settles at a median over the whole window, is the residual of that condition. A
-    median does not show impacts, so this is the weakest diagnoser of all.
+    One extended-state observer receives the innovations of each condition's model. Its
+    sliding-mode gain, which settles at a median over the whole window, is the residual
+    of that condition. A median does not show impacts, so this is the weakest diagnoser
+    of all.
 
     Parameters
     ----------
@@ -323,7 +332,9 @@ PLAIN = {
     "STFT percentiles + SVM, augmented": percentiles_svm_augmented,
 }
 #: A method that needs an unlabelled batch of all conditions at the speed of test.
-BATCH = {"STFT percentiles + shrinkage LDA, standardised by speed": percentiles_lda_by_speed}
+BATCH = {
+    "STFT percentiles + shrinkage LDA, standardised by speed": percentiles_lda_by_speed
+}
 PEERS = {
     "band energies + random forest": bands_forest,
     "band energies + LDA": bands_lda,
@@ -333,7 +344,8 @@ PEERS = {
     **PLAIN,
     **BATCH,
 }
-#: Peers that need aeon or PyTorch. They take hours; their results are in the folder ``stored``.
+#: Peers that need aeon or PyTorch. They take hours; their results are in the folder
+#: ``stored``.
 SLOW = {
     **{f"MiniRocket, seed {seed}": partial(minirocket, seed) for seed in SEEDS},
     "QUANT": quant,

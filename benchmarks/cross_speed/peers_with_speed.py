@@ -12,8 +12,9 @@ class SpectrumWithSpeed(ClassifierMixin, BaseEstimator):
     Parameters
     ----------
     over_orders : bool, default=False
-        True: the spectra are resampled to orders of the shaft, where they end at the smallest
-        Nyquist frequency of training. False: the logarithm of the speed is a further feature.
+        True: the spectra are resampled to orders of the shaft, where they end at the
+        smallest Nyquist frequency of training. False: the logarithm of the speed is a
+        further feature.
     """
 
     def __init__(self, *, over_orders=False):
@@ -52,7 +53,8 @@ def over_orders(spectra, rpm, reference_rpm):
     rpm : array of shape (n_windows,)
         Speeds.
     reference_rpm : float
-        At this speed, a spectrum is unchanged. Beyond the last bin, its value is repeated.
+        At this speed, a spectrum is unchanged. Beyond the last bin, its value is
+        repeated.
 
     Examples
     --------

@@ -2,7 +2,14 @@
 
 from itertools import cycle
 
-from benchmarks.pages.svg_figures import BLUE, GREEN, ORANGE, PURPLE, legend_below, saved_figure
+from benchmarks.pages.svg_figures import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    legend_below,
+    saved_figure,
+)
 
 MARKERS = [("o", BLUE), ("s", ORANGE), ("^", GREEN), ("D", PURPLE)]
 
@@ -26,8 +33,11 @@ def accuracy_figure(summary, path, ours):
     )
     means = means[windows.rig.unique()]
     real = [rig for rig in means if not rig.startswith("simulated")] or list(means)
-    # Open and filled markers: eight rigs with four colours that can be read on any page.
-    styles = [(marker, color, fill) for fill in ("full", "none") for marker, color in MARKERS]
+    # Open and filled markers: eight rigs with four colours that can be read on any
+    # page.
+    styles = [
+        (marker, color, fill) for fill in ("full", "none") for marker, color in MARKERS
+    ]
     means = means.loc[means[real].mean(axis=1).sort_values().index]
     height = 0.8 + 0.28 * len(means) + 0.11 * means.shape[1]
     with saved_figure(path, size=(7.0, height)) as axes:
@@ -38,6 +48,8 @@ def accuracy_figure(summary, path, ours):
         ax.set_yticks(range(len(means)), means.index)
         for label in ax.get_yticklabels():
             label.set_fontweight("bold" if label.get_text() in ours else "normal")
-        ax.set_xlabel(f"mean accuracy over pairs of different speeds, windows of {length} samples")
+        ax.set_xlabel(
+            f"mean accuracy over pairs of different speeds, windows of {length} samples"
+        )
         ax.grid(axis="x")
         legend_below(axes, n_columns=2)

@@ -1,8 +1,9 @@
 """Leave one speed in: fit at one shaft speed, score at every other.
 
-Every recording is cut in time. A method is fitted on the first halves of the recordings of one
-speed and scored on the second halves of every speed, so nothing of another speed and nothing of
-the second halves enters a fit. Pure functions on arrays; no files, no printing.
+Every recording is cut in time. A method is fitted on the first halves of the recordings
+of one speed and scored on the second halves of every speed, so nothing of another speed
+and nothing of the second halves enters a fit. Pure functions on arrays; no files, no
+printing.
 """
 
 from collections import Counter
@@ -31,8 +32,8 @@ def consecutive_groups(recording, start, size=GROUP_SIZE):
     Returns
     -------
     groups : array of int of shape (n_groups, size)
-        Row numbers, in time order within a group. A recording with fewer than `size` windows
-        gives no group.
+        Row numbers, in time order within a group. A recording with fewer than `size`
+        windows gives no group.
 
     Examples
     --------
@@ -65,10 +66,10 @@ def log_evidence(classifier, X, predicted):
     evidence : array of shape (n_windows, n_classes)
         In the order of ``classifier.classes_``.
     rule : {"log-probability", "decision function", "vote"}
-        ``predict_proba`` if the classifier has it, otherwise ``decision_function``, otherwise one
-        vote for the predicted class.
-        Probabilities are floored at 1e-6 before the logarithm, so that one window on which, for
-        example, no tree of a forest voted for a class does not veto that class for the group.
+        ``predict_proba`` if the classifier has it, otherwise ``decision_function``,
+        otherwise one vote for the predicted class. Probabilities are floored at 1e-6
+        before the logarithm, so that one window on which, for example, no tree of a
+        forest voted for a class does not veto that class for the group.
     """
     classes = np.asarray(classifier.classes_)
     if hasattr(classifier, "predict_proba"):
@@ -95,13 +96,16 @@ def check_rig(rig, window_length):
     Raises
     ------
     ValueError
-        If there are fewer than two speeds, an array has another number of rows than `data`, or a
-        condition has no window in the first half at one speed or in the second at another.
+        If there are fewer than two speeds, an array has another number of rows than
+        `data`, or a condition has no window in the first half at one speed or in the
+        second at another.
     """
     n_windows = len(rig.data)
     for name in ("target", "rpm", "recording", "start"):
         if len(rig[name]) != n_windows:
-            raise ValueError(f"{name} has {len(rig[name])} rows, data has {n_windows} windows.")
+            raise ValueError(
+                f"{name} has {len(rig[name])} rows, data has {n_windows} windows."
+            )
     if rig.data.shape[-1] != window_length:
         raise ValueError(
             f"windows have {rig.data.shape[-1]} samples, window_length is {window_length}."
@@ -126,9 +130,9 @@ def score(y_true, y_pred):
     Returns
     -------
     scores : dict
-        ``accuracy`` and ``balanced_accuracy`` (mean recall of the conditions in `y_true`), NaN
-        when there is no verdict; ``verdicts``, how many; ``confusion``, a Counter of
-        (true, predicted).
+        ``accuracy`` and ``balanced_accuracy`` (mean recall of the conditions in
+        `y_true`), NaN when there is no verdict; ``verdicts``, how many; ``confusion``,
+        a Counter of (true, predicted).
     """
     y_true, y_pred = np.asarray(y_true), np.asarray(y_pred)
     scores = {
@@ -153,7 +157,9 @@ def by_recording(recording, right):
     >>> by_recording(["a", "b", "a"], [True, True, False]).to_numpy().tolist()
     [['a', 2, 1], ['b', 1, 1]]
     """
-    verdicts = pd.DataFrame({"recording": recording, "right": np.asarray(right, dtype=int)})
+    verdicts = pd.DataFrame(
+        {"recording": recording, "right": np.asarray(right, dtype=int)}
+    )
     counts = verdicts.groupby("recording").right.agg(windows="size", right="sum")
     return counts.reset_index()
 
@@ -173,11 +179,11 @@ def leave_one_speed_in(make_classifier, rig, window_length):
     Yields
     ------
     pair : dict
-        ``train_rpm`` and ``test_rpm``; ``fit_seconds`` and ``predict_seconds``, processor time, so
-        that a busy machine does not count; ``evidence``, the rule of :func:`log_evidence`;
-        ``window`` and ``group``, the :func:`score` of single windows and of groups of 10;
-        ``recordings``, for each test recording the number of windows and of right verdicts. The
-        pairs of equal speeds are among them.
+        ``train_rpm`` and ``test_rpm``; ``fit_seconds`` and ``predict_seconds``,
+        processor time, so that a busy machine does not count; ``evidence``, the rule of
+        :func:`log_evidence`; ``window`` and ``group``, the :func:`score` of single
+        windows and of groups of 10; ``recordings``, for each test recording the number
+        of windows and of right verdicts. The pairs of equal speeds are among them.
     """
     check_rig(rig, window_length)
     first, second = first_and_second_half(rig.recording, rig.start, window_length)
@@ -195,7 +201,9 @@ def leave_one_speed_in(make_classifier, rig, window_length):
             predict_seconds = process_time() - clock
             evidence, rule = log_evidence(classifier, X, predicted)
             groups = consecutive_groups(rig.recording[test], rig.start[test])
-            verdicts = np.asarray(classifier.classes_)[evidence[groups].sum(axis=1).argmax(axis=1)]
+            verdicts = np.asarray(classifier.classes_)[
+                evidence[groups].sum(axis=1).argmax(axis=1)
+            ]
             yield {
                 "train_rpm": float(train_rpm),
                 "test_rpm": float(test_rpm),

@@ -31,7 +31,8 @@ def pair_frame(pairs):
     -------
     frame : DataFrame
         ``train_rpm``, ``test_rpm``, ``verdict`` ("window" or "group"), ``accuracy``,
-        ``balanced_accuracy``, ``verdicts``, ``evidence``, ``fit_seconds``, ``predict_seconds``.
+        ``balanced_accuracy``, ``verdicts``, ``evidence``, ``fit_seconds``,
+        ``predict_seconds``.
     """
     return pd.DataFrame(
         {
@@ -61,10 +62,13 @@ def recording_frame(pairs):
     Returns
     -------
     frame : DataFrame
-        ``train_rpm``, ``test_rpm``, ``recording``, ``windows``, ``right``, of unequal speeds.
+        ``train_rpm``, ``test_rpm``, ``recording``, ``windows``, ``right``, of unequal
+        speeds.
     """
     return pd.concat(
-        pair["recordings"].assign(train_rpm=pair["train_rpm"], test_rpm=pair["test_rpm"])
+        pair["recordings"].assign(
+            train_rpm=pair["train_rpm"], test_rpm=pair["test_rpm"]
+        )
         for pair in pairs
         if pair["train_rpm"] != pair["test_rpm"]
     )
@@ -81,8 +85,8 @@ def confusion_frame(pairs):
     Returns
     -------
     frame : DataFrame
-        ``verdict``, ``true``, ``predicted``, ``count``; combinations that do not occur are left
-        out.
+        ``verdict``, ``true``, ``predicted``, ``count``; combinations that do not occur
+        are left out.
     """
     counts = pd.DataFrame(
         (
@@ -103,15 +107,17 @@ def summarise(pairs):
     Parameters
     ----------
     pairs : DataFrame
-        Rows of :func:`pair_frame` with the columns ``rig``, ``window_length``, ``method``.
+        Rows of :func:`pair_frame` with the columns ``rig``, ``window_length``,
+        ``method``.
 
     Returns
     -------
     summary : DataFrame
         One row for each run and kind of verdict: ``mean``, ``balanced`` (mean balanced
         accuracy) and ``worst`` over the ordered pairs of unequal speeds, ``worst_pair``
-        (train -> test), ``same_speed``, ``verdicts`` (over the unequal pairs), ``evidence``,
-        and ``seconds`` of processor time for all fits and predictions of single windows.
+        (train -> test), ``same_speed``, ``verdicts`` (over the unequal pairs),
+        ``evidence``, and ``seconds`` of processor time for all fits and predictions of
+        single windows.
     """
     rows = []
     for key, group in pairs.groupby([*RUN, "verdict"], sort=False):
@@ -151,7 +157,9 @@ def with_stored(path):
     frame, stored = pd.read_csv(path), pd.read_csv(STORED / path.name)
     scored = frame[RUN[:2]].drop_duplicates()
     stored = stored.merge(scored)[frame.columns]
-    return pd.concat([frame, stored[~stored.method.isin(frame.method)]], ignore_index=True)
+    return pd.concat(
+        [frame, stored[~stored.method.isin(frame.method)]], ignore_index=True
+    )
 
 
 def has_run(folder, rig, window_length, method):
@@ -196,7 +204,8 @@ def merge(path, rows, run):
     rows : DataFrame
         Results of the run.
     run : dict
-        Columns that identify the run, such as ``rig``, ``window_length`` and ``method``.
+        Columns that identify the run, such as ``rig``, ``window_length`` and
+        ``method``.
 
     Returns
     -------
@@ -206,7 +215,9 @@ def merge(path, rows, run):
     rows = rows.assign(**run)[[*run, *rows.columns]]
     if Path(path).exists():
         old = pd.read_csv(path)
-        others = ~np.logical_and.reduce([old[name] == value for name, value in run.items()])
+        others = ~np.logical_and.reduce(
+            [old[name] == value for name, value in run.items()]
+        )
         if others.any():
             rows = pd.concat([old[others], rows], ignore_index=True)
     rows.to_csv(path, index=False)
@@ -233,11 +244,18 @@ def rig_table(summary):
     head, columns = ["method"], []
     for length in lengths:
         windows, groups = wide["window", length], wide["group", length]
-        head += [f"{length}: {name}" for name in ("mean", "worst pair", "same speed", "balanced")]
+        head += [
+            f"{length}: {name}"
+            for name in ("mean", "worst pair", "same speed", "balanced")
+        ]
         head += [f"{GROUP_SIZE} x {length}: {name}" for name in ("mean", "worst pair")]
-        columns += [windows[name] for name in ("mean", "worst", "same_speed", "balanced")]
+        columns += [
+            windows[name] for name in ("mean", "worst", "same_speed", "balanced")
+        ]
         columns += [groups[name] for name in ("mean", "worst")]
-    body = pd.concat(columns, axis=1, keys=range(len(columns))).sort_values(0, ascending=False)
+    body = pd.concat(columns, axis=1, keys=range(len(columns))).sort_values(
+        0, ascending=False
+    )
     body = body.rename_axis("method").reset_index()
     body.columns = head
     return markdown(body)

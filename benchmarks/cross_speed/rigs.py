@@ -40,7 +40,9 @@ def stored_rig(name, data_home=None):
     home = data_home or os.environ.get("SKARXLAG_DATA", ".")
     for rig in real_rigs([name], home):
         return rig
-    raise FileNotFoundError(f"{name}: {home} has no folder of this rig; name other rigs (--rig).")
+    raise FileNotFoundError(
+        f"{name}: {home} has no folder of this rig; name other rigs (--rig)."
+    )
 
 
 def windows_of(rig, window_length):
@@ -56,7 +58,8 @@ def windows_of(rig, window_length):
     Returns
     -------
     Bunch
-        With `data`, `target`, `target_names`, `rpm`, `recording`, `start` and `sampling_rate`.
+        With `data`, `target`, `target_names`, `rpm`, `recording`, `start` and
+        `sampling_rate`.
     """
     windows = [make_windows(each.samples, window_length) for each in rig.recordings]
     counts = [len(each) for each in windows]
@@ -74,7 +77,10 @@ def windows_of(rig, window_length):
 
 
 RIGS = {
-    **{NAMES.get(name, name): partial(fetched, fetch=fetch) for name, fetch in FETCHERS.items()},
+    **{
+        NAMES.get(name, name): partial(fetched, fetch=fetch)
+        for name, fetch in FETCHERS.items()
+    },
     "self-built": partial(fetched, fetch=partial(fetch_hit_sm, rig="self-built")),
     "CWRU drive end": partial(fetched, fetch=partial(fetch_cwru, end="drive")),
     "CWRU fan end": partial(fetched, fetch=partial(fetch_cwru, end="fan")),
@@ -113,10 +119,14 @@ def find(name, known, option):
         return known[name]
     module, colon, function = name.partition(":")
     if not colon:
-        raise ValueError(f"{option} {name!r}: expected module:function or one of {list(known)}.")
+        raise ValueError(
+            f"{option} {name!r}: expected module:function or one of {list(known)}."
+        )
     found = getattr(import_module(module), function, None)
     if not callable(found):
-        raise ValueError(f"{option} {name!r}: module {module!r} has no function {function!r}.")
+        raise ValueError(
+            f"{option} {name!r}: module {module!r} has no function {function!r}."
+        )
     return found
 
 
@@ -128,8 +138,8 @@ def split_by_crack(name, rig):
     name : str
         Name of the rig.
     rig : Bunch
-        Windows of a rig. Without ``crack_mm`` (size of the crack in mm, 0 when healthy) it is
-        returned unchanged.
+        Windows of a rig. Without ``crack_mm`` (size of the crack in mm, 0 when healthy)
+        it is returned unchanged.
 
     Returns
     -------
@@ -144,6 +154,8 @@ def split_by_crack(name, rig):
         present = set(rig.target[keep])
         parts[f"{name}, {size:g} mm crack"] = Bunch(
             **{key: rig[key][keep] for key in rows},
-            target_names=[condition for condition in rig.target_names if condition in present],
+            target_names=[
+                condition for condition in rig.target_names if condition in present
+            ],
         )
     return parts

@@ -1,19 +1,21 @@
 """Choose how far healthy limits widen with speed, leaving one rig out in turn.
 
-Run ``python -m benchmarks.detection constants`` from the root of the repository; the folder of the
-rigs is ``$SKARXLAG_DATA``. First halves of healthy recordings calibrate, second halves of all
-recordings at other speeds are tested. The rule:
+Run ``python -m benchmarks.detection constants`` from the root of the repository; the
+folder of the rigs is ``$SKARXLAG_DATA``. First halves of healthy recordings calibrate,
+second halves of all recordings at other speeds are tested. The rule:
 
 1. A setting is admissible if on no rig that chooses, and in no kind of rows, significantly more
    healthy rows are flagged than stated, at 1 % and at 5 % (binomial test, level 5 %).
 2. Of the admissible settings, the one that misses the fewest faults at 1 % is chosen, by the mean
    of the worst rig and the mean rig.
 
-As first written, rule 1 allowed no more rows than stated, or one. Two flagged rows of 128 at a
-stated 1 % refused the values in use then, so the test was put in its place after that score.
+As first written, rule 1 allowed no more rows than stated, or one. Two flagged rows of
+128 at a stated 1 % refused the values in use then, so the test was put in its place
+after that score.
 
-The factor on the drift scale of several speeds, `skarxlag.kernels.healthy_limits.SAFETY`, is chosen
-at speeds that were left out; the drift scale of a single speed, 1, at every other speed.
+The factor on the drift scale of several speeds,
+`skarxlag.kernels.healthy_limits.SAFETY`, is chosen at speeds that were left out; the
+drift scale of a single speed, 1, at every other speed.
 """
 
 import os
@@ -43,8 +45,8 @@ def score_rig(rig, kind):
     Returns
     -------
     list of dict
-        Rig, rows, protocol, factor, number of healthy and of faulty rows, flagged healthy rows at
-        each rate, and missed faulty rows at 1 %.
+        Rig, rows, protocol, factor, number of healthy and of faulty rows, flagged
+        healthy rows at each rate, and missed faulty rows at 1 %.
     """
     length = ROWS[kind] or int(rig.sampling_rate)
     found = []
@@ -61,7 +63,12 @@ def score_rig(rig, kind):
             with warnings.catch_warnings(action="ignore"):
                 p_values = decide.p_values(innovations, rpm=rpm)
             found.append(
-                {"rig": rig.name, "rows": kind, "trained at": protocol, "factor": factor}
+                {
+                    "rig": rig.name,
+                    "rows": kind,
+                    "trained at": protocol,
+                    "factor": factor,
+                }
                 | {"healthy": healthy.sum(), "faulty": (~healthy).sum()}
                 | {f"flagged at {r:g}": np.sum(p_values[healthy] < r) for r in RATES}
                 | {"missed": np.sum(p_values[~healthy] >= RATES[0])}
@@ -71,7 +78,11 @@ def score_rig(rig, kind):
 
 def cells(found):
     """Sum over the folds, and add the shares of flagged and missed rows and the check of rule 1."""
-    table = found.groupby(["trained at", "factor", "rig", "rows"], sort=False).sum().reset_index()
+    table = (
+        found.groupby(["trained at", "factor", "rig", "rows"], sort=False)
+        .sum()
+        .reset_index()
+    )
     table["holds"] = True
     for rate in RATES:
         flagged = table[f"flagged at {rate:g}"]
@@ -132,7 +143,9 @@ def main(arguments=None):
     rigs = (r for r in real_rigs(home=options.data_home)
             if HEALTHY & {each.condition for each in r.recordings})  # fmt: skip
     kinds = [kind for kind in ROWS if ROWS[kind] != 1200]
-    found = pd.DataFrame([row for rig in rigs for kind in kinds for row in score_rig(rig, kind)])
+    found = pd.DataFrame(
+        [row for rig in rigs for kind in kinds for row in score_rig(rig, kind)]
+    )
     options.output.mkdir(parents=True, exist_ok=True)
     found.to_csv(options.output / "cells.csv", index=False)
     publish(options, {"detection constants": report(found)})

@@ -1,7 +1,7 @@
 """Detectors of the benchmark: ours, and outlier detectors on common features.
 
-Each is a function from a rate of false alarms, healthy rows and their speeds to a function that
-scores rows at speeds; below 0 is an alarm.
+Each is a function from a rate of false alarms, healthy rows and their speeds to a
+function that scores rows at speeds; below 0 is an alarm.
 """
 
 import warnings
@@ -22,7 +22,9 @@ def ours(rate, X, rpm, *, fixed_gain):
     with warnings.catch_warnings():
         # One speed, few rows: that is what the tables are about.
         warnings.simplefilter("ignore", UserWarning)
-        detector = make_detector(false_alarm_rate=rate, fixed_gain=fixed_gain).fit(X, rpm=rpm)
+        detector = make_detector(false_alarm_rate=rate, fixed_gain=fixed_gain).fit(
+            X, rpm=rpm
+        )
 
     def score(X, rpm):
         with warnings.catch_warnings():

@@ -1,7 +1,7 @@
 """False alarms and missed faults of detectors fitted on healthy rows of some speeds.
 
-Run ``python -m benchmarks.detection rates`` from the root of the repository. First halves of
-healthy recordings calibrate; second halves of all recordings are scored.
+Run ``python -m benchmarks.detection rates`` from the root of the repository. First
+halves of healthy recordings calibrate; second halves of all recordings are scored.
 """
 
 from functools import partial
@@ -43,7 +43,8 @@ def methods(fixed_gain, *, peers=True):
     if not peers:
         return found
     return found | {
-        name: partial(peer, fixed_gain=fixed_gain, make=make) for name, make in PEERS.items()
+        name: partial(peer, fixed_gain=fixed_gain, make=make)
+        for name, make in PEERS.items()
     }
 
 
@@ -91,7 +92,9 @@ def detection_rates(rig, row_length, fixed_gain, *, peers=True):
 def rates_table(rates):
     """Markdown: false alarms and missed faults in %, at stated rates of 1 and 5 %."""
     lines = []
-    for (rig, length, name), group in rates.groupby(["rig", "row", "detector"], sort=False):
+    for (rig, length, name), group in rates.groupby(
+        ["rig", "row", "detector"], sort=False
+    ):
         line = {"rig": rig, "row": length, "detector": name}
         for split in SPLITS:
             part = group[group["split"] == split]
@@ -99,7 +102,9 @@ def rates_table(rates):
             for rate in RATES:
                 own = part[part["stated"] == rate]
                 false.append(f"{100 * own[own['is_healthy']]['flagged'].mean():.0f}")
-                missed.append(f"{100 * (1 - own[~own['is_healthy']]['flagged'].mean()):.0f}")
+                missed.append(
+                    f"{100 * (1 - own[~own['is_healthy']]['flagged'].mean()):.0f}"
+                )
             auc = part["auc"].mean()
             line[split] = f"{'/'.join(false)}, {'/'.join(missed)}, {auc:.3f}"
         lines.append(line)
@@ -125,9 +130,17 @@ def family_table(rates):
         ["rig", "row", "detector", "split"], sort=False
     ):
         missed = group.groupby("condition", sort=False)["flagged"].mean()
-        listed = ", ".join(f"{each} {100 * (1 - share):.0f}" for each, share in missed.items())
+        listed = ", ".join(
+            f"{each} {100 * (1 - share):.0f}" for each, share in missed.items()
+        )
         lines.append(
-            {"rig": rig, "row": length, "detector": name, "split": split, "missed": listed}
+            {
+                "rig": rig,
+                "row": length,
+                "detector": name,
+                "split": split,
+                "missed": listed,
+            }
         )
     return f"Missed faults by condition in %, stated rate 1 %.\n\n{markdown(pd.DataFrame(lines))}"
 
@@ -144,7 +157,9 @@ def cost_table(rates):
             "fit, s": group["fit_seconds"].mean(),
             "ms a second of signal": 1e3 * group["seconds a second"].mean(),
         }
-        for (rig, length, name), group in own.groupby(["rig", "row", "detector"], sort=False)
+        for (rig, length, name), group in own.groupby(
+            ["rig", "row", "detector"], sort=False
+        )
     ]
     return f"Processor time on one core.\n\n{markdown(pd.DataFrame(lines), digits=2)}"
 
@@ -153,8 +168,12 @@ def main(arguments=None):
     parser = page_parser(__doc__, "detection")
     parser.add_argument("--rig", nargs="+", default=list(RIGS), help=f"of {list(RIGS)}")
     parser.add_argument("--data-home", help="folder of the downloaded rigs")
-    parser.add_argument("--rows", nargs="+", default=["4800", "1 s"], help="4800 or '1 s'")
-    parser.add_argument("--no-peers", action="store_true", help="measure make_detector only")
+    parser.add_argument(
+        "--rows", nargs="+", default=["4800", "1 s"], help="4800 or '1 s'"
+    )
+    parser.add_argument(
+        "--no-peers", action="store_true", help="measure make_detector only"
+    )
     chosen = parser.parse_args(arguments)
     chosen.output.mkdir(parents=True, exist_ok=True)
     found = []

@@ -26,7 +26,9 @@ def fetched(window_length, *, name, data_home=None):
 
 
 def self_built(window_length, data_home=None):
-    return fetch_hit_sm(rig="self-built", window_length=window_length, data_home=data_home)
+    return fetch_hit_sm(
+        rig="self-built", window_length=window_length, data_home=data_home
+    )
 
 
 RIGS = {

@@ -1,9 +1,10 @@
 """Three real runs to failure: when does a detector of healthy recordings raise an alarm?
 
-Run ``python -m benchmarks.detection runs --data-home FOLDER`` from the root of the repository.
-FOLDER/femto holds one .npz for each run of the PRONOSTIA test bench (learning set of the IEEE PHM
-2012 challenge): ``acceleration_g`` (n, 2, 2560), ``seconds`` since the start, ``rpm``. They are
-not downloaded. The onset of a fault is unknown, so times are given before the end of the run.
+Run ``python -m benchmarks.detection runs --data-home FOLDER`` from the root of the
+repository. FOLDER/femto holds one .npz for each run of the PRONOSTIA test bench
+(learning set of the IEEE PHM 2012 challenge): ``acceleration_g`` (n, 2, 2560),
+``seconds`` since the start, ``rpm``. They are not downloaded. The onset of a fault is
+unknown, so times are given before the end of the run.
 """
 
 import warnings
@@ -28,7 +29,11 @@ SOME, OF = 3, 5
 def load_run(path):
     """Rows, times in seconds and speed of one run; rows are snapshots of the horizontal axis."""
     with np.load(path) as run:
-        return run["acceleration_g"][:, 0].astype(float), run["seconds"], float(run["rpm"])
+        return (
+            run["acceleration_g"][:, 0].astype(float),
+            run["seconds"],
+            float(run["rpm"]),
+        )
 
 
 def first_alarm(flagged):
@@ -63,7 +68,9 @@ def alarm_times(runs, fixed_gain):
                     {
                         "run": name,
                         "rpm": speed,
-                        "calibrated on": "itself" if name == calibration else calibration,
+                        "calibrated on": "itself"
+                        if name == calibration
+                        else calibration,
                         "healthy rows": detector[-1].n_rows_,
                         "level counts": "yes" if fixed_gain else "no",
                         "flagged in its first tenth, %": 100 * flagged[start].mean(),
@@ -83,7 +90,9 @@ def alarm_times(runs, fixed_gain):
 def draw(runs, path):
     """Draw the p-values over each run and the first alarms."""
     kinds = {False: (BLUE, "without the level"), True: (ORANGE, "with the level")}
-    with saved_figure(path, len(runs), size=(7.0, 1.6 * len(runs) + 0.6), sharey=True) as axes:
+    with saved_figure(
+        path, len(runs), size=(7.0, 1.6 * len(runs) + 0.6), sharey=True
+    ) as axes:
         for ax, (name, run) in zip(axes[:, 0], runs.items(), strict=True):
             X, seconds, rpm = run
             left = (seconds[-1] - seconds) / 60
@@ -98,14 +107,21 @@ def draw(runs, path):
                 place = first_alarm((p_values < RATE) & ~start)
                 if place is not None:
                     ax.axvline(left[place], color=colour, linestyle="--", linewidth=1)
-            ax.set(yscale="log", title=f"{name}, {rpm:g} rpm", xlim=(left[0], 0), ylabel="p-value")
+            ax.set(
+                yscale="log",
+                title=f"{name}, {rpm:g} rpm",
+                xlim=(left[0], 0),
+                ylabel="p-value",
+            )
         axes[-1, 0].set_xlabel("minutes before the end of the run")
         legend_below(axes)
 
 
 def main(arguments=None):
     parser = page_parser(__doc__, "detection-runs")
-    parser.add_argument("--figure", type=Path, metavar="FILE", help="where to draw the p-values")
+    parser.add_argument(
+        "--figure", type=Path, metavar="FILE", help="where to draw the p-values"
+    )
     parser.add_argument("--data-home", help="folder that holds femto")
     chosen = parser.parse_args(arguments)
     chosen.output.mkdir(parents=True, exist_ok=True)

@@ -1,9 +1,10 @@
 """None of these: conditions that were not trained, and rows without a signal of the machine.
 
-Run ``python -m benchmarks.detection unknown`` from the root of the repository. Known conditions are
-calibrated on first halves of recordings; rows of second halves are tested, and rejected where the
-p-value of the nearest condition is below the stated rate. Each condition is left out in turn. With
-all conditions known, rows of other kinds are tested: noise, a sine, a ramp, another rig's sensor.
+Run ``python -m benchmarks.detection unknown`` from the root of the repository. Known
+conditions are calibrated on first halves of recordings; rows of second halves are
+tested, and rejected where the p-value of the nearest condition is below the stated
+rate. Each condition is left out in turn. With all conditions known, rows of other kinds
+are tested: noise, a sine, a ramp, another rig's sensor.
 """
 
 import warnings
@@ -94,12 +95,20 @@ def other_kinds(row_length, foreign):
 def table(rates):
     """Markdown: known and unknown rows that are rejected, in %."""
     lines = []
-    for (rig, length, split), group in rates.groupby(["rig", "row", "split"], sort=False):
+    for (rig, length, split), group in rates.groupby(
+        ["rig", "row", "split"], sort=False
+    ):
         line = {"rig": rig, "row": length, "calibrated and tested": SPLITS[split]}
-        means = group.groupby("stated")[["known rejected", "unknown rejected"]].mean() * 100
+        means = (
+            group.groupby("stated")[["known rejected", "unknown rejected"]].mean() * 100
+        )
         for name in means:
             line[f"{name}, %"] = "/".join(f"{value:.0f}" for value in means[name])
-        missed = group[group["stated"] == RATES[0]].groupby("left out")["unknown rejected"].mean()
+        missed = (
+            group[group["stated"] == RATES[0]]
+            .groupby("left out")["unknown rejected"]
+            .mean()
+        )
         line["hardest to tell"] = f"{missed.idxmin()} ({100 * missed.min():.0f} %)"
         line["AUC"] = group["auc"].mean()
         lines.append(line)
@@ -114,7 +123,9 @@ def table(rates):
 def kinds_table(kinds):
     """Markdown: rows of other kinds that are rejected, in %."""
     lines = []
-    for (rig, length, split), group in kinds.groupby(["rig", "row", "split"], sort=False):
+    for (rig, length, split), group in kinds.groupby(
+        ["rig", "row", "split"], sort=False
+    ):
         line = {"rig": rig, "row": length, "calibrated and tested": SPLITS[split]}
         for kind, own in group.groupby("kind", sort=False):
             means = 100 * own.groupby("stated")["rejected"].mean()
@@ -138,7 +149,9 @@ def main(arguments=None):
         for label, length in ({"1200": 1200} | row_lengths(name)).items():
             if label not in chosen.rows:
                 continue
-            rig, foreign = (find_rig(n)(length, data_home=chosen.data_home) for n in (name, other))
+            rig, foreign = (
+                find_rig(n)(length, data_home=chosen.data_home) for n in (name, other)
+            )
             here = {"rig": name, "row": label}
             found = rejection_rates(rig, length, foreign.data)
             rates.append(found[0].assign(**here))
@@ -147,5 +160,8 @@ def main(arguments=None):
             pd.concat(kinds).to_csv(chosen.output / "other_kinds.csv", index=False)
     publish(
         chosen,
-        {"unknown": table(pd.concat(rates)), "other kinds": kinds_table(pd.concat(kinds))},
+        {
+            "unknown": table(pd.concat(rates)),
+            "other kinds": kinds_table(pd.concat(kinds)),
+        },
     )

@@ -10,6 +10,12 @@ from time import process_time
 import numpy as np
 import pandas as pd
 from scipy.stats import gumbel_r, rankdata
+from skarxlag.decisions.fault_locations import (
+    HEALTHY,
+    NOT_IDENTIFIABLE,
+    VISIBLE_ALONE,
+    comb_evidence,
+)
 from sklearn.utils import Bunch
 
 from benchmarks.cross_speed.reporting import merge
@@ -17,16 +23,29 @@ from benchmarks.fault_orders.methods import METHODS, PEERS
 from benchmarks.fault_orders.rigs import RIGS, recordings
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import FaultOrderClassifier
-from skarxlag.fault_places import HEALTHY, NOT_IDENTIFIABLE, VISIBLE_ALONE, comb_evidence
-from skarxlag.kernels.fault_orders import PLACES, contrast_parts, fault_comb, order_contrast
+from skarxlag.kernels.fault_orders import (
+    FAULT_LOCATIONS,
+    contrast_parts,
+    fault_comb,
+    order_contrast,
+)
 
 BLOCK = "fault orders {}"
 _OURS = next(iter(METHODS))
 _RACES = ("inner", "outer")
-#: Settings that are scored: weights of the three contrasts, weight of the cage, and slip.
+#: Settings that are scored: weights of the three contrasts, weight of the cage, and
+#: slip.
 _SETTINGS = list(
     product(
-        [(1, 0, 0), (0, 1, 0), (1, 1, 0), (1, 1, 0.4), (1, 1, 1), (1, 0, 0.4), (0, 1, 0.4)],
+        [
+            (1, 0, 0),
+            (0, 1, 0),
+            (1, 1, 0),
+            (1, 1, 0.4),
+            (1, 1, 1),
+            (1, 0, 0.4),
+            (0, 1, 0.4),
+        ],
         [0.3, 0.6, 0.9],
         [0.02, 0.03, 0.05],
     )
@@ -58,7 +77,9 @@ def parse(arguments):
         "--settings", action="store_true", help="choose settings by leaving rigs out"
     )
     parser.add_argument(
-        "--null", action="store_true", help="fit the distribution of healthy stretches' scores"
+        "--null",
+        action="store_true",
+        help="fit the distribution of healthy stretches' scores",
     )
     parser.add_argument(
         "--visible",
@@ -80,18 +101,20 @@ def whole(rig, methods):
     Yields
     ------
     dict
-        ``method``, ``recording``, ``place``, a score for each place, and ``ms`` of processor time
-        for each second of signal.
+        ``method``, ``recording``, ``place``, a score for each place, and ``ms`` of
+        processor time for each second of signal.
     """
     for method, recording in product(methods, rig):
         clock = process_time()
         scores = (METHODS | PEERS)[method](recording)
-        cost = (process_time() - clock) * 1e3 / (len(recording.samples) / recording.rate)
+        cost = (
+            (process_time() - clock) * 1e3 / (len(recording.samples) / recording.rate)
+        )
         yield {
             "method": method,
             "recording": recording.name,
             "place": recording.place,
-            **dict(zip(PLACES, scores, strict=True)),
+            **dict(zip(FAULT_LOCATIONS, scores, strict=True)),
             "ms": cost,
         }
 
@@ -110,16 +133,16 @@ def stretches(rig):
     """
     for recording in rig:
         X = recording.samples.reshape(-1, int(recording.rate))
-        fitted = FaultOrderClassifier(bearing=recording.bearing, sampling_rate=recording.rate).fit(
-            X
-        )
+        fitted = FaultOrderClassifier(
+            bearing=recording.bearing, sampling_rate=recording.rate
+        ).fit(X)
         for second, scores in enumerate(fitted.match(X, rpm=recording.rpm).scores):
             yield {
                 "recording": recording.name,
                 "place": recording.place,
                 "rpm": recording.rpm,
                 "second": second,
-                **dict(zip(PLACES, scores, strict=True)),
+                **dict(zip(FAULT_LOCATIONS, scores, strict=True)),
             }
 
 
@@ -133,11 +156,12 @@ def settings_left_out(rigs):
     Returns
     -------
     DataFrame
-        ``rig``, ``chosen`` settings, ``accuracy`` with them, and ``ours``, that of the defaults.
+        ``rig``, ``chosen`` settings, ``accuracy`` with them, and ``ours``, that of the
+        defaults.
     """
     accuracy = {}
     for name, rig in rigs.items():
-        faulty = [recording for recording in rig if recording.place in PLACES]
+        faulty = [recording for recording in rig if recording.place in FAULT_LOCATIONS]
         right = np.zeros((len(_SETTINGS), len(faulty)))
         for column, recording in enumerate(faulty):
             turn = 60 * recording.rate / recording.rpm
@@ -145,7 +169,7 @@ def settings_left_out(rigs):
             for row, (weights, cage, slip) in enumerate(_SETTINGS):
                 contrast = np.array(weights) / sum(weights) @ parts
                 scores = fault_comb(contrast, recording.orders, 0.1, slip, cage).scores
-                right[row, column] = PLACES[scores.argmax()] == recording.place
+                right[row, column] = FAULT_LOCATIONS[scores.argmax()] == recording.place
         accuracy[name] = right.mean(axis=1)
     frame = pd.DataFrame(accuracy)
     default = _SETTINGS.index(((1, 1, 0.4), 0.6, 0.03))
@@ -177,24 +201,34 @@ def visible_left_out(recorded, seconds):
     Returns
     -------
     DataFrame
-        ``rig left out``, the share ``visible``, and the ``loss`` with it and ``loss in use``.
+        ``rig left out``, the share ``visible``, and the ``loss`` with it and ``loss in
+        use``.
     """
-    limit = FaultOrderClassifier(bearing="6205", sampling_rate=1e3).fit(np.ones((1, 9))).limit_
+    limit = (
+        FaultOrderClassifier(bearing="6205", sampling_rate=1e3)
+        .fit(np.ones((1, 9)))
+        .limit_
+    )
     losses = {}
     for rig in recorded["rig"].unique():
         parts = [rows[rows["rig"] == rig] for rows in (recorded, seconds)]
         for visible in _VISIBLE:
             of_parts = []
             for rows in parts:
-                beyond = rows[list(PLACES)].to_numpy() - limit
+                beyond = rows[list(FAULT_LOCATIONS)].to_numpy() - limit
                 found = comb_evidence(beyond, np.arange(4), visible=visible)
-                true = rows["place"].map([*PLACES, HEALTHY].index)
+                true = rows["place"].map([*FAULT_LOCATIONS, HEALTHY].index)
                 of_parts.append(-found[np.arange(len(rows)), true].mean())
             losses[rig, visible] = np.mean(of_parts)
     table = pd.Series(losses).unstack(0)
     best = {rig: table.drop(columns=rig).mean(axis=1).idxmin() for rig in table}
-    found = [(rig, v, table.loc[v, rig], table.loc[VISIBLE_ALONE, rig]) for rig, v in best.items()]
-    return pd.DataFrame(found, columns=["rig left out", "visible", "loss", "loss in use"])
+    found = [
+        (rig, v, table.loc[v, rig], table.loc[VISIBLE_ALONE, rig])
+        for rig, v in best.items()
+    ]
+    return pd.DataFrame(
+        found, columns=["rig left out", "visible", "loss", "loss in use"]
+    )
 
 
 def verdicts(scores, **options):
@@ -210,7 +244,9 @@ def verdicts(scores, **options):
     -------
     list of str
     """
-    fitted = FaultOrderClassifier(bearing="6205", sampling_rate=1e3, **options).fit(np.ones((1, 9)))
+    fitted = FaultOrderClassifier(bearing="6205", sampling_rate=1e3, **options).fit(
+        np.ones((1, 9))
+    )
     return fitted._judge(_matched(scores, np.ones(len(scores)))).named
 
 
@@ -224,13 +260,18 @@ def area_under_curve(faulty, healthy):
     """
     ranks = rankdata([*faulty, *healthy])[: len(faulty)]
     n_faulty = len(faulty)
-    return float((ranks.sum() - n_faulty * (n_faulty + 1) / 2) / (n_faulty * len(healthy)))
+    return float(
+        (ranks.sum() - n_faulty * (n_faulty + 1) / 2) / (n_faulty * len(healthy))
+    )
 
 
 def counted(rows):
     """Return right, wrong and abstained by rig and place, and right without abstaining."""
-    scores = rows[list(PLACES)].to_numpy()
-    rows = rows.assign(forced=[PLACES[i] for i in scores.argmax(axis=1)], verdict=verdicts(scores))
+    scores = rows[list(FAULT_LOCATIONS)].to_numpy()
+    rows = rows.assign(
+        forced=[FAULT_LOCATIONS[i] for i in scores.argmax(axis=1)],
+        verdict=verdicts(scores),
+    )
     found = []
     for (rig, place), group in rows.groupby(["rig", "place"], sort=False):
         named = group[~group["verdict"].isin(["healthy", NOT_IDENTIFIABLE])]
@@ -240,17 +281,25 @@ def counted(rows):
         else:
             right = (named["verdict"] == place).sum()
             wrong = len(named) - right
-        line |= {"right": right, "wrong": wrong, "abstained": len(group) - right - wrong}
-        forced = "" if place == "healthy" else f"{(group['forced'] == place).mean():.2f}"
+        line |= {
+            "right": right,
+            "wrong": wrong,
+            "abstained": len(group) - right - wrong,
+        }
+        forced = (
+            "" if place == "healthy" else f"{(group['forced'] == place).mean():.2f}"
+        )
         found.append(line | {"right without abstaining": forced})
     return pd.DataFrame(found)
 
 
-def mean_accuracy(rows, places=PLACES):
+def mean_accuracy(rows, places=FAULT_LOCATIONS):
     """Return the share of right places on each rig, without abstaining."""
     faulty = rows[rows["place"].isin(places)]
-    best = faulty[list(PLACES)].to_numpy().argmax(axis=1)
-    right = pd.Series(np.array(PLACES)[best] == faulty["place"], index=faulty.index)
+    best = faulty[list(FAULT_LOCATIONS)].to_numpy().argmax(axis=1)
+    right = pd.Series(
+        np.array(FAULT_LOCATIONS)[best] == faulty["place"], index=faulty.index
+    )
     return right.groupby(faulty["rig"], sort=False).mean()
 
 
@@ -259,10 +308,15 @@ def compared(rows):
     found = []
     for method, group in rows.groupby("method", sort=False):
         by_rig = mean_accuracy(group)
-        best = group[list(PLACES)].max(axis=1)
+        best = group[list(FAULT_LOCATIONS)].max(axis=1)
         healthy = best[group["place"] == "healthy"].max()
         races = group[group["place"].isin(_RACES)]
-        named = np.array(PLACES)[races[list(PLACES)].to_numpy().argmax(axis=1)] == races["place"]
+        named = (
+            np.array(FAULT_LOCATIONS)[
+                races[list(FAULT_LOCATIONS)].to_numpy().argmax(axis=1)
+            ]
+            == races["place"]
+        )
         above = (best[races.index] > healthy) & named
         found.append(
             {
@@ -280,8 +334,8 @@ def compared(rows):
 def with_reference(rows, rate=0.02):
     """False alarms of healthy stretches with healthy rows of the machine as the reference.
 
-    The first half of each healthy recording calibrates, the second half is tested; or recordings of
-    all speeds but one calibrate, and the last speed is tested.
+    The first half of each healthy recording calibrates, the second half is tested; or
+    recordings of all speeds but one calibrate, and the last speed is tested.
     """
     found = []
     for rig, group in rows[rows["place"] == "healthy"].groupby("rig", sort=False):
@@ -301,7 +355,8 @@ def with_reference(rows, rate=0.02):
                 "alarms without reference": _alarms(None, group, rate),
                 "races detected": _alarms(early, races, rate),
                 "area under the curve": area_under_curve(
-                    races[list(PLACES)].max(axis=1), group[list(PLACES)].max(axis=1)
+                    races[list(FAULT_LOCATIONS)].max(axis=1),
+                    group[list(FAULT_LOCATIONS)].max(axis=1),
                 ),
             }
         )
@@ -309,11 +364,15 @@ def with_reference(rows, rate=0.02):
 
 
 def _alarms(reference, tested, rate):
-    fitted = FaultOrderClassifier(bearing="6205", sampling_rate=1e3, false_alarm_rate=rate)
+    fitted = FaultOrderClassifier(
+        bearing="6205", sampling_rate=1e3, false_alarm_rate=rate
+    )
     fitted.fit(np.ones((1, 9)))
     if reference is not None:
-        fitted._calibrate(reference[list(PLACES)].to_numpy(), reference["rpm"].to_numpy())
-    found = _matched(tested[list(PLACES)].to_numpy(), tested["rpm"].to_numpy())
+        fitted._calibrate(
+            reference[list(FAULT_LOCATIONS)].to_numpy(), reference["rpm"].to_numpy()
+        )
+    found = _matched(tested[list(FAULT_LOCATIONS)].to_numpy(), tested["rpm"].to_numpy())
     return fitted._judge(found).alarm.mean()
 
 
@@ -369,7 +428,9 @@ def main(arguments=None):
     for name, rig in rigs.items():
         for method in options.method:
             rows = pd.DataFrame(whole(rig, [method])).drop(columns="method")
-            merge(options.output / "recordings.csv", rows, {"rig": name, "method": method})
+            merge(
+                options.output / "recordings.csv", rows, {"rig": name, "method": method}
+            )
             print(f"{name}: {method}", file=sys.stderr, flush=True)
         if _OURS in options.method:
             rows = pd.DataFrame(stretches(rig))
@@ -382,7 +443,7 @@ def main(arguments=None):
     )
     if options.null:
         healthy = seconds[seconds["place"] == "healthy"]
-        location, scale = gumbel_r.fit(healthy[list(PLACES)].max(axis=1))
+        location, scale = gumbel_r.fit(healthy[list(FAULT_LOCATIONS)].max(axis=1))
         print(f"healthy stretches: location {location:.3f}, scale {scale:.3f} nepers")
     if options.visible:
         ours = recorded[recorded["method"] == _OURS]

@@ -2,12 +2,12 @@
 
 Run ``python -m benchmarks.fault_orders joint`` from the root of the repository.
 
-`make_diagnoser` learns the conditions of a rig at one speed (MFPT: at one load), from the first
-halves of the recordings. Rows of 1 s are then named under four protocols:
+`make_diagnoser` learns the conditions of a rig at one speed (MFPT: at one load), from
+the first halves of the recordings. Rows of 1 s are then named under four protocols:
 
 - other speed: the second halves of the recordings at all other speeds or loads.
-- remounted mildly, remounted strongly: the second halves at all speeds, through a random smooth
-  filter, with noise. No rig has recordings of two mountings.
+- remounted mildly, remounted strongly: the second halves at all speeds, through a
+  random smooth filter, with noise. No rig has recordings of two mountings.
 - other rig: another rig with the same conditions. Its bearing is known.
 """
 
@@ -19,11 +19,17 @@ import numpy as np
 import pandas as pd
 from scipy import fft
 from scipy.signal import oaconvolve
+from skarxlag.decisions.fault_locations import (
+    FAULT_LOCATIONS,
+    ODDS,
+    VISIBLE,
+    WITHOUT_COMB,
+    comb_evidence,
+)
 
 from benchmarks.fault_orders.rigs import RIGS, recordings
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import FaultOrderClassifier, make_diagnoser
-from skarxlag.fault_places import ODDS, PLACES, VISIBLE, WITHOUT_COMB, comb_evidence
 
 #: Log odds for each neper, and probability of a visible comb.
 SETTINGS = list(product([3.0, 5.0, 8.0, 12.0], [0.05, 0.1, 0.2, 0.4]))
@@ -87,13 +93,17 @@ def remounted(X, size, noise, seed):
     n_fft = 4096
     cosine = np.arange(1, _COSINES + 1)
     weights = size * rng.normal(size=_COSINES) / np.sqrt(cosine)
-    log_gain = weights @ np.cos(np.pi * np.outer(cosine, np.linspace(0, 1, n_fft // 2 + 1)))
+    log_gain = weights @ np.cos(
+        np.pi * np.outer(cosine, np.linspace(0, 1, n_fft // 2 + 1))
+    )
     cepstrum = fft.irfft(log_gain, n_fft)
     cepstrum[1 : n_fft // 2] *= 2
     cepstrum[n_fft // 2 + 1 :] = 0
     taps = fft.irfft(np.exp(fft.rfft(cepstrum)), n_fft)[:_TAPS]
     filtered = oaconvolve(X, taps[np.newaxis], axes=1)[:, : X.shape[1]]
-    return filtered / filtered.std(axis=1, keepdims=True) + noise * rng.normal(size=X.shape)
+    return filtered / filtered.std(axis=1, keepdims=True) + noise * rng.normal(
+        size=X.shape
+    )
 
 
 def scored(name, rigs):
@@ -119,7 +129,10 @@ def scored(name, rigs):
         diagnoser = make_diagnoser(sampling_rate=rate, bearing=bearing)
         diagnoser.fit(learned.X, learned.y, rpm=learned.rpm)
         late = rows[~rows.is_first_half]
-        yield "other speed", compare(diagnoser, late[late.campaign != campaign], bearing)
+        yield (
+            "other speed",
+            compare(diagnoser, late[late.campaign != campaign], bearing),
+        )
         for protocol, (size, noise, seeds) in _MOUNTINGS.items():
             for seed in seeds:
                 moved = late._replace(X=remounted(late.X, size, noise, seed))
@@ -146,7 +159,7 @@ def compare(diagnoser, rows, bearing):
         by_combs=combs.class_places_[named],
         class_places=combs.class_places_,
         truth=np.where(classes[known] == rows.y, known, -1),
-        true_place=np.array([PLACES.index(place) for place in rows.place]),
+        true_place=np.array([FAULT_LOCATIONS.index(place) for place in rows.place]),
     )
 
 
@@ -184,7 +197,10 @@ def settings_left_out(parts):
         best = int(by_rig.drop(columns=rig).mean(axis=1).argmax())
         odds, visible = SETTINGS[best]
         found = {"rig left out": rig, "odds": odds, "visible": visible}
-        found |= {"place": by_rig.loc[best, rig], "place, in use": by_rig.loc[IN_USE, rig]}
+        found |= {
+            "place": by_rig.loc[best, rig],
+            "place, in use": by_rig.loc[IN_USE, rig],
+        }
         rows.append(found)
     return pd.DataFrame(rows)
 
@@ -200,7 +216,9 @@ def main(arguments=None):
     for name in rigs:
         parts += [(name, protocol, part) for protocol, part in scored(name, rigs)]
         print(name, file=sys.stderr, flush=True)
-    found = table(parts).reindex(["other speed", *_MOUNTINGS, "other rig"], level="protocol")
+    found = table(parts).reindex(
+        ["other speed", *_MOUNTINGS, "other rig"], level="protocol"
+    )
     found.to_csv(options.output / "joint.csv")
     blocks = {
         "fault orders joint": "Rows of 1 s, nominal speed; share of right conditions and of right "

@@ -5,8 +5,12 @@ A method takes a recording and returns one score for each place, (ball, inner, o
 
 import numpy as np
 
-from skarxlag import FaultOrderClassifier, envelope_spectrum, make_fault_order_classifier
-from skarxlag.kernels.fault_orders import PLACES
+from skarxlag import (
+    FaultOrderClassifier,
+    envelope_spectrum,
+    make_fault_order_classifier,
+)
+from skarxlag.kernels.fault_orders import FAULT_LOCATIONS
 
 #: Tolerance of a peak's frequency, as a share.
 _TOLERANCE = 0.03
@@ -44,7 +48,9 @@ def largest_peaks(frequencies, power, recording, n_multiples=3):
         heights = []
         for multiple in range(1, n_multiples + 1):
             centre = multiple * order * recording.rpm / 60 / cell
-            near = power[int(centre * (1 - _TOLERANCE)) : int(centre * (1 + _TOLERANCE)) + 1]
+            near = power[
+                int(centre * (1 - _TOLERANCE)) : int(centre * (1 + _TOLERANCE)) + 1
+            ]
             around = power[int(centre * (1 - 0.15)) : int(centre * (1 + 0.15)) + 1]
             heights.append(near.max() - np.median(around) if len(near) else 0.0)
         scores.append(np.mean(heights))
@@ -53,7 +59,9 @@ def largest_peaks(frequencies, power, recording, n_multiples=3):
 
 def largest_peak(recording):
     """Take the largest peaks of the envelope spectrum, without prewhitening."""
-    spectrum = envelope_spectrum(_five_seconds(recording), recording.rate, prewhiten=False)
+    spectrum = envelope_spectrum(
+        _five_seconds(recording), recording.rate, prewhiten=False
+    )
     return largest_peaks(*spectrum, recording)
 
 
@@ -82,13 +90,17 @@ def openconmo_kurtogram(recording):
     """Take the largest peaks in openconmo's band of the largest kurtosis, without its lines."""
     from openconmo.benchmark_methods import benchmark_method
 
-    _, _, frequencies, power = benchmark_method(_five_seconds(recording), recording.rate)
+    _, _, frequencies, power = benchmark_method(
+        _five_seconds(recording), recording.rate
+    )
     return largest_peaks(frequencies, np.asarray(power) ** 2, recording)
 
 
 def predictive_maintenance(recording):
     """Rank the evidence that predictive-maintenance-mcp states for each frequency."""
-    from predictive_maintenance_mcp.diagnostics.bearing_analyzer import check_bearing_fault_peak
+    from predictive_maintenance_mcp.diagnostics.bearing_analyzer import (
+        check_bearing_fault_peak,
+    )
 
     grades = {"none": 0, "low": 1, "moderate": 2, "high": 3}
     names = {"ball": "BSF", "inner": "BPFI", "outer": "BPFO"}
@@ -129,7 +141,9 @@ def pybearing(recording):
     envelope = envelope - envelope.mean()
     found = rms_around_fault_frequencies_of_envelope(envelope, fs, frequencies)
     names = {"ball": "rolling_element", "inner": "inner_ring", "outer": "outer_ring"}
-    return [found[f"rms_f_{names[place]}"] / envelope.std() for place in PLACES]
+    return [
+        found[f"rms_f_{names[place]}"] / envelope.std() for place in FAULT_LOCATIONS
+    ]
 
 
 METHODS = {

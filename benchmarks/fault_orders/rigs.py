@@ -4,10 +4,10 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
+from skarxlag.decisions.fault_locations import location_of_label
 
 from skarxlag.bearings import BEARINGS, BearingGeometry, bearing_orders
 from skarxlag.datasets import fetch_cwru, fetch_hit_sm, fetch_mfpt, fetch_uestc
-from skarxlag.fault_places import place_of_label
 
 #: Function that fetches each rig.
 RIGS = {
@@ -18,8 +18,8 @@ RIGS = {
     "CWRU fan end": partial(fetch_cwru, end="fan"),
     "MFPT": fetch_mfpt,
 }
-#: Bearings that the authors do not state. Housings UCP 204 hold inserts UC 204; the orders of the
-#: self-built rig are those of a 6205.
+#: Bearings that the authors do not state. Housings UCP 204 hold inserts UC 204; the
+#: orders of the self-built rig are those of a 6205.
 _NOT_STATED = {"UESTC": "UC204", "self-built": "6205"}
 
 
@@ -62,7 +62,7 @@ def recordings(name, data_home=None):
     for recording in dict.fromkeys(rig.recording):
         rows = rig.recording == recording
         condition, rpm = rig.target[rows][0], float(rig.rpm[rows][0])
-        place = place_of_label(str(condition)) or condition
+        place = location_of_label(str(condition)) or condition
         samples = np.ascontiguousarray(rig.data[rows].ravel(), dtype=np.float64)
         bearing = rig.bearing or BEARINGS[_NOT_STATED[name]]
         found.append(

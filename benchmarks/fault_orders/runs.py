@@ -1,19 +1,21 @@
 """When a race is named in runs of a bearing from healthy to failed, and whether the name stays.
 
-    python -m benchmarks.fault_orders runs --data-home FOLDER --write docs/fault_orders.md
+    python -m benchmarks.fault_orders runs --data-home FOLDER --write
+    docs/fault_orders.md
 
-The runs are those of ``python -m benchmarks.monitoring``. Their snapshots of a tenth of a second
-hold 2.5 to 3 turns of the shaft. The first tenth of a run is taken for healthy; the rest goes
-through `ConditionMonitor`, which gathers the combs of the snapshots.
+The runs are those of ``python -m benchmarks.monitoring``. Their snapshots of a tenth of
+a second hold 2.5 to 3 turns of the shaft. The first tenth of a run is taken for
+healthy; the rest goes through `ConditionMonitor`, which gathers the combs of the
+snapshots.
 """
 
 import numpy as np
 import pandas as pd
+from skarxlag.decisions.fault_locations import HEALTHY
 
 from benchmarks.monitoring.runs_to_failure import HEALTHY_SHARE, read_runs, updated
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import BearingGeometry, ConditionMonitor, make_diagnoser
-from skarxlag.fault_places import HEALTHY
 
 BEARING = BearingGeometry(n_elements=13, element_diameter=3.5, pitch_diameter=25.6)
 #: Seconds.

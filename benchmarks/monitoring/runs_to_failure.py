@@ -2,10 +2,11 @@
 
     python -m benchmarks.monitoring --data-home FOLDER --write docs/monitoring.md
 
-FOLDER/femto holds one ``.npz`` file of snapshots for each run: ``acceleration_g`` of shape
-(n_snapshots, n_channels, n_samples), their times ``seconds``, ``rpm`` and ``sampling_rate``. They
-are not downloaded. The first tenth of a run is taken for healthy: the detector is fitted on it.
-The rest goes through `ConditionMonitor` as it came.
+FOLDER/femto holds one ``.npz`` file of snapshots for each run: ``acceleration_g`` of
+shape (n_snapshots, n_channels, n_samples), their times ``seconds``, ``rpm`` and
+``sampling_rate``. They are not downloaded. The first tenth of a run is taken for
+healthy: the detector is fitted on it. The rest goes through `ConditionMonitor` as it
+came.
 """
 
 import argparse
@@ -44,8 +45,8 @@ def watch_run(snapshots, seconds, rpm, sampling_rate, most_healthy=None):
     sampling_rate : float
         In Hz.
     most_healthy : int or None, default=None
-        Number of snapshots of the healthy part that the detector is fitted on; None for all. The
-        rest of the healthy part is not used.
+        Number of snapshots of the healthy part that the detector is fitted on; None for
+        all. The rest of the healthy part is not used.
 
     Returns
     -------
@@ -136,9 +137,13 @@ def few_healthy_table(runs):
                 "healthy snapshots": n_healthy,
                 "channels": len(found),
                 "with an alarm at the end": len(at_end),
-                "earliest, share of the run": min(at_end["share of the run"], default=""),
+                "earliest, share of the run": min(
+                    at_end["share of the run"], default=""
+                ),
                 "latest, share of the run": max(at_end["share of the run"], default=""),
-                "alarms before, that went off": found["alarms before, that went off"].sum(),
+                "alarms before, that went off": found[
+                    "alarms before, that went off"
+                ].sum(),
             }
         )
     return pd.DataFrame(rows)
@@ -146,7 +151,9 @@ def few_healthy_table(runs):
 
 def draw(runs, path):
     """Level of the alarm over each run, one line for each channel."""
-    with saved_figure(path, len(runs), size=(7.0, 1.5 * len(runs) + 0.5), sharey=True) as axes:
+    with saved_figure(
+        path, len(runs), size=(7.0, 1.5 * len(runs) + 0.5), sharey=True
+    ) as axes:
         for ax, (name, channels) in zip(axes[:, 0], runs.items(), strict=True):
             for number, (verdicts, colour) in enumerate(
                 zip(channels, cycle([BLUE, ORANGE]), strict=False)
@@ -173,17 +180,29 @@ def read_runs(data_home, paths=()):
     for path in paths or sorted(folder.glob("*.npz")):
         with np.load(path) as file:
             signal, seconds = file["acceleration_g"].astype(float), file["seconds"]
-            yield path.stem, signal, seconds, float(file["rpm"]), float(file["sampling_rate"])
+            yield (
+                path.stem,
+                signal,
+                seconds,
+                float(file["rpm"]),
+                float(file["sampling_rate"]),
+            )
 
 
 def main(arguments=None):
     """Watch runs, print the table, write and draw it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
-        "runs", nargs="*", type=Path, metavar="RUN.npz", help="default: all of FOLDER/femto"
+        "runs",
+        nargs="*",
+        type=Path,
+        metavar="RUN.npz",
+        help="default: all of FOLDER/femto",
     )
     parser.add_argument("--data-home", metavar="FOLDER", help="default: scikit-learn's")
-    parser.add_argument("--write", type=Path, metavar="FILE", help="Markdown file for the table")
+    parser.add_argument(
+        "--write", type=Path, metavar="FILE", help="Markdown file for the table"
+    )
     parser.add_argument(
         "--figure", type=Path, metavar="FILE", help="where to draw the alarm levels"
     )
@@ -193,7 +212,9 @@ def main(arguments=None):
     for name, signal, seconds, rpm, sampling_rate in recorded:
         end = seconds[-1] + signal.shape[2] / sampling_rate
         for channel in range(signal.shape[1]):
-            verdicts, n_healthy = watch_run(signal[:, channel], seconds, rpm, sampling_rate)
+            verdicts, n_healthy = watch_run(
+                signal[:, channel], seconds, rpm, sampling_rate
+            )
             runs.setdefault(name, []).append(verdicts)
             row = {"run": name, "channel": channel, "healthy snapshots": n_healthy}
             rows.append(row | alarm_row(verdicts, end))

@@ -2,10 +2,10 @@
 
     python -m benchmarks.monitoring.sensors --write docs/plant.md
 
-`skarxlag watch` with a table of sensors reads files of raw 16-bit samples, or of csv lines, of the
-simulated rig, with one detector and windows of a second. The time of a run with files of a few
-seconds is subtracted, so that loading the model does not count. Files are complete at the start:
-blocks are larger than in operation.
+`skarxlag watch` with a table of sensors reads files of raw 16-bit samples, or of csv
+lines, of the simulated rig, with one detector and windows of a second. The time of a
+run with files of a few seconds is subtracted, so that loading the model does not count.
+Files are complete at the start: blocks are larger than in operation.
 """
 
 import argparse
@@ -34,15 +34,18 @@ def sensors(counts):
     Parameters
     ----------
     counts : sequence of int
-        Numbers of sensors with raw samples. The first of them is run with csv lines, too.
+        Numbers of sensors with raw samples. The first of them is run with csv lines,
+        too.
 
     Returns
     -------
     DataFrame
-        Columns ``files``, ``sensors``, ``MiB``, and ``share of one core``: seconds of processor
-        time for a second of all signals.
+        Columns ``files``, ``sensors``, ``MiB``, and ``share of one core``: seconds of
+        processor time for a second of all signals.
     """
-    rig = simulate_rig(rpm=RPM, conditions=["Normal"], n_samples=120 * RATE, window_length=RATE)
+    rig = simulate_rig(
+        rpm=RPM, conditions=["Normal"], n_samples=120 * RATE, window_length=RATE
+    )
     rows = rig.data if rig.data.ndim == 2 else rig.data[:, 0]
     integers = np.round(rows / np.abs(rows).max() * 2**15 * 0.9).astype("<i2")
     found = []
@@ -51,14 +54,23 @@ def sensors(counts):
         with warnings.catch_warnings():
             # One speed suffices here.
             warnings.simplefilter("ignore", UserWarning)
-            detector = make_detector(false_alarm_rate=0.02).fit(integers[:80] * 1.0, rpm=RPM)
-        save_diagnoser(detector, folder / "m.skops", sampling_rate=RATE, window_length=RATE)
+            detector = make_detector(false_alarm_rate=0.02).fit(
+                integers[:80] * 1.0, rpm=RPM
+            )
+        save_diagnoser(
+            detector, folder / "m.skops", sampling_rate=RATE, window_length=RATE
+        )
         # The first run compiles.
         _run(folder, integers, 1, 1, "raw")
         for files, count in [("csv", counts[0]), *(("raw", count) for count in counts)]:
-            runs = [_run(folder, integers, count, seconds, files) for seconds in (SHORT, LONG)]
+            runs = [
+                _run(folder, integers, count, seconds, files)
+                for seconds in (SHORT, LONG)
+            ]
             (_, before), (memory, after) = runs
-            found.append((files, count, round(memory), (after - before) / (LONG - SHORT)))
+            found.append(
+                (files, count, round(memory), (after - before) / (LONG - SHORT))
+            )
             print(*found[-1], file=sys.stderr, flush=True)
     return pd.DataFrame(found, columns=["files", "sensors", "MiB", "share of one core"])
 
@@ -93,7 +105,9 @@ def main(arguments=None):
     """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sensors", type=int, nargs="+", default=[10, 50])
-    parser.add_argument("--write", type=Path, metavar="FILE", help="Markdown file for the table")
+    parser.add_argument(
+        "--write", type=Path, metavar="FILE", help="Markdown file for the table"
+    )
     options = parser.parse_args(arguments)
     text = markdown(sensors(options.sensors), digits=2)
     if options.write:

@@ -2,10 +2,10 @@
 
     python -m benchmarks.monitoring.soak --write docs/monitoring.md
 
-A diagnoser with healthy limits follows simulated blocks of the simulated rig, healthy and faulty in
-turn. Resident memory, open descriptors and the time of a window are measured at equal steps. The
-windows are short, so that many of them pass in a given time. Linux only, because the figures are
-read from /proc.
+A diagnoser with healthy limits follows simulated blocks of the simulated rig, healthy
+and faulty in turn. Resident memory, open descriptors and the time of a window are
+measured at equal steps. The windows are short, so that many of them pass in a given
+time. Linux only, because the figures are read from /proc.
 """
 
 import argparse
@@ -43,7 +43,8 @@ def soak(n_windows, n_steps=STEPS):
     Returns
     -------
     DataFrame
-        Columns ``windows``, ``MiB``, ``descriptors`` and ``us a window``, with a row for the begin.
+        Columns ``windows``, ``MiB``, ``descriptors`` and ``us a window``, with a row
+        for the begin.
     """
     size = {"n_samples": N_WINDOWS * LENGTH, "window_length": LENGTH}
     rig = simulate_rig(rpm=RPM, crack_mm=6, conditions=["Normal", "OR"], **size)
@@ -57,7 +58,8 @@ def soak(n_windows, n_steps=STEPS):
         diagnoser, rig.sampling_rate, detector=detector, window_length=LENGTH
     )
     blocks = cycle(
-        np.moveaxis(rig.data[chosen], 1, 0).reshape(2, -1) for chosen in (healthy, ~healthy)
+        np.moveaxis(rig.data[chosen], 1, 0).reshape(2, -1)
+        for chosen in (healthy, ~healthy)
     )
     monitor.update(next(blocks), rpm=RPM)
     rows = [_state(0)]
@@ -75,14 +77,23 @@ def soak(n_windows, n_steps=STEPS):
 def _state(n_windows):
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     size = pages * os.sysconf("SC_PAGE_SIZE") / 2**20
-    return int(n_windows), round(size), len(os.listdir("/proc/self/fd")), time.process_time()
+    return (
+        int(n_windows),
+        round(size),
+        len(os.listdir("/proc/self/fd")),
+        time.process_time(),
+    )
 
 
 def main(arguments=None):
     """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--windows", type=float, default=1e7, help="default: %(default)g")
-    parser.add_argument("--write", type=Path, metavar="FILE", help="Markdown file for the table")
+    parser.add_argument(
+        "--windows", type=float, default=1e7, help="default: %(default)g"
+    )
+    parser.add_argument(
+        "--write", type=Path, metavar="FILE", help="Markdown file for the table"
+    )
     options = parser.parse_args(arguments)
     text = markdown(soak(int(options.windows)), digits=1)
     if options.write:

@@ -1,12 +1,13 @@
 """Regenerate the tables and figures of README and docs.
 
-``python -m benchmarks.pages NAME`` runs the command of that part. Without a name, it runs the
-commands of all parts that are out of date. ``--check`` lists all parts, or those that are named,
-with their state and date, the oldest first. It fails if one of them is out of date:
+``python -m benchmarks.pages NAME`` runs the command of that part. Without a name, it
+runs the commands of all parts that are out of date. ``--check`` lists all parts, or
+those that are named, with their state and date, the oldest first. It fails if one of
+them is out of date:
 
 - current: the code, the data and the command are those of the last run.
-- moved: the code was changed since, but its canaries, cells that are recomputed in seconds, are
-  still the same. ``--restamp`` declares these parts current.
+- moved: the code was changed since, but its canaries, cells that are recomputed in
+  seconds, are still the same. ``--restamp`` declares these parts current.
 - outdated: a canary differs, or the part has none. The names of the canaries follow.
 """
 
@@ -30,7 +31,9 @@ def main(arguments=None):
     parser.add_argument("part", nargs="*", help=f"one or more of {', '.join(PARTS)}")
     parser.add_argument("--check", action="store_true", help="list the states")
     parser.add_argument(
-        "--restamp", action="store_true", help="with --check: record moved parts as current"
+        "--restamp",
+        action="store_true",
+        help="with --check: record moved parts as current",
     )
     parser.add_argument("--data-home", help="folder of the downloaded rigs")
     options = parser.parse_args(arguments)

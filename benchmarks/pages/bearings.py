@@ -13,7 +13,7 @@ import skarxlag
 from benchmarks.pages.blocks import markdown, publish
 from skarxlag import bearing_orders
 
-CATALOGUE = Path(skarxlag.__file__).parent / "bearings.csv"
+CATALOGUE = Path(skarxlag.__file__).parent / "bearings" / "catalogue.csv"
 
 
 def bearings_table():
@@ -51,7 +51,9 @@ def _source(bearing):
 def main(arguments=None):
     """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--write", type=Path, metavar="FILE", help="Markdown file with its marks")
+    parser.add_argument(
+        "--write", type=Path, metavar="FILE", help="Markdown file with its marks"
+    )
     publish(parser.parse_args(arguments), {"bearings": bearings_table()})
 
 

@@ -29,7 +29,10 @@ def page_parser(doc, name):
         help="folder of the CSV files",
     )
     parser.add_argument(
-        "--write", type=Path, metavar="FILE", help="Markdown file to put the tables into"
+        "--write",
+        type=Path,
+        metavar="FILE",
+        help="Markdown file to put the tables into",
     )
     return parser
 
@@ -60,7 +63,10 @@ def markdown(frame, digits=3):
         pd.api.types.is_numeric_dtype(dtype) or is_number(frame.iloc[:, place])
         for place, dtype in enumerate(frame.dtypes)
     ]
-    lines = [list(map(str, frame.columns)), ["---:" if each else "---" for each in numeric]]
+    lines = [
+        list(map(str, frame.columns)),
+        ["---:" if each else "---" for each in numeric],
+    ]
     lines += [[cell(value) for value in row] for row in frame.itertuples(index=False)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
@@ -85,16 +91,22 @@ def put_block(text, name, block):
     begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
     before, found_begin, rest = text.partition(begin)
     _, found_end, after = rest.partition(end)
-    if not (found_begin and found_end) or text.count(begin) != 1 or text.count(end) != 1:
-        raise ValueError(f"expected one {begin!r} followed by one {end!r} in the Markdown file.")
+    if (
+        not (found_begin and found_end)
+        or text.count(begin) != 1
+        or text.count(end) != 1
+    ):
+        raise ValueError(
+            f"expected one {begin!r} followed by one {end!r} in the Markdown file."
+        )
     return f"{before}{begin}\n{block}\n{end}{after}"
 
 
 def to_csv(block, path, link):
     """Store the tables of a block in one csv file; return the block with a link in their place.
 
-    The first column of the file names the table, if there are several: by the text of its fold, or
-    by the line before it.
+    The first column of the file names the table, if there are several: by the text of
+    its fold, or by the line before it.
 
     Parameters
     ----------
@@ -112,7 +124,9 @@ def to_csv(block, path, link):
         elif paragraph == "</details>":
             fold = ""
         elif paragraph.startswith("| "):
-            head, _, *rows = [line[2:-2].split(" | ") for line in paragraph.splitlines()]
+            head, _, *rows = [
+                line[2:-2].split(" | ") for line in paragraph.splitlines()
+            ]
             title = "; ".join(filter(None, [fold, caption]))
             frame = pd.DataFrame(rows, columns=[name or "row" for name in head])
             frames.append(frame.assign(table=title))
@@ -148,7 +162,9 @@ def write_blocks(path, blocks):
     record(outputs.values())
     for name, output in outputs.items():
         block = blocks[name]
-        if any(output in part.outputs() and name in part.tables for part in PARTS.values()):
+        if any(
+            output in part.outputs() and name in part.tables for part in PARTS.values()
+        ):
             link = f"tables/{name.replace(' ', '_')}.csv"
             block = to_csv(block, path.parent / link, link)
         if made := stamp(output):

@@ -30,7 +30,10 @@ def picture(page, path, width, schemes=tuple(SCHEMES)):
         What each screen prefers.
     """
     with tempfile.TemporaryDirectory() as folder:
-        source, paths = Path(folder, "page.html"), [Path(folder, f"{name}.png") for name in schemes]
+        source, paths = (
+            Path(folder, "page.html"),
+            [Path(folder, f"{name}.png") for name in schemes],
+        )
         source.write_text(page, "utf-8")
         for scheme, each in zip(schemes, paths, strict=True):
             _screenshot(source, each, width, scheme)
@@ -51,7 +54,9 @@ def _screenshot(page, path, width, scheme):
     ]
     # Its sandbox refuses to run as root.
     options += ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
-    subprocess.run([browser, *options, page.as_uri()], check=True, capture_output=True, timeout=120)
+    subprocess.run(
+        [browser, *options, page.as_uri()], check=True, capture_output=True, timeout=120
+    )
 
 
 def _side_by_side(paths):

@@ -1,8 +1,8 @@
 """Cells of tables that are computed in seconds: the canaries of the parts that name them.
 
-A change of a residual shows before a verdict changes, so cells hold mean residuals next to
-accuracies. Cells of a real rig need its recordings in ``$SKARXLAG_DATA``; without them, the
-simulated rig alone is compared.
+A change of a residual shows before a verdict changes, so cells hold mean residuals next
+to accuracies. Cells of a real rig need its recordings in ``$SKARXLAG_DATA``; without
+them, the simulated rig alone is compared.
 """
 
 import os
@@ -78,7 +78,9 @@ def proposal():
 
 def proposal_in_stretches():
     """`make_extended_state_pio` on long windows of the simulated rig, where sums are large."""
-    return _cell(make_extended_state_pio, _simulated(SAMPLING_RATE // 2, n_windows=4), *SPEEDS)
+    return _cell(
+        make_extended_state_pio, _simulated(SAMPLING_RATE // 2, n_windows=4), *SPEEDS
+    )
 
 
 def baseline():
@@ -133,6 +135,8 @@ def fault_orders():
     """`FaultOrderClassifier` without training on stretches of the simulated rig."""
     rig = _simulated(SAMPLING_RATE // 2, n_windows=4)
     X = rig.data[:, 0]
-    classifier = FaultOrderClassifier(bearing="6205", sampling_rate=SAMPLING_RATE).fit(X)
+    classifier = FaultOrderClassifier(bearing="6205", sampling_rate=SAMPLING_RATE).fit(
+        X
+    )
     probability = classifier.predict_proba(X, rpm=rig.rpm)
     return {"mean probability": float(probability.max(axis=1).mean())}

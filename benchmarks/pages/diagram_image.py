@@ -1,7 +1,7 @@
 """Picture of an ensemble of diagnosers as a notebook shows it.
 
-``python -m benchmarks.pages.diagram_image`` writes docs/images/diagram.png. It needs Chromium or
-Chrome.
+``python -m benchmarks.pages.diagram_image`` writes docs/images/diagram.png. It needs
+Chromium or Chrome.
 """
 
 import argparse
@@ -32,7 +32,10 @@ def ensemble():
     windows = ("windows", FunctionTransformer(as_windows))
     members = {"diagnoser": make_diagnoser(), "alpio": make_alpio()}
     return StackingClassifier(
-        [(name, DiagnosisPipeline([windows, *each.steps])) for name, each in members.items()],
+        [
+            (name, DiagnosisPipeline([windows, *each.steps]))
+            for name, each in members.items()
+        ],
         make_pipeline(StandardScaler(), LogisticRegression()),
         passthrough=True,
     )

@@ -1,8 +1,9 @@
 """Block diagrams of the paper (Figures 4, 5, 6 and 9) in their repaired form, drawn from tables.
 
-A diagram is a pair of tables. The first gives each block its column, its row and its words; a word
-in the margin (no frame) begins with a blank, and a decision ends with a question mark. The second
-gives the arrows: from, to, label. Rows run downwards, so that a diagram fits a telephone.
+A diagram is a pair of tables. The first gives each block its column, its row and its
+words; a word in the margin (no frame) begins with a blank, and a decision ends with a
+question mark. The second gives the arrows: from, to, label. Rows run downwards, so that
+a diagram fits a telephone.
 """
 
 from typing import NamedTuple
@@ -24,10 +25,17 @@ def _network(side, filters, gains):
     """Blocks of one side of Figure 6: its filters, and the gains next to them."""
     first = r"$\frac{\sqrt{1-\zeta_s^2}}{z-\zeta_s}$".replace("_s", f"_{side}")
     other = r"$\frac{1-\zeta_s z}{z-\zeta_s}$".replace("_s", f"_{side}")
-    rows = (("0", 1, first, "0"), ("1", 2, other, "1"), ("n", 4, other, f"{{N_{side}-1}}"))
+    rows = (
+        ("0", 1, first, "0"),
+        ("1", 2, other, "1"),
+        ("n", 4, other, f"{{N_{side}-1}}"),
+    )
     return {
         **{f"{side}{n}": (filters, row, words) for n, row, words, _ in rows},
-        **{f"g{side}{n}": (gains, row, f"$g^{side}_{last}$") for n, row, _, last in rows},
+        **{
+            f"g{side}{n}": (gains, row, f"$g^{side}_{last}$")
+            for n, row, _, last in rows
+        },
     }
 
 
@@ -171,7 +179,9 @@ def draw(diagram):
         frame = {
             "facecolor": "none",
             "edgecolor": "none" if words.startswith(" ") else rcParams["text.color"],
-            "boxstyle": "round,pad=.4,rounding_size=.8" if words.endswith("?") else "square,pad=.4",
+            "boxstyle": "round,pad=.4,rounding_size=.8"
+            if words.endswith("?")
+            else "square,pad=.4",
         }
         size = TEXT + 5 * ("frac" in words)
         place = (column + 0.5) * diagram.column, (row + 0.5) * diagram.row
@@ -188,7 +198,12 @@ def _draw_arrow(ax, start, end, label, is_answered):
 
     (x0, y0), (x1, y1) = start.get_position(), end.get_position()
     shift = 0.16 * ((x0 < x1) - (x0 > x1)) * is_answered
-    line = {"arrowstyle": "-|>", "color": rcParams["text.color"], "shrinkA": 0, "shrinkB": 2}
+    line = {
+        "arrowstyle": "-|>",
+        "color": rcParams["text.color"],
+        "shrinkA": 0,
+        "shrinkB": 2,
+    }
     frames = {"patchA": start.get_bbox_patch(), "patchB": end.get_bbox_patch()}
     ax.annotate("", (x1, y1 - shift), (x0, y0 - shift), arrowprops=line | frames)
     across, middle = x0 != x1, ((x0 + x1) / 2, (y0 + y1) / 2 - shift)

@@ -1,7 +1,7 @@
 """Digests of the code, the data and the command that the numbers of a part depend on.
 
-Comments, docstrings, line breaks and quotes do not count. A digest that moved is no proof that a
-number did: a canary (`benchmarks.pages.canaries`) finds out.
+Comments, docstrings, line breaks and quotes do not count. A digest that moved is no
+proof that a number did: a canary (`benchmarks.pages.canaries`) finds out.
 """
 
 import ast
@@ -33,8 +33,8 @@ def part_digest(part):
     Parameters
     ----------
     part : Part
-        Of `benchmarks.pages.parts`. Its command, the modules that it imports, and the content of
-        the files that it names as data count.
+        Of `benchmarks.pages.parts`. Its command, the modules that it imports, and the
+        content of the files that it names as data count.
 
     Returns
     -------
@@ -43,14 +43,18 @@ def part_digest(part):
     """
     content = [part.command]
     content += [source_digest(path.read_text("utf-8")) for path in code_files(part)]
-    content += [hashlib.sha256(path.read_bytes()).hexdigest() for path in data_files(part)]
+    content += [
+        hashlib.sha256(path.read_bytes()).hexdigest() for path in data_files(part)
+    ]
     return _digest(content)
 
 
 def code_files(part):
     """Return the files of the modules that the numbers of a part depend on, sorted."""
     names = [entry_module(command) for command in part.command.split(" && ")]
-    return sorted(source_path(name) for name in imported_modules(names, leave_out=_PUBLISHING))
+    return sorted(
+        source_path(name) for name in imported_modules(names, leave_out=_PUBLISHING)
+    )
 
 
 def data_files(part):
@@ -101,7 +105,11 @@ def _plain(node):
     if _has_docstring(node):
         fields["body"] = fields["body"][1:]
     # Newer versions of Python add fields that are empty lists.
-    values = [[name, _plain(value)] for name, value in fields.items() if value not in ([], None)]
+    values = [
+        [name, _plain(value)]
+        for name, value in fields.items()
+        if value not in ([], None)
+    ]
     return [type(node).__name__, values]
 
 

@@ -1,8 +1,9 @@
 """Figure of the page on fleets: a run on a cluster that loses workers, as it was measured.
 
-``python -m benchmarks.pages.fleet_figure`` writes docs/images/fleet.svg. Two worker processes of a
-local Dask cluster diagnose long recordings. One of them is killed from outside. Later one recording
-ends whatever process has read it. The clock of every attempt is read in its worker.
+``python -m benchmarks.pages.fleet_figure`` writes docs/images/fleet.svg. Two worker
+processes of a local Dask cluster diagnose long recordings. One of them is killed from
+outside. Later one recording ends whatever process has read it. The clock of every
+attempt is read in its worker.
 """
 
 import argparse
@@ -29,9 +30,11 @@ from skarxlag.commands.models import SavedModel
 from skarxlag.recordings.listing import list_files
 
 WINDOW_LENGTH, N_WINDOWS, N_RECORDINGS = 1200, 2400, 24
-#: The recording that ends its process, and the number of verdicts after which a worker is killed.
+#: The recording that ends its process, and the number of verdicts after which a worker
+#: is killed.
 DEADLY, KILL_AFTER = 13, 6
-#: A task is given up with the first worker that dies, so that few restarts fill the figure.
+#: A task is given up with the first worker that dies, so that few restarts fill the
+#: figure.
 OPTIONS = {
     "distributed.scheduler.allowed-failures": 0,
     "distributed.deploy.lost-worker-timeout": "5m",
@@ -68,7 +71,8 @@ def measure():
     Returns
     -------
     attempts : DataFrame
-        With ``number``, ``worker``, ``began``, ``ended`` (NaN if the worker died) in seconds.
+        With ``number``, ``worker``, ``began``, ``ended`` (NaN if the worker died) in
+        seconds.
     arrivals : list of float
         When each verdict was there.
     killed : float
@@ -92,7 +96,10 @@ def measure():
         with (
             dask.config.set(OPTIONS),
             LocalCluster(
-                n_workers=2, threads_per_worker=1, dashboard_address="localhost:0", silence_logs=60
+                n_workers=2,
+                threads_per_worker=1,
+                dashboard_address="localhost:0",
+                silence_logs=60,
             ) as cluster,
         ):
             args.dask = cluster.scheduler_address
@@ -100,14 +107,18 @@ def measure():
                 # Both have loaded the model before the clock runs.
                 list(run_tasks(tasks[:8], workers))
                 start, ended, arrivals, killed = time.time(), {}, [], None
-                attempts = [Attempt(number, task, notes) for number, task in enumerate(tasks)]
+                attempts = [
+                    Attempt(number, task, notes) for number, task in enumerate(tasks)
+                ]
                 for number, outcome in run_tasks(attempts, workers):
                     arrivals.append(time.time() - start)
                     if isinstance(outcome, Exception):
                         continue
                     *key, end, diagnosis = outcome
                     ended[number, *key] = end - start
-                    pd.testing.assert_frame_equal(diagnosis.windows, expected, check_exact=True)
+                    pd.testing.assert_frame_equal(
+                        diagnosis.windows, expected, check_exact=True
+                    )
                     if len(arrivals) == KILL_AFTER:
                         time.sleep(0.4)  # until it is at work on the next
                         os.kill(cluster.workers[0].pid, signal.SIGKILL)
@@ -128,7 +139,9 @@ def draw(path):
     """
     attempts, arrivals, killed = measure()
     usual = (attempts["ended"] - attempts["began"]).median()
-    with saved_figure(path, 2, 1, size=(7.0, 3.4), sharex=True, height_ratios=(2, 1)) as (
+    with saved_figure(
+        path, 2, 1, size=(7.0, 3.4), sharex=True, height_ratios=(2, 1)
+    ) as (
         (bars,),
         (count,),
     ):
@@ -136,7 +149,8 @@ def draw(path):
             end, kind = attempt.ended, "verdict"
             if np.isnan(end):
                 kind = list(KINDS)[1 + (attempt.number == DEADLY)]
-                # Nobody has read the clock at the death of a worker that we did not kill.
+                # Nobody has read the clock at the death of a worker that we did not
+                # kill.
                 end = attempt.began + usual
                 if attempt.began < killed < end:
                     end = killed
@@ -147,12 +161,18 @@ def draw(path):
         bars.text(killed, -0.6, " worker 1 is killed", fontsize=8, va="bottom")
         bars.set_yticks([0, 1], ["worker 1", "worker 2"])
         bars.set_ylim(1.5, -0.9)
-        count.step([0, *arrivals], np.arange(len(arrivals) + 1), where="post", color=BLUE)
+        count.step(
+            [0, *arrivals], np.arange(len(arrivals) + 1), where="post", color=BLUE
+        )
         count.set_ylabel("recordings done")
         count.set_xlabel("seconds")
         patches = [Patch(color=colour, label=kind) for kind, colour in KINDS.items()]
         bars.figure.legend(
-            handles=patches, loc="outside upper center", ncols=3, frameon=False, fontsize=8
+            handles=patches,
+            loc="outside upper center",
+            ncols=3,
+            frameon=False,
+            fontsize=8,
         )
 
 

@@ -11,9 +11,14 @@ import pandas as pd
 from benchmarks.pages.blocks import markdown, publish
 from skarxlag.recordings.formats import FORMATS
 
-#: Name of each format, whether it is read in parts, and the facts that are read besides samples.
+#: Name of each format, whether it is read in parts, and the facts that are read besides
+#: samples.
 DESCRIPTIONS = {
-    "matlab": ("MATLAB up to version 7", "no", "the rate, in a number named `fs` or alike"),
+    "matlab": (
+        "MATLAB up to version 7",
+        "no",
+        "the rate, in a number named `fs` or alike",
+    ),
     "npy": ("NumPy array", "yes", "nothing"),
     "npz": ("NumPy archive", "no", "the rate, in a number named `fs` or alike"),
     "text": (
@@ -64,7 +69,9 @@ def formats_table():
 def main(arguments=None):
     """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--write", type=Path, metavar="FILE", help="Markdown file with its marks")
+    parser.add_argument(
+        "--write", type=Path, metavar="FILE", help="Markdown file with its marks"
+    )
     publish(parser.parse_args(arguments), {"file formats": formats_table()})
 
 

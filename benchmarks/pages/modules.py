@@ -1,8 +1,8 @@
 """Modules of this repository that a program imports, found by reading its source.
 
-Every import statement counts, also those within functions, so that the list is a little too long
-rather than too short. Names that the package imports when they are first used lead to the module
-that defines them.
+Every import statement counts, also those within functions, so that the list is a little
+too long rather than too short. Names that the package imports when they are first used
+lead to the module that defines them.
 """
 
 import ast

@@ -1,8 +1,9 @@
 """Draw the picture of the README and of the landing page: recordings, model, residuals, verdict.
 
-``python -m benchmarks.pages.overview [--data-home FOLDER]`` reads the UESTC recordings (see
-docs/data.md), fits `make_diagnoser` at 800 rpm and diagnoses what was recorded at 1400 rpm. The
-picture has no background, in colours that can be read on a white and on a dark page.
+``python -m benchmarks.pages.overview [--data-home FOLDER]`` reads the UESTC recordings
+(see docs/data.md), fits `make_diagnoser` at 800 rpm and diagnoses what was recorded at
+1400 rpm. The picture has no background, in colours that can be read on a white and on a
+dark page.
 """
 
 import argparse
@@ -59,7 +60,12 @@ def _draw_recordings(ax, rig, known, new, styles):
     lines = [(name, rows) for name in SHOWN for rows in (known, new)]
     for place, (name, rows) in enumerate(lines):
         window = _first(rig, rows, name)[:shown]
-        ax.plot(time, window / np.abs(window).max() / 3.2 - place, lw=0.8, **_color(styles, name))
+        ax.plot(
+            time,
+            window / np.abs(window).max() / 3.2 - place,
+            lw=0.8,
+            **_color(styles, name),
+        )
         rpm = TRAIN_RPM if rows is known else TEST_RPM
         ax.text(0, 0.33 - place, f"{NAMES[name]}, {rpm} rpm", fontsize=11, va="bottom")
     ax.set_ylim(-3.5, 0.7)
@@ -82,15 +88,28 @@ def _draw_innovations(ax, rig, diagnoser, new, styles):
 
 def _draw_residuals(ax, rig, diagnoser, new):
     residuals = diagnoser[:-1].transform(rig.data[new])
-    order = np.argsort([rig.target_names.index(name) for name in rig.target[new]], kind="stable")
+    order = np.argsort(
+        [rig.target_names.index(name) for name in rig.target[new]], kind="stable"
+    )
     columns = [diagnoser.classes_.tolist().index(name) for name in rig.target_names]
-    relative = residuals[order][:, columns] / residuals[order].min(axis=1, keepdims=True)
-    ax.imshow(relative, aspect="auto", cmap="viridis_r", vmin=1, vmax=2, interpolation="nearest")
+    relative = residuals[order][:, columns] / residuals[order].min(
+        axis=1, keepdims=True
+    )
+    ax.imshow(
+        relative,
+        aspect="auto",
+        cmap="viridis_r",
+        vmin=1,
+        vmax=2,
+        interpolation="nearest",
+    )
     counts = [np.sum(rig.target[new] == name) for name in rig.target_names]
     edges = np.concatenate([[0], np.cumsum(counts)]) - 0.5
     for edge in edges[1:-1]:
         ax.axhline(edge, color="white", lw=1.5)
-    ax.set_yticks((edges[1:] + edges[:-1]) / 2, [NAMES[name] for name in rig.target_names])
+    ax.set_yticks(
+        (edges[1:] + edges[:-1]) / 2, [NAMES[name] for name in rig.target_names]
+    )
     ax.set_xticks(range(len(columns)), [NAMES[name] for name in rig.target_names])
     ax.tick_params(length=0, labelsize=11)
     ax.set_title("3. Distance to each condition", fontsize=14, loc="left")
@@ -99,7 +118,9 @@ def _draw_residuals(ax, rig, diagnoser, new):
 
 
 def _draw_verdicts(ax, rig, diagnoser, new, styles):
-    table = recording_verdicts(diagnoser, rig.data[new], rig.target[new], rig.target_names)
+    table = recording_verdicts(
+        diagnoser, rig.data[new], rig.target[new], rig.target_names
+    )
     for place, name in enumerate(rig.target_names):
         share = table.loc[name, f"share of {name}"]
         ax.barh(-place, share, height=0.55, **_color(styles, name))

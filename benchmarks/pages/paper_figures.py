@@ -1,7 +1,8 @@
 """Images of the page of the paper's figures.
 
-Block diagrams are drawn from their tables (SVG), the others from the simulated rig (PNG). All are
-without a background, in colours that can be read on a white and on a dark page.
+Block diagrams are drawn from their tables (SVG), the others from the simulated rig
+(PNG). All are without a background, in colours that can be read on a white and on a
+dark page.
 """
 
 import argparse
@@ -48,21 +49,32 @@ def figures():
     tested = np.flatnonzero(~is_first)
     ladder = make_single_ladder(ExtendedStatePIObserver, healthy=healthy)
     ladder.fit(rig.data[is_first], rig.target[is_first])
-    bank = make_extended_state_pio(healthy=healthy).fit(rig.data[is_first], rig.target[is_first])
-    windows = {name: rig.data[tested[rig.target[tested] == name][0]] for name in rig.target_names}
+    bank = make_extended_state_pio(healthy=healthy).fit(
+        rig.data[is_first], rig.target[is_first]
+    )
+    windows = {
+        name: rig.data[tested[rig.target[tested] == name][0]]
+        for name in rig.target_names
+    }
     title = f"{TITLE}, {RPM} rpm"
     drawn = {
-        "figure_07": identification_figure(ladder, rig, healthy, windows[healthy], title),
+        "figure_07": identification_figure(
+            ladder, rig, healthy, windows[healthy], title
+        ),
         "figure_08": identification_figure(ladder, rig, faulty, windows[faulty], title),
         "figure_10": raw_signal_figure(rig, RPM, TITLE),
         "figure_11": ladder_figure(ladder, rig, tested, f"{title}: detection"),
         "ladder": ladder_figure(
             ladder, rig, tested, f"{title}: all rungs of the ladder", "isolation"
         ),
-        "bank": ladder_figure(bank, rig, tested, f"{title}: a bank of residuals", "isolation"),
+        "bank": ladder_figure(
+            bank, rig, tested, f"{title}: a bank of residuals", "isolation"
+        ),
     }
     for name, number in RESIDUAL_FIGURES.items():
-        drawn[f"figure_{number}"] = residual_figure(ladder, rig, name, windows[name], title)
+        drawn[f"figure_{number}"] = residual_figure(
+            ladder, rig, name, windows[name], title
+        )
     return drawn
 
 
@@ -91,19 +103,23 @@ def identification_figure(diagnoser, rig, condition, window, title):
 def raw_signal_figure(rig, rpm, title):
     """Draw the first recording of each condition at one speed.
 
-    A signal is drawn as the area between the smallest and the largest sample of each of 800 parts,
-    so that no peak is lost.
+    A signal is drawn as the area between the smallest and the largest sample of each of
+    800 parts, so that no peak is lost.
     """
     names = rig.target_names
     figure = new_figure(f"{title}, {rpm:g} rpm", 9, 0.9 + 0.85 * len(names))
     styles = condition_styles(names)
-    all_axes = figure.subplots(len(names), sharex=True, sharey=True, squeeze=False)[:, 0]
+    all_axes = figure.subplots(len(names), sharex=True, sharey=True, squeeze=False)[
+        :, 0
+    ]
     for ax, name in zip(all_axes, names, strict=True):
         chosen = (rig.target == name) & (rig.rpm == rpm)
         chosen &= rig.recording == rig.recording[chosen][0]
         windows = rig.data[chosen][np.argsort(rig.start[chosen])]
         signal = (windows[:, 0] if windows.ndim == 3 else windows).ravel()
-        begins = np.unique(np.linspace(0, len(signal), _BINS, endpoint=False).astype(int))
+        begins = np.unique(
+            np.linspace(0, len(signal), _BINS, endpoint=False).astype(int)
+        )
         low, high = (each.reduceat(signal, begins) for each in (np.minimum, np.maximum))
         color = styles[name]["color"]
         time = begins / rig.sampling_rate
@@ -133,7 +149,11 @@ def residual_figure(ladder, rig, condition, window, title):
     """Draw the residual of a window."""
     figure = new_figure(title, 8.5, 3.2)
     ResidualDisplay.from_estimator(
-        ladder, window, condition=condition, conditions=rig.target_names, ax=figure.subplots()
+        ladder,
+        window,
+        condition=condition,
+        conditions=rig.target_names,
+        ax=figure.subplots(),
     )
     return figure
 
@@ -159,7 +179,9 @@ def draw_figures(folder):
 def main(arguments=None):
     """Write all images into a folder."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", nargs="?", type=Path, default=Path("docs/paper/images"))
+    parser.add_argument(
+        "folder", nargs="?", type=Path, default=Path("docs/paper/images")
+    )
     folder = parser.parse_args(arguments).folder
     draw_diagrams(folder)
     draw_figures(folder)

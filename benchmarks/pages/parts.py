@@ -19,8 +19,8 @@ class Part(NamedTuple):
     downloads : bool
         Whether it takes ``--data-home``, the folder of the real rigs.
     data : tuple of str
-        Patterns of files in the repository that its numbers depend on: checksums of recordings, and
-        tables of other parts.
+        Patterns of files in the repository that its numbers depend on: checksums of
+        recordings, and tables of other parts.
     canaries : tuple of str
         Functions of `benchmarks.pages.cells` that show whether its numbers changed.
     """
@@ -35,13 +35,24 @@ class Part(NamedTuple):
 
     def outputs(self):
         """Return every block, as "page: block", and the patterns of its images."""
-        blocks = [f"{page}: {name}" for page, names in self.blocks.items() for name in names]
+        blocks = [
+            f"{page}: {name}" for page, names in self.blocks.items() for name in names
+        ]
         return [*blocks, *self.images]
 
 
 _CHECKSUMS = ("skarxlag/datasets/checksums/*.sha256", "benchmarks/recipe/rigs.sha256")
 _WINDOWS = ("windows", "spectraquest")
-_STUDIES = ("noise", "window length", "order", "pole", "gains", "speed", "crack size", "compound")
+_STUDIES = (
+    "noise",
+    "window length",
+    "order",
+    "pole",
+    "gains",
+    "speed",
+    "crack size",
+    "compound",
+)
 _STUDIES += ("torque",)
 _PAPER_RUNS = ("compared", "bank", "single residual", "long windows", "stretches")
 _PAPER_TABLES = tuple(f"paper tables {run}" for run in _PAPER_RUNS)
@@ -209,7 +220,9 @@ PARTS = {
         data=_CHECKSUMS,
         canaries=_WINDOWS,
     ),
-    "diagram-image": Part("-m benchmarks.pages.diagram_image", {}, ("docs/images/diagram.png",)),
+    "diagram-image": Part(
+        "-m benchmarks.pages.diagram_image", {}, ("docs/images/diagram.png",)
+    ),
     "stretches": Part(
         "-m benchmarks.stretches --write docs/stretches.md",
         {"docs/stretches.md": ("stretches overview", "stretches training")},
@@ -278,7 +291,13 @@ PARTS = {
         {"docs/paper/tables.md": _PAPER_TABLES},
         ("docs/paper/images/tables_averages.svg",),
         _PAPER_TABLES,
-        canaries=("windows", "stretches", "proposal", "proposal_in_stretches", "baseline"),
+        canaries=(
+            "windows",
+            "stretches",
+            "proposal",
+            "proposal_in_stretches",
+            "baseline",
+        ),
     ),
     "sensitivity": Part(
         "-m benchmarks.paper sensitivity --write docs/paper/sensitivity.md",
@@ -306,7 +325,10 @@ PARTS = {
     "paper-figures": Part(
         "-m benchmarks.pages.paper_figures",
         {},
-        tuple(f"docs/paper/images/{stem}" for stem in ("figure_*", "ladder.png", "bank.png")),
+        tuple(
+            f"docs/paper/images/{stem}"
+            for stem in ("figure_*", "ladder.png", "bank.png")
+        ),
         canaries=("windows", "proposal", "baseline"),
     ),
 }

@@ -1,7 +1,7 @@
 """Figure of the page on recordings: the kept windows, and the limits of resampling.
 
-``python -m benchmarks.pages.recordings_figure`` writes docs/images/recordings.svg. The recording is
-simulated: white noise, which fills all frequencies.
+``python -m benchmarks.pages.recordings_figure`` writes docs/images/recordings.svg. The
+recording is simulated: white noise, which fills all frequencies.
 """
 
 import argparse
@@ -33,9 +33,14 @@ def draw(path):
         File to write.
     """
     with tempfile.TemporaryDirectory() as folder:
-        np.save(Path(folder, "noise.npy"), np.random.default_rng(0).normal(size=20 * LENGTH + 500))
+        np.save(
+            Path(folder, "noise.npy"),
+            np.random.default_rng(0).normal(size=20 * LENGTH + 500),
+        )
         starts = {
-            name: load_recordings(folder, window_length=LENGTH, sampling_rate=RATE, **way).start
+            name: load_recordings(
+                folder, window_length=LENGTH, sampling_rate=RATE, **way
+            ).start
             for name, way in WAYS.items()
         }
         (resampled,) = read_recording_table(
@@ -63,7 +68,12 @@ def draw(path):
         ):
             frequency, power = welch(signal, rate, nperseg=512)
             level = 10 * np.log10(power[1:-1] * RATE / 2)
-            spectrum.plot(frequency[1:-1] / 1000, level, color=colour, label=f"{name}, {rate:g} Hz")
+            spectrum.plot(
+                frequency[1:-1] / 1000,
+                level,
+                color=colour,
+                label=f"{name}, {rate:g} Hz",
+            )
         spectrum.set_ylim(-100, 20)
         spectrum.set_xlabel("frequency (kHz)")
         spectrum.set_ylabel("power (dB)")
@@ -74,7 +84,9 @@ def draw(path):
 def main(argv=None):
     """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--figure", type=Path, default=Path("docs/images/recordings.svg"))
+    parser.add_argument(
+        "--figure", type=Path, default=Path("docs/images/recordings.svg")
+    )
     args = parser.parse_args(argv)
     draw(args.figure)
 

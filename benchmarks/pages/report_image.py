@@ -1,8 +1,9 @@
 """Picture of the report of ``diagnose``, as a telephone shows it on a light and on a dark screen.
 
-``python -m benchmarks.pages.report_image`` writes docs/images/report.png. It needs Chromium or
-Chrome, and the recordings of the UESTC rig: the diagnoser is fitted at 1000 rpm, and the report is
-of the recordings at 1400 rpm, of one without a signal, and of one that is missing.
+``python -m benchmarks.pages.report_image`` writes docs/images/report.png. It needs
+Chromium or Chrome, and the recordings of the UESTC rig: the diagnoser is fitted at 1000
+rpm, and the report is of the recordings at 1400 rpm, of one without a signal, and of
+one that is missing.
 """
 
 import argparse
@@ -53,12 +54,20 @@ def report(folder, data_home):
         rpm = int(name.split("_")[1])
         if rpm in lines:
             shutil.copy(path, folder / f"{name}.mat")
-            lines[rpm].append(f"{name}.mat,{name.split('_')[0]},{rpm},{rig.sampling_rate}")
+            lines[rpm].append(
+                f"{name}.mat,{name.split('_')[0]},{rpm},{rig.sampling_rate}"
+            )
     np.save(folder / "dead.npy", np.zeros(200_000))
-    lines[RPM] += [f"{name},N,{RPM},{rig.sampling_rate}" for name in ("dead.npy", "missing.npy")]
+    lines[RPM] += [
+        f"{name},N,{RPM},{rig.sampling_rate}" for name in ("dead.npy", "missing.npy")
+    ]
     for rpm, own in lines.items():
         (folder / f"{rpm}.csv").write_text("\n".join(own))
-    table, model, page = folder / f"{RPM}.csv", folder / "uestc.skops", folder / "report.html"
+    table, model, page = (
+        folder / f"{RPM}.csv",
+        folder / "uestc.skops",
+        folder / "report.html",
+    )
     run_command("fit", folder / f"{TRAIN_RPM}.csv", "--healthy", "N", "-o", model)
     run_command("diagnose", model, "--table", table, "-o", page)
     text = page.read_text("utf-8").replace(f"{folder}{os.sep}", "")

@@ -1,7 +1,7 @@
 """State of each generated part: whether its numbers are those of the present code.
 
-``docs/generated.json`` holds for each output the date, the version of the package, the digest of
-what its numbers depend on, and its canaries.
+``docs/generated.json`` holds for each output the date, the version of the package, the
+digest of what its numbers depend on, and its canaries.
 """
 
 import json
@@ -16,7 +16,8 @@ from benchmarks.pages.parts import PARTS
 from skarxlag import __version__
 
 RECORD = ROOT / "docs" / "generated.json"
-#: Names of the states. A part that is "moved" depends on changed code, but its canaries held.
+#: Names of the states. A part that is "moved" depends on changed code, but its canaries
+#: held.
 CURRENT, MOVED, OUTDATED, NEVER = "current", "moved", "outdated", "never made"
 _STARTED = time.time()
 
@@ -43,8 +44,8 @@ def recorded():
 def record(outputs):
     """Record that these outputs have just been written with the present code.
 
-    If a file of the code was changed after this process began, the outputs get no digest: the
-    process may have run the earlier code.
+    If a file of the code was changed after this process began, the outputs get no
+    digest: the process may have run the earlier code.
     """
     known, outputs = recorded(), set(outputs)
     for part in PARTS.values():
@@ -91,7 +92,9 @@ def state(name):
     if not all(each["canaries"] for each in moved):
         return State(name, OUTDATED, date, "no canary")
     now = part_canaries(part.canaries)
-    differs = sorted({name for each in moved for name in changed(each["canaries"], now)})
+    differs = sorted(
+        {name for each in moved for name in changed(each["canaries"], now)}
+    )
     return State(name, OUTDATED if differs else MOVED, date, ", ".join(differs))
 
 

@@ -57,5 +57,10 @@ def saved_figure(path, n_rows=1, n_columns=1, size=(7.0, 2.8), **axes):
 def legend_below(axes, n_columns=3):
     """Legend of the first axes under all of them."""
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    where = {"loc": "outside lower center", "ncols": n_columns, "frameon": False, "fontsize": 8}
+    where = {
+        "loc": "outside lower center",
+        "ncols": n_columns,
+        "frameon": False,
+        "fontsize": 8,
+    }
     axes[0, 0].figure.legend(handles, labels, **where)

@@ -1,7 +1,7 @@
 """Print of ``skarxlag diagnose`` on recordings of the UESTC rig, for README and docs/results.md.
 
-``python -m benchmarks.pages.terminal_example --write FILE ...`` fits a model at 800 rpm and
-diagnoses two recordings that were made at 1400 rpm.
+``python -m benchmarks.pages.terminal_example --write FILE ...`` fits a model at 800 rpm
+and diagnoses two recordings that were made at 1400 rpm.
 """
 
 import argparse
@@ -32,18 +32,31 @@ def printed(data_home=None):
     """
     rig = fetch_uestc(data_home=data_home)
     rate = f"{rig.sampling_rate:g}"
-    files = {Path(path).stem.removesuffix("_1"): Path(path).resolve() for path in rig.filenames}
+    files = {
+        Path(path).stem.removesuffix("_1"): Path(path).resolve()
+        for path in rig.filenames
+    }
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         lines = ["path,condition,rpm,sampling_rate"]
         for letter, condition in CONDITIONS.items():
-            lines.append(f"{files[f'{letter}_{TRAIN_RPM}']},{condition},{TRAIN_RPM},{rate}")
+            lines.append(
+                f"{files[f'{letter}_{TRAIN_RPM}']},{condition},{TRAIN_RPM},{rate}"
+            )
         Path("table.csv").write_text("\n".join(lines), encoding="utf-8")
         Path("rec").mkdir()
         for letter, name in DIAGNOSED.items():
             shutil.copy(files[f"{letter}_{RPM}"], Path("rec") / name)
         text = io.StringIO()
         with redirect_stdout(text):
-            fit = ["fit", "table.csv", "--healthy", "healthy", "-o", "bearing.skops", "-q"]
+            fit = [
+                "fit",
+                "table.csv",
+                "--healthy",
+                "healthy",
+                "-o",
+                "bearing.skops",
+                "-q",
+            ]
             assert run(fit) == 0
             recordings = [f"rec/{name}" for name in DIAGNOSED.values()]
             options = ["--sampling-rate", rate, "--rpm", str(RPM)]

@@ -28,13 +28,14 @@ def condition_accuracy(verdicts, conditions, columns):
     conditions : iterable of str
         Rows, in this order.
     columns : list of str
-        Columns of `verdicts` whose values are the columns of the table, outermost first; the values
-        are in order of appearance.
+        Columns of `verdicts` whose values are the columns of the table, outermost
+        first; the values are in order of appearance.
 
     Returns
     -------
     DataFrame
-        Recall of each condition in percent; the last row, "Average", is the mean of the rows above.
+        Recall of each condition in percent; the last row, "Average", is the mean of the
+        rows above.
 
     Examples
     --------
@@ -47,12 +48,21 @@ def condition_accuracy(verdicts, conditions, columns):
     {'good': 100.0, 'ball': 50.0, 'Average': 75.0}
     """
     right = 100.0 * (verdicts["true"] == verdicts["predicted"])
-    table = right.groupby([verdicts[name] for name in ["true", *columns]]).mean().unstack(columns)
-    # In order of appearance; pandas 2.2 mislabels columns if unstack is told not to sort.
+    table = (
+        right.groupby([verdicts[name] for name in ["true", *columns]])
+        .mean()
+        .unstack(columns)
+    )
+    # In order of appearance; pandas 2.2 mislabels columns if unstack is told not to
+    # sort.
     appearance = {
-        name: rank for column in columns for rank, name in enumerate(verdicts[column].unique())
+        name: rank
+        for column in columns
+        for rank, name in enumerate(verdicts[column].unique())
     }
-    table = table.reindex(conditions).sort_index(axis=1, key=lambda names: names.map(appearance))
+    table = table.reindex(conditions).sort_index(
+        axis=1, key=lambda names: names.map(appearance)
+    )
     table.loc[AVERAGE] = table.mean()
     return table.rename_axis(index="condition")
 
@@ -63,16 +73,17 @@ def accuracy_with_paper(verdicts: pd.DataFrame, number: int) -> pd.DataFrame:
     Parameters
     ----------
     verdicts : DataFrame
-        Verdicts of the protocol. Verdicts for other speeds or cracks than the table's are ignored.
+        Verdicts of the protocol. Verdicts for other speeds or cracks than the table's
+        are ignored.
     number : {2, 3, 4, 5, 8, 9}
         Number of the table.
 
     Returns
     -------
     DataFrame
-        Accuracies in percent. The rows are the conditions, the "Average" of these rows, and the
-        average that the paper prints. The columns are (source, method, crack size in mm or speed
-        in rpm). The source is "simulated rig" or "paper".
+        Accuracies in percent. The rows are the conditions, the "Average" of these rows,
+        and the average that the paper prints. The columns are (source, method, crack
+        size in mm or speed in rpm). The source is "simulated rig" or "paper".
 
     Raises
     ------
@@ -81,18 +92,24 @@ def accuracy_with_paper(verdicts: pd.DataFrame, number: int) -> pd.DataFrame:
     """
     _check_methods(verdicts)
     if number not in _BY_SPEED + _BY_CRACK:
-        raise ValueError(f"number={number!r}, expected one of {[*_BY_SPEED, *_BY_CRACK]}.")
+        raise ValueError(
+            f"number={number!r}, expected one of {[*_BY_SPEED, *_BY_CRACK]}."
+        )
     table = load_tables().tables[number]
     if number in _BY_SPEED:
         chosen, inner = verdicts[verdicts["test_rpm"] == table.rpm], "crack_mm"
     else:
         chosen, inner = verdicts[verdicts["crack_mm"] == table.crack_mm], "test_rpm"
-    own = condition_accuracy(chosen, table.frame.index, ["diagnoser", inner]).sort_index(axis=1)
+    own = condition_accuracy(
+        chosen, table.frame.index, ["diagnoser", inner]
+    ).sort_index(axis=1)
     own = own[[name for name in METHODS if name in own.columns.levels[0]]]
     paper = table.frame.copy()
     paper.loc[AVERAGE] = paper.mean()
     paper.loc[PRINTED_AVERAGE] = table.average
-    return pd.concat({OWN: own, PAPER: paper}, axis=1, names=["source", "method", inner])
+    return pd.concat(
+        {OWN: own, PAPER: paper}, axis=1, names=["source", "method", inner]
+    )
 
 
 def confusion_with_paper(
@@ -100,13 +117,14 @@ def confusion_with_paper(
 ) -> dict[tuple[str, str], pd.DataFrame]:
     """Return Table 6 or 7: confusion matrices at 400 rpm, that of the paper first.
 
-    The last column is the recall and the last row the precision. Both are recomputed from the
-    counts. The paper has them the other way round.
+    The last column is the recall and the last row the precision. Both are recomputed
+    from the counts. The paper has them the other way round.
 
     Parameters
     ----------
     verdicts : DataFrame
-        Verdicts of the protocol. Verdicts for other speeds or cracks than the table's are ignored.
+        Verdicts of the protocol. Verdicts for other speeds or cracks than the table's
+        are ignored.
     number : {6, 7}
         Number of the table.
 
@@ -114,8 +132,9 @@ def confusion_with_paper(
     -------
     dict of (source, method) to DataFrame
         First ("paper", "proposed"), then one matrix for each method in `verdicts`, as
-        `skarxlag.accuracy_tables.confusion_table` returns it. The paper's matrix has one more
-        column and one more row, which are the printed margins with their printed names.
+        `skarxlag.accuracy_tables.confusion_table` returns it. The paper's matrix has
+        one more column and one more row, which are the printed margins with their
+        printed names.
 
     Raises
     ------
@@ -147,8 +166,8 @@ def paper_averages() -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Averages in percent. The rows are the sources of the averages, and the columns are
-        (method, "3 mm" | "6 mm" | "both").
+        Averages in percent. The rows are the sources of the averages, and the columns
+        are (method, "3 mm" | "6 mm" | "both").
 
     Examples
     --------
@@ -159,9 +178,13 @@ def paper_averages() -> pd.DataFrame:
     tables = printed.tables
     by_crack = {tables[n].crack_mm: tables[n].frame.mean() for n in _BY_CRACK}
     means = {
-        "printed averages of Tables 2-5": pd.DataFrame([tables[n].average for n in _BY_SPEED]),
+        "printed averages of Tables 2-5": pd.DataFrame(
+            [tables[n].average for n in _BY_SPEED]
+        ),
         "rows of Tables 2-5": pd.concat([tables[n].frame for n in _BY_SPEED]),
-        "rows of Tables 2-4, the test sets": pd.concat([tables[n].frame for n in (2, 3, 4)]),
+        "rows of Tables 2-4, the test sets": pd.concat(
+            [tables[n].frame for n in (2, 3, 4)]
+        ),
         "rows of Tables 8 and 9": pd.concat(by_crack, names=["crack_mm"])
         .groupby(["method", "crack_mm"])
         .mean()
@@ -190,9 +213,10 @@ def averages(verdicts: pd.DataFrame, halves: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Averages in percent. The first row is over all tables and the second over the test sets
-        alone. The third is over the test sets and, for the speed of calibration, the second
-        halves. The columns are (method, "3 mm" | "6 mm" | "both").
+        Averages in percent. The first row is over all tables and the second over the
+        test sets alone. The third is over the test sets and, for the speed of
+        calibration, the second halves. The columns are (method, "3 mm" | "6 mm" |
+        "both").
     """
     _check_methods(verdicts)
     tested = verdicts[verdicts["train_rpm"] != verdicts["test_rpm"]]
@@ -205,7 +229,9 @@ def averages(verdicts: pd.DataFrame, halves: pd.DataFrame) -> pd.DataFrame:
     for basis, own in sets.items():
         right = 100.0 * (own["true"] == own["predicted"])
         keys = [own[name] for name in ("diagnoser", "crack_mm", "test_rpm", "true")]
-        rows[basis] = _with_both(right.groupby(keys).mean().groupby(level=[0, 1]).mean())
+        rows[basis] = _with_both(
+            right.groupby(keys).mean().groupby(level=[0, 1]).mean()
+        )
     frame = pd.DataFrame(rows).T
     return frame[[name for name in METHODS if name in frame.columns.levels[0]]]
 
@@ -216,8 +242,8 @@ def paper_improvements() -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Improvement in percentage points, which the paper calls percent. The rows are the sources
-        of the values, and the columns are "3 mm" and "6 mm".
+        Improvement in percentage points, which the paper calls percent. The rows are
+        the sources of the values, and the columns are "3 mm" and "6 mm".
 
     Examples
     --------
@@ -226,7 +252,9 @@ def paper_improvements() -> pd.DataFrame:
     """
     claims = load_tables().claims
     claimed = {
-        basis: {f"{crack} mm": claims[f"{part}_improvement_{crack}mm"] for crack in (3, 6)}
+        basis: {
+            f"{crack} mm": claims[f"{part}_improvement_{crack}mm"] for crack in (3, 6)
+        }
         for basis, part in {
             "claimed in the abstract": "abstract",
             "claimed in section 5": "section5",
@@ -248,8 +276,8 @@ def improvements(averages: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        "proposed" minus "ALPIO" in percentage points. The rows are those of `averages`, and the
-        columns are "3 mm" and "6 mm".
+        "proposed" minus "ALPIO" in percentage points. The rows are those of `averages`,
+        and the columns are "3 mm" and "6 mm".
     """
     return (averages["proposed"] - averages["ALPIO"])[["3 mm", "6 mm"]]
 
@@ -264,4 +292,6 @@ def _with_both(means):
 def _check_methods(verdicts):
     unknown = np.setdiff1d(verdicts["diagnoser"].unique(), METHODS).tolist()
     if unknown:
-        raise ValueError(f"The column diagnoser holds {unknown}, expected only {list(METHODS)}.")
+        raise ValueError(
+            f"The column diagnoser holds {unknown}, expected only {list(METHODS)}."
+        )

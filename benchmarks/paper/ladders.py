@@ -11,9 +11,9 @@ from skarxlag.commands.models import DIAGNOSERS
 def make_single_ladder(observer, *, healthy, n_jobs=None):
     """Return the paper's ladder as printed: one model, of the healthy condition, and one residual.
 
-    Its thresholds cut the residual's level into bands (Eqs. 23-32), one for each condition. The
-    level is in the sensor's unit: on windows of unit root-mean-square it would not grow with the
-    fault.
+    Its thresholds cut the residual's level into bands (Eqs. 23-32), one for each
+    condition. The level is in the sensor's unit: on windows of unit root-mean-square it
+    would not grow with the fault.
 
     Parameters
     ----------
@@ -33,12 +33,14 @@ def make_single_ladder(observer, *, healthy, n_jobs=None):
     )
 
 
-#: Makers by title, for each comparison of the tables. A single residual has no counterpart of
-#: `make_diagnoser`.
+#: Makers by title, for each comparison of the tables. A single residual has no
+#: counterpart of `make_diagnoser`.
 LADDERS = {
     "bank": dict(DIAGNOSERS.values()),
     "single": {
         DIAGNOSERS["alpio"][0]: partial(make_single_ladder, PIObserver),
-        DIAGNOSERS["extended-state"][0]: partial(make_single_ladder, ExtendedStatePIObserver),
+        DIAGNOSERS["extended-state"][0]: partial(
+            make_single_ladder, ExtendedStatePIObserver
+        ),
     },
 }

@@ -6,7 +6,7 @@ from sklearn.pipeline import Pipeline
 from sklearn.utils import Bunch
 
 from benchmarks.paper.printed_tables import load_tables
-from skarxlag._answers import answers, requests
+from skarxlag.core.capabilities import capabilities, requests
 from skarxlag.model_selection import SpeedSplit
 
 #: "Dataset 4 is used as a training dataset to adjust the threshold" (section 5).
@@ -16,31 +16,34 @@ CALIBRATION_RPM = 500.0
 def run_protocol(load, diagnosers, *, progress=lambda text: None):
     """Compute verdicts under the paper's protocol.
 
-    Each crack size is diagnosed separately, together with the normal windows. A diagnoser is fitted
-    on all windows at 500 rpm and scored on all windows at 300, 400, 450 and 500 rpm. At 500 rpm, it
-    is thus scored on the windows that it was fitted on, as in the paper's Table 5. This score is
-    optimistic. To measure by how much, a second diagnoser is fitted on the first halves of the
-    recordings at 500 rpm and scored on the second halves.
+    Each crack size is diagnosed separately, together with the normal windows. A
+    diagnoser is fitted on all windows at 500 rpm and scored on all windows at 300, 400,
+    450 and 500 rpm. At 500 rpm, it is thus scored on the windows that it was fitted on,
+    as in the paper's Table 5. This score is optimistic. To measure by how much, a
+    second diagnoser is fitted on the first halves of the recordings at 500 rpm and
+    scored on the second halves.
 
     Parameters
     ----------
     load : callable
-        Function of a crack size in mm and a speed in rpm. It returns a Bunch with the windows of
-        all conditions, as `skarxlag.datasets.simulate_rig` does. It is called once for each pair,
-        and only one rig is in memory at a time.
+        Function of a crack size in mm and a speed in rpm. It returns a Bunch with the
+        windows of all conditions, as `skarxlag.datasets.simulate_rig` does. It is
+        called once for each pair, and only one rig is in memory at a time.
     diagnosers : dict of str to callable
-        Names, and functions that return an unfitted classifier and take the name of the healthy
-        condition as ``healthy``. A classifier that requests ``rpm`` is given the speeds.
+        Names, and functions that return an unfitted classifier and take the name of the
+        healthy condition as ``healthy``. A classifier that requests ``rpm`` is given
+        the speeds.
     progress : callable, default: ignore it
         Function that receives messages about the progress.
 
     Returns
     -------
     Bunch
-        - ``verdicts``: DataFrame as `skarxlag.accuracy_tables` describes it, with ``crack_mm``,
-          in ascending order of crack size and test speed.
+        - ``verdicts``: DataFrame as `skarxlag.accuracy_tables` describes it, with
+          ``crack_mm``, in ascending order of crack size and test speed.
         - ``halves``: DataFrame of the same kind for the second halves at 500 rpm.
-        - ``fitted``: dict from (crack_mm, name) to the classifier that gave ``verdicts``.
+        - ``fitted``: dict from (crack_mm, name) to the classifier that gave
+          ``verdicts``.
 
     Examples
     --------
@@ -61,7 +64,11 @@ def run_protocol(load, diagnosers, *, progress=lambda text: None):
         groups = np.column_stack([rig.rpm, rig.recording])
         ((first, second),) = splitter.split(rig.data, groups=groups)
         constants = {
-            name: {"diagnoser": name, "crack_mm": crack_mm, "train_rpm": CALIBRATION_RPM}
+            name: {
+                "diagnoser": name,
+                "crack_mm": crack_mm,
+                "train_rpm": CALIBRATION_RPM,
+            }
             for name in diagnosers
         }
         for name, make in diagnosers.items():
@@ -117,9 +124,10 @@ def scored_windows(diagnoser, rig, test, constants):
     Returns
     -------
     DataFrame
-        The constants, then ``test_rpm``, ``recording``, ``start``, ``true``, ``predicted``.
+        The constants, then ``test_rpm``, ``recording``, ``start``, ``true``,
+        ``predicted``.
     """
-    speeds = {"rpm": rig.rpm[test]} if answers(diagnoser).takes_rpm else {}
+    speeds = {"rpm": rig.rpm[test]} if capabilities(diagnoser).takes_rpm else {}
     return pd.DataFrame(
         constants
         | {

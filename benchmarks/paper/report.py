@@ -20,7 +20,9 @@ _IN_PAPER = {DIAGNOSERS["extended-state"][0]: "proposed"}
 #: Figures of the paper are shown with all decimals that they have, or come to.
 _DIGITS = {"paper": 3, "simulated rig": 1}
 _INNER_UNITS = {"crack_mm": "{:g} mm", "test_rpm": "{:g} rpm"}
-_SAME_WINDOWS = "At 500 rpm the same windows are calibrated and scored, as in the paper's Table 5."
+_SAME_WINDOWS = (
+    "At 500 rpm the same windows are calibrated and scored, as in the paper's Table 5."
+)
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,8 @@ def paper_report(outcome):
     Parameters
     ----------
     outcome : Bunch
-        Of `benchmarks.paper.protocol.run_protocol` with the titles in `benchmarks.paper.ladders`.
+        Of `benchmarks.paper.protocol.run_protocol` with the titles in
+        `benchmarks.paper.ladders`.
 
     Returns
     -------
@@ -53,9 +56,14 @@ def paper_report(outcome):
         for frame in (outcome.verdicts, outcome.halves)
     )
     about = load_tables().tables
-    tables = [_by_speed(verdicts, number, f"at {about[number].rpm} rpm") for number in (2, 3, 4)]
+    tables = [
+        _by_speed(verdicts, number, f"at {about[number].rpm} rpm")
+        for number in (2, 3, 4)
+    ]
     tables.append(_by_speed(verdicts, 5, "at 500 rpm", note=_SAME_WINDOWS))
-    honest = "at 500 rpm, calibrated on first halves of recordings, scored on second halves"
+    honest = (
+        "at 500 rpm, calibrated on first halves of recordings, scored on second halves"
+    )
     tables.append(_by_speed(halves, 5, honest, suffix=" by halves"))
     tables += [_confusion(verdicts, number, about[number]) for number in (6, 7)]
     tables += [_by_crack(verdicts, number, about[number]) for number in (8, 9)]
@@ -63,7 +71,9 @@ def paper_report(outcome):
     title = "Average accuracy in %, recomputed from rows where not claimed or printed"
     tables.append(_both_sources(title, "averages", paper_averages(), own))
     title = "Improvement of the proposed method on ALPIO, in percentage points"
-    tables.append(_both_sources(title, "improvements", paper_improvements(), improvements(own)))
+    tables.append(
+        _both_sources(title, "improvements", paper_improvements(), improvements(own))
+    )
     return tables
 
 
@@ -103,7 +113,10 @@ def _confusion(verdicts, number, about):
     matrices = confusion_with_paper(verdicts, number)
     # The paper has none of other methods; those are in the file.
     blocks = [
-        (f"{source}, {method}; corner: accuracy in %", matrix_text(matrix, _DIGITS[source]))
+        (
+            f"{source}, {method}; corner: accuracy in %",
+            matrix_text(matrix, _DIGITS[source]),
+        )
         for (source, method), matrix in matrices.items()
         if method == "proposed"
     ]
@@ -112,7 +125,10 @@ def _confusion(verdicts, number, about):
         "rows: true condition, columns: verdict"
     )
     frame = pd.concat(
-        {(source, file_stem(method)): matrix for (source, method), matrix in matrices.items()},
+        {
+            (source, file_stem(method)): matrix
+            for (source, method), matrix in matrices.items()
+        },
         names=["source", "method"],
     )
     return Table(title, blocks, f"table{number}", frame)

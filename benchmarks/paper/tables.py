@@ -1,7 +1,8 @@
 """Tables 2-9 of the paper on the simulated rig, in four runs, for a page of the documentation.
 
-Under the protocol of ``python -m skarxlag evaluate``: with a bank of residuals, with the paper's
-single residual, with windows of several impacts of a defect, and with stretches.
+Under the protocol of ``python -m skarxlag evaluate``: with a bank of residuals, with
+the paper's single residual, with windows of several impacts of a defect, and with
+stretches.
 """
 
 import sys
@@ -25,7 +26,10 @@ from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import LOCATIONS
 
 PAPER = load_tables().claims
-PAPER_WINDOW, PAPER_SAMPLES = PAPER["samples_per_window"], PAPER["samples_per_condition"]
+PAPER_WINDOW, PAPER_SAMPLES = (
+    PAPER["samples_per_window"],
+    PAPER["samples_per_condition"],
+)
 IMPACTS = 3
 LONG_WINDOWS = 20
 #: Stretches of a recording, and their length in seconds.
@@ -49,7 +53,9 @@ def window_of_impacts(n_impacts):
     42000
     """
     lowest = min(load_tables().tables[number].rpm for number in (2, 3, 4, 5))
-    slowest = min(defect_frequencies(SKF_6205, lowest)[location] for location in LOCATIONS)
+    slowest = min(
+        defect_frequencies(SKF_6205, lowest)[location] for location in LOCATIONS
+    )
     samples = n_impacts * PAPER["sampling_rate_hz"] / slowest
     return int(np.ceil(samples / PAPER_WINDOW)) * PAPER_WINDOW
 
@@ -89,7 +95,9 @@ def stretch_diagnoser(healthy):
     return make_diagnoser(sampling_rate=PAPER["sampling_rate_hz"], healthy=healthy)
 
 
-def runs(window_length, n_samples, long_length, long_samples, stretch_length, stretch_samples):
+def runs(
+    window_length, n_samples, long_length, long_samples, stretch_length, stretch_samples
+):
     """Rig and diagnosers of each run.
 
     Parameters
@@ -104,8 +112,9 @@ def runs(window_length, n_samples, long_length, long_samples, stretch_length, st
     Returns
     -------
     dict of str to (callable, dict)
-        What ``run_protocol`` takes. The runs of `SHOWN` come first, the others are variants of the
-        first two. In the run of stretches "Diagnoser" is `make_diagnoser`.
+        What ``run_protocol`` takes. The runs of `SHOWN` come first, the others are
+        variants of the first two. In the run of stretches "Diagnoser" is
+        `make_diagnoser`.
     """
     bank, single = LADDERS["bank"], LADDERS["single"]
     observers = dict(zip(single, (make_alpio, make_single_observer_pio), strict=True))
@@ -120,8 +129,14 @@ def runs(window_length, n_samples, long_length, long_samples, stretch_length, st
             bank | {title: stretch_diagnoser},
         ),
         "bank, one observer": (load, observers),
-        "bank, all by power": (load, with_parameters(observers, observe__evaluation="power")),
-        "single residual, healthy level of each speed": (relative_to_healthy(load), single),
+        "bank, all by power": (
+            load,
+            with_parameters(observers, observe__evaluation="power"),
+        ),
+        "single residual, healthy level of each speed": (
+            relative_to_healthy(load),
+            single,
+        ),
         "single residual, unit windows": (
             load,
             with_parameters(single, identify__unit_rms=True),
@@ -140,8 +155,8 @@ def compared(reports):
     Returns
     -------
     dict of str to (str, DataFrame)
-        Title and cells by the stem of the table. Rows are named by source, which of the simulated
-        rig tells the run, and by what they average.
+        Title and cells by the stem of the table. Rows are named by source, which of the
+        simulated rig tells the run, and by what they average.
     """
     found = {}
     for stem in COMPARED:
@@ -168,7 +183,9 @@ def table_text(cells):
             head[0] = "paper:" if head[0] == "paper" else ""
     flat = cells.set_axis([" ".join(filter(None, head)) for head in heads], axis=1)
     return markdown(
-        flat.rename_axis(cells.index.names if cells.index.nlevels > 1 else "").reset_index()
+        flat.rename_axis(
+            cells.index.names if cells.index.nlevels > 1 else ""
+        ).reset_index()
     )
 
 
@@ -198,8 +215,9 @@ def blocks(reports, sizes, comparison):
 def folded(table, *, with_paper):
     """Format a table that opens at a click; return an empty text if it would repeat another.
 
-    Averages and improvements of all runs stand together on the page. Tables 8 and 9 are left out,
-    as they are Tables 2-5 in another order. The figures of the paper are next to the first run.
+    Averages and improvements of all runs stand together on the page. Tables 8 and 9 are
+    left out, as they are Tables 2-5 in another order. The figures of the paper are next
+    to the first run.
     """
     if table.stem in (*COMPARED, *REORDERED):
         return ""
@@ -242,7 +260,9 @@ def main(arguments=None):
         print(f"{perf_counter() - started:.0f} s", file=sys.stderr)
         stem = run.replace(", ", "_").replace(" ", "-")
         for table in reports[run]:
-            table.frame.to_csv(options.output / f"{stem}_{table.stem}.csv", float_format="%.6g")
+            table.frame.to_csv(
+                options.output / f"{stem}_{table.stem}.csv", float_format="%.6g"
+            )
     comparison = compared(reports)
     _, averages = comparison["averages"]
     images = (options.write.parent if options.write else options.output) / "images"

@@ -13,8 +13,8 @@ def averages_figure(averages, path):
     Parameters
     ----------
     averages : DataFrame
-        Texts of the averages that `tables.compared` gives: rows by source and basis, columns by
-        method and crack size. Both crack sizes together are drawn.
+        Texts of the averages that `tables.compared` gives: rows by source and basis,
+        columns by method and crack size. Both crack sizes together are drawn.
     path : Path
         SVG file to write.
     """
@@ -23,8 +23,17 @@ def averages_figure(averages, path):
     names = [name.removeprefix("simulated rig, ") for name in both.index]
     with saved_figure(path, size=(6.0, 1.0 + 0.32 * len(both))) as axes:
         ax = axes[0, 0]
-        for method, marker, color in zip(both, "osD", (ORANGE, BLUE, GREEN), strict=True):
-            ax.plot(both[method], range(len(both)), marker, color=color, label=method, ls="none")
+        for method, marker, color in zip(
+            both, "osD", (ORANGE, BLUE, GREEN), strict=True
+        ):
+            ax.plot(
+                both[method],
+                range(len(both)),
+                marker,
+                color=color,
+                label=method,
+                ls="none",
+            )
         ax.set_yticks(range(len(both)), names)
         ax.invert_yaxis()
         ax.set(xlim=(0, 102), xlabel="average accuracy in %, rows of Tables 2-5")

@@ -1,9 +1,10 @@
 """Share of good and of damaged recordings that `signal_quality` refuses.
 
-Run ``python -m benchmarks.quality`` from the root of the repository. Good recordings of real rigs,
-and of a simulated bearing for up to ten minutes, pass the filters, converters and gain controls of
-ordinary sensors. None of them should be refused. The same recordings are damaged in several ways.
-All of them should be refused. The folder of the real rigs is ``$SKARXLAG_DATA``.
+Run ``python -m benchmarks.quality`` from the root of the repository. Good recordings of
+real rigs, and of a simulated bearing for up to ten minutes, pass the filters,
+converters and gain controls of ordinary sensors. None of them should be refused. The
+same recordings are damaged in several ways. All of them should be refused. The folder
+of the real rigs is ``$SKARXLAG_DATA``.
 """
 
 import os
@@ -22,7 +23,8 @@ LENGTHS = {0.05: 8, 0.5: 4, 2.0: 2, None: 1}
 SIMULATED = (60, 600)
 #: Recordings of a rig, evenly spread over all.
 MOST_RECORDINGS = 8
-#: Longer recordings are not resampled to a higher rate: they would need too much memory.
+#: Longer recordings are not resampled to a higher rate: they would need too much
+#: memory.
 _MOST_SAMPLES = 2**24
 
 
@@ -116,14 +118,20 @@ def main(arguments=None):
     """Run the command."""
     parser = page_parser(__doc__, "quality")
     parser.add_argument("--data-home", default=os.environ.get("SKARXLAG_DATA"))
-    parser.add_argument("--rig", nargs="*", help="names of rigs; default: all and the simulated")
-    parser.add_argument("--recordings", type=int, default=MOST_RECORDINGS, help="of each rig")
+    parser.add_argument(
+        "--rig", nargs="*", help="names of rigs; default: all and the simulated"
+    )
+    parser.add_argument(
+        "--recordings", type=int, default=MOST_RECORDINGS, help="of each rig"
+    )
     text = "seconds of the simulated recordings"
     parser.add_argument("--seconds", type=int, nargs="*", default=SIMULATED, help=text)
     options = parser.parse_args(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
     groups = {name: group for group, each in ORDINARY.items() for name in each}
-    ordinary = {name: treat for each in ORDINARY.values() for name, treat in each.items()}
+    ordinary = {
+        name: treat for each in ORDINARY.values() for name, treat in each.items()
+    }
     good, damaged = [], []
     rigs = [] if options.data_home is None else all_rigs(options.data_home)
     for rig in rigs:

@@ -13,7 +13,8 @@ from skarxlag.datasets.transmission import DEFAULT_PATHS, TransmissionPaths
 
 #: Snapshots at the start of a run to failure that are taken for good.
 _N_EARLY = 20
-#: Least speed, relative to the highest one, at which the machine of the acoustic emission runs.
+#: Least speed, relative to the highest one, at which the machine of the acoustic
+#: emission runs.
 _RUNNING = 0.5
 #: Rate of the simulated sensor in Hz, and seconds that are simulated in one piece.
 SIMULATED_RATE, _PIECE = 25_600, 60
@@ -37,7 +38,9 @@ def _paderborn(folder):
         with np.load(path) as content:
             rate = float(content["sampling_rate"])
             for samples, rpm in zip(content["signal"], content["rpm"], strict=True):
-                recordings.append(Recording(samples.astype(float), path.stem, float(rpm)))
+                recordings.append(
+                    Recording(samples.astype(float), path.stem, float(rpm))
+                )
     return Rig("Paderborn", rate, recordings)
 
 
@@ -47,7 +50,9 @@ def _femto(folder):
         with np.load(path) as content:
             rate, rpm = float(content["sampling_rate"]), float(content["rpm"])
             for snapshot in content["acceleration_g"][:_N_EARLY]:
-                recordings += [Recording(each.astype(float), path.stem, rpm) for each in snapshot]
+                recordings += [
+                    Recording(each.astype(float), path.stem, rpm) for each in snapshot
+                ]
     return Rig("FEMTO", rate, recordings)
 
 
@@ -61,7 +66,12 @@ def _vallen(folder):
     return Rig("Vallen AE", rate, [Recording(samples, "unlabelled", np.nan)])
 
 
-_FURTHER = {"mfpt": _mfpt, "paderborn": _paderborn, "femto": _femto, "vallen_ae": _vallen}
+_FURTHER = {
+    "mfpt": _mfpt,
+    "paderborn": _paderborn,
+    "femto": _femto,
+    "vallen_ae": _vallen,
+}
 
 
 def all_rigs(home=None):
@@ -80,7 +90,10 @@ def simulated_rig(seconds, rpm=1500.0):
         place: replace(path, frequencies=tuple(f / _LOWER for f in path.frequencies))
         for place, path in vars(DEFAULT_PATHS).items()
     }
-    facts = {"sampling_rate": float(SIMULATED_RATE), "paths": TransmissionPaths(**paths)}
+    facts = {
+        "sampling_rate": float(SIMULATED_RATE),
+        "paths": TransmissionPaths(**paths),
+    }
     parameters = replace(DEFAULT_RIG, **facts, torque_leak=())
     pieces = []
     for start in range(0, seconds, _PIECE):

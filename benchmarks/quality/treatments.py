@@ -10,7 +10,8 @@ from scipy import signal
 
 #: Cut-off frequencies in Hz and orders of the high-pass filters of AC-coupled sensors.
 _COUPLED, _ORDERS = (1, 10, 100, 500), (1, 2, 4, 8)
-#: Cut-off frequencies of the low-pass filter of order 8, relative to half the sampling rate.
+#: Cut-off frequencies of the low-pass filter of order 8, relative to half the sampling
+#: rate.
 _PASSED = (0.5, 0.25, 0.125)
 #: Factors on the sampling rate.
 _RESAMPLED = ("1/4", "1/2", "2", "4")
@@ -37,7 +38,9 @@ def _quantised(samples, rate, bits):
 
 
 def _velocity(samples, rate, frequency):
-    return _filtered(np.cumsum(samples - samples.mean()) / rate, rate, 2, frequency, "highpass")
+    return _filtered(
+        np.cumsum(samples - samples.mean()) / rate, rate, 2, frequency, "highpass"
+    )
 
 
 def _gain_controlled(samples, rate):
@@ -59,12 +62,14 @@ ORDINARY = {
         for order in _ORDERS
     },
     "low-pass": {
-        f"low-pass {share} of half the rate": lambda samples, rate, share=share: _filtered(
-            samples, rate, 8, share * rate / 2, "lowpass"
+        f"low-pass {share} of half the rate": lambda samples, rate, share=share: (
+            _filtered(samples, rate, 8, share * rate / 2, "lowpass")
         )
         for share in _PASSED
     },
-    "resampled": {f"rate x {each}": partial(_resampled, factor=each) for each in _RESAMPLED},
+    "resampled": {
+        f"rate x {each}": partial(_resampled, factor=each) for each in _RESAMPLED
+    },
     "quantised": {f"{bits} bit": partial(_quantised, bits=bits) for bits in _BITS},
     "velocity": {
         f"velocity from {frequency} Hz": partial(_velocity, frequency=frequency)
@@ -119,7 +124,9 @@ def _wrapped(samples, rate):
 
 def _hum(samples, rate):
     seconds = np.arange(len(samples)) / rate
-    return samples - samples.mean() + 150 * samples.std() * np.sin(100 * np.pi * seconds), rate
+    return samples - samples.mean() + 150 * samples.std() * np.sin(
+        100 * np.pi * seconds
+    ), rate
 
 
 def _sine(samples, rate):

@@ -1,14 +1,15 @@
 """Effect of each part of a diagnoser: variants paired over speed pairs and rigs.
 
-Run ``python -m benchmarks.recipe ablation`` from the root of the repository.
-The protocol is that of `benchmarks.cross_speed`. A variant is the recipe with one part changed.
-The recipe was fixed before; nothing here chooses it.
+Run ``python -m benchmarks.recipe ablation`` from the root of the repository. The
+protocol is that of `benchmarks.cross_speed`. A variant is the recipe with one part
+changed. The recipe was fixed before; nothing here chooses it.
 """
 
 from functools import partial
 
 import numpy as np
 import pandas as pd
+from skarxlag.decisions.fault_locations import location_of_label
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer
 
@@ -27,8 +28,7 @@ from skarxlag import (
     ThresholdLadder,
     make_diagnoser,
 )
-from skarxlag.fault_places import place_of_label
-from skarxlag.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.observers import RESIDUAL_EVALUATIONS
 
 EVALUATIONS = {name: name.replace("_", " ") for name in RESIDUAL_EVALUATIONS}
 OBSERVERS = {
@@ -44,12 +44,21 @@ NO_DRIFT = {"smooth_drift": 0.0, "rough_drift": TINY, "frequency_drift": 0.0}
 PARTS = {
     "product of groups alone": ({}, {"joint_weight": 0.0}),
     "joint distance of colour and steadiness alone": ({}, {"joint_weight": 1.0}),
-    "joint distance of all groups alone": ({}, {"joint_weight": 1.0, "joint_groups": None}),
-    "colour alone": ({"measures": ("colour",)}, {"joint_groups": None}),
+    "joint distance of all groups alone": (
+        {},
+        {"joint_weight": 1.0, "joint_groups": None},
+    ),
+    "colour alone": ({"measures": ("spectral_shape",)}, {"joint_groups": None}),
     "floor alone": ({"measures": ("floor",)}, {"joint_groups": None}),
     "steadiness alone": ({"measures": ("steadiness",)}, {"joint_groups": None}),
-    "without steadiness": ({"measures": ("colour", "floor")}, {"joint_groups": None}),
-    "without floor": ({"measures": ("colour", "steadiness")}, {"joint_groups": None}),
+    "without steadiness": (
+        {"measures": ("spectral_shape", "floor")},
+        {"joint_groups": None},
+    ),
+    "without floor": (
+        {"measures": ("spectral_shape", "steadiness")},
+        {"joint_groups": None},
+    ),
     "without colour": ({"measures": ("floor", "steadiness")}, {"joint_groups": None}),
     "smooth drift 0": ({}, {"smooth_drift": 0.0}),
     f"rough drift {TINY:g}": ({}, {"rough_drift": TINY}),
@@ -63,7 +72,9 @@ ONE_OBSERVER = "extended state, switching gain"
 
 
 def observing(observer, healthy, **identification):
-    return make_pipeline(ARXLaguerre(**identification), observer, ThresholdLadder(healthy=healthy))
+    return make_pipeline(
+        ARXLaguerre(**identification), observer, ThresholdLadder(healthy=healthy)
+    )
 
 
 def comparing(healthy, *, measure=None, distance=None, model=None):
@@ -76,7 +87,9 @@ def comparing(healthy, *, measure=None, distance=None, model=None):
     return diagnoser
 
 
-def observing_bank(healthy, *, observer=ExtendedStatePIObserverBank, order=32, **distance):
+def observing_bank(
+    healthy, *, observer=ExtendedStatePIObserverBank, order=32, **distance
+):
     """The proposal with some parameters changed."""
     return make_pipeline(
         ARXLaguerre(order=order, bank=False),
@@ -113,7 +126,9 @@ def variants():
     found = {}
     for observer, make in OBSERVERS.items():
         for evaluation, words in EVALUATIONS.items():
-            found[f"{observer}, {words}"] = partial(observing, make(evaluation=evaluation))
+            found[f"{observer}, {words}"] = partial(
+                observing, make(evaluation=evaluation)
+            )
     found[PROPOSAL] = observing_bank
     linear = partial(ExtendedStatePIObserverBank, saturation=0.0, bandwidth=1.0)
     found[f"{PROPOSAL}, linear observers"] = partial(observing_bank, observer=linear)
@@ -125,7 +140,9 @@ def variants():
     found[f"{RECIPE}, plain windows, no model"] = plain_windows
     found[f"{RECIPE}, model order 32"] = partial(comparing, model={"order": 32})
     for name, (measure, distance) in PARTS.items():
-        found[f"{RECIPE}, {name}"] = partial(comparing, measure=measure, distance=distance)
+        found[f"{RECIPE}, {name}"] = partial(
+            comparing, measure=measure, distance=distance
+        )
     for unit in UNITS:
         found[f"healthy model alone, {unit}"] = partial(healthy_alone, unit=unit)
     return found
@@ -135,35 +152,64 @@ def comparisons():
     """Question, variant, and what it is compared with."""
     asked = []
     for words in EVALUATIONS.values():
-        asked.append(("observer against innovations", f"linear, {words}", f"no observer, {words}"))
+        asked.append(
+            (
+                "observer against innovations",
+                f"linear, {words}",
+                f"no observer, {words}",
+            )
+        )
     for words in EVALUATIONS.values():
         asked.append(
-            ("extended state against linear", f"extended state, {words}", f"linear, {words}")
+            (
+                "extended state against linear",
+                f"extended state, {words}",
+                f"linear, {words}",
+            )
         )
     for observer in OBSERVERS:
         for words in ("switching gain", "whiteness"):
-            asked.append(("evaluation against power", f"{observer}, {words}", f"{observer}, power"))
+            asked.append(
+                (
+                    "evaluation against power",
+                    f"{observer}, {words}",
+                    f"{observer}, power",
+                )
+            )
     asked.append(("bank over frequency against one observer", PROPOSAL, ONE_OBSERVER))
-    asked.append(("bank over frequency against the baseline", PROPOSAL, "linear, power"))
-    for name in ("linear observers", "joint distance", "model order 8", "no drift at all"):
+    asked.append(
+        ("bank over frequency against the baseline", PROPOSAL, "linear, power")
+    )
+    for name in (
+        "linear observers",
+        "joint distance",
+        "model order 8",
+        "no drift at all",
+    ):
         asked.append(("a part of the proposal", f"{PROPOSAL}, {name}", PROPOSAL))
     asked.append(("recommended against the proposal", RECIPE, PROPOSAL))
     for unit in UNITS:
         asked.append(
-            ("one model against the bank", f"healthy model alone, {unit}", "linear, power")
+            (
+                "one model against the bank",
+                f"healthy model alone, {unit}",
+                "linear, power",
+            )
         )
     for name in MODELS:
         asked.append(("model before the measures", f"{RECIPE}, {name}", RECIPE))
     for name in PARTS:
-        asked.append(("a part of the recommended diagnoser", f"{RECIPE}, {name}", RECIPE))
+        asked.append(
+            ("a part of the recommended diagnoser", f"{RECIPE}, {name}", RECIPE)
+        )
     return asked
 
 
 def difference(variant, reference):
     """Mean of the paired differences and its standard error over the pairs of speeds.
 
-    Pairs share training sets and test sets, so they are not independent, and the error is
-    rather too small.
+    Pairs share training sets and test sets, so they are not independent, and the error
+    is rather too small.
 
     Parameters
     ----------
@@ -191,7 +237,9 @@ def accuracies(pairs):
     cross = pairs[(pairs.train_rpm != pairs.test_rpm) & (pairs.verdict == "window")]
     grouped = cross.groupby(["method", "rig"]).accuracy
     variants = cross.method.unique()
-    mean, worst = (score.unstack().loc[variants] for score in (grouped.mean(), grouped.min()))
+    mean, worst = (
+        score.unstack().loc[variants] for score in (grouped.mean(), grouped.min())
+    )
     table = pd.DataFrame({"variant": variants})
     for rig in cross.rig.unique():
         table[f"{rig}: mean"] = mean[rig].to_numpy()
@@ -210,7 +258,14 @@ def differences(pairs):
             if {variant, reference} <= set(scores.index.get_level_values("method")):
                 mean, error = difference(scores[variant], scores[reference])
                 rows.append((question, variant, reference, rig, mean, error))
-    columns = ["question", "variant", "reference", "rig", "difference", "standard_error"]
+    columns = [
+        "question",
+        "variant",
+        "reference",
+        "rig",
+        "difference",
+        "standard_error",
+    ]
     return pd.DataFrame(rows, columns=columns)
 
 
@@ -246,7 +301,10 @@ def report(pairs):
 
 def healthy_condition(rig):
     """Return the healthy condition of a rig, None if it has none."""
-    return next((name for name in rig.target_names if place_of_label(name) == "healthy"), None)
+    return next(
+        (name for name in rig.target_names if location_of_label(name) == "healthy"),
+        None,
+    )
 
 
 def variants_of(rig, parts_alone=False):
@@ -276,8 +334,13 @@ def main(arguments=None):
     all_variants = chosen.window_length[0]
     for length in chosen.window_length:
         for label, rig in rigs(chosen, length):
-            for name, classifier in variants_of(rig, parts_alone=length != all_variants):
-                if not (chosen.resume and reporting.has_run(chosen.output, label, length, name)):
+            for name, classifier in variants_of(
+                rig, parts_alone=length != all_variants
+            ):
+                if not (
+                    chosen.resume
+                    and reporting.has_run(chosen.output, label, length, name)
+                ):
                     run(label, rig, name, classifier, length, chosen.output)
     pairs = pd.read_csv(chosen.output / "pairs.csv")
     pairs = pairs[pairs.window_length == all_variants]

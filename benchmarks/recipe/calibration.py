@@ -6,8 +6,8 @@ import numpy as np
 def expected_calibration_error(confidence, correct, n_bins=10):
     """Compute the mean distance of confidence and accuracy over equal bins.
 
-    Bins are weighted by their number of verdicts. Naeini, Cooper and Hauskrecht (2015), AAAI,
-    2901-2907.
+    Bins are weighted by their number of verdicts. Naeini, Cooper and Hauskrecht (2015),
+    AAAI, 2901-2907.
 
     Parameters
     ----------
@@ -28,5 +28,7 @@ def expected_calibration_error(confidence, correct, n_bins=10):
     0.267
     """
     where = np.minimum((np.asarray(confidence) * n_bins).astype(int), n_bins - 1)
-    excess = np.bincount(where, weights=np.asarray(confidence) - np.asarray(correct, dtype=float))
+    excess = np.bincount(
+        where, weights=np.asarray(confidence) - np.asarray(correct, dtype=float)
+    )
     return round(float(np.abs(excess).sum() / len(where)), 3)

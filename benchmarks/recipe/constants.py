@@ -1,18 +1,19 @@
 """Choose the constants of make_diagnoser on all rigs, leaving one rig out in turn.
 
-Run ``python -m benchmarks.recipe constants`` from the root of the repository; the folder of the
-rigs is ``$SKARXLAG_DATA``. Every setting is fitted on first halves of recordings and scored on
-second halves, at speeds that were not fitted at. The rule:
+Run ``python -m benchmarks.recipe constants`` from the root of the repository; the
+folder of the rigs is ``$SKARXLAG_DATA``. Every setting is fitted on first halves of
+recordings and scored on second halves, at speeds that were not fitted at. The rule:
 
 1. A cell is one kind of rows and one protocol (one training speed, or all but one). Its score over
-   rigs is the mean of the worst rig and the mean rig; a setting's score is the mean over cells.
+   rigs is the mean of the worst rig and the mean rig; a setting's score is the mean
+   over cells.
 2. Settings within 0.005 of the best tie. The one of the highest mean over rigs and cells is chosen.
 3. The exponent of residuals in probabilities is, for each protocol, the one whose largest expected
    calibration error over rigs and kinds of rows is the least.
 
-Only real rigs choose. Each is left out in turn: what the others choose is scored on it. The
-simulated rigs are reported. ``--wide`` scores a second grid, which was added when the first had its
-best smooth drift and model order at its edges.
+Only real rigs choose. Each is left out in turn: what the others choose is scored on it.
+The simulated rigs are reported. ``--wide`` scores a second grid, which was added when
+the first had its best smooth drift and model order at its edges.
 """
 
 import os
@@ -26,7 +27,13 @@ from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.recipe.calibration import expected_calibration_error
 from benchmarks.recipe.rigs import real_rigs, simulated_rigs
 from benchmarks.recipe.targets import ROWS, folds, rows_of
-from skarxlag import ARXLaguerre, LogSpectra, OrderResidual, SpectralDistance, StretchResidual
+from skarxlag import (
+    ARXLaguerre,
+    LogSpectra,
+    OrderResidual,
+    SpectralDistance,
+    StretchResidual,
+)
 
 PROTOCOLS = ("one speed", "others")
 ORDER_WEIGHTS = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -42,7 +49,13 @@ INPUT_ORDER = 32
 #: Samples of the windows that a row is cut into.
 WINDOW = StretchResidual().window_length
 #: Parameters of a setting, in the order of the columns of the tables.
-NAMES = ["model order", "spectrum order", "smooth drift", "joint weight", "order weight"]
+NAMES = [
+    "model order",
+    "spectrum order",
+    "smooth drift",
+    "joint weight",
+    "order weight",
+]
 
 
 class Fold:
@@ -62,7 +75,8 @@ class Fold:
 
     def __init__(self, rig, length, trained, tested, order, spectrum_order):
         (X, self.y, self.rpm), (X_test, self.y_test, self.rpm_test) = (
-            rows_of(rig, length, half, speeds) for half, speeds in enumerate((trained, tested))
+            rows_of(rig, length, half, speeds)
+            for half, speeds in enumerate((trained, tested))
         )
         model = ARXLaguerre(order=(order, INPUT_ORDER), bank=False).fit(X, self.y)
         train, test = model.transform(X), model.transform(X_test)
@@ -79,7 +93,9 @@ class Fold:
     def log_residuals(self, smooth, joint):
         """Logarithms of the residuals of the windows, their mean over each row."""
         n, n_test = len(self.train) // len(self.y), len(self.test) // len(self.y_test)
-        distance = SpectralDistance(joint_weight=joint, joint_groups=(0, 2), smooth_drift=smooth)
+        distance = SpectralDistance(
+            joint_weight=joint, joint_groups=(0, 2), smooth_drift=smooth
+        )
         distance.fit(self.train, np.repeat(self.y, n), rpm=np.repeat(self.rpm, n))
         residuals = distance.transform(self.test, rpm=np.repeat(self.rpm_test, n_test))
         return np.log(residuals).reshape(len(self.y_test), n_test, -1).mean(axis=1)
@@ -114,11 +130,14 @@ def score_rig(rig, kinds, grid, report=print):
     for kind, order, spectrum_order in product(kinds, orders, spectrum_orders):
         length = ROWS[kind] or int(rig.sampling_rate)
         every = [
-            (name, Fold(rig, length, a, b, order, spectrum_order)) for name, a, b in folds(rig)
+            (name, Fold(rig, length, a, b, order, spectrum_order))
+            for name, a, b in folds(rig)
         ]
         weights = ORDER_WEIGHTS if ROWS[kind] is None else ORDER_WEIGHTS[:1]
         for smooth, joint in product(drifts, joint_weights):
-            residuals = [(name, fold, fold.log_residuals(smooth, joint)) for name, fold in every]
+            residuals = [
+                (name, fold, fold.log_residuals(smooth, joint)) for name, fold in every
+            ]
             for weight in weights:
                 # Windows have no orders: their scores count for every weight.
                 same = [weight] if len(weights) > 1 else ORDER_WEIGHTS
@@ -135,7 +154,9 @@ def score_rig(rig, kinds, grid, report=print):
                             for speed in np.unique(fold.rpm_test)
                         ]
                     )
-                    errors = {each: _calibration_error(found, each) for each in EXPONENTS}
+                    errors = {
+                        each: _calibration_error(found, each) for each in EXPONENTS
+                    }
                     for each in same:
                         values = (order, spectrum_order, smooth, joint, each)
                         setting = dict(zip(NAMES, values, strict=True))
@@ -150,7 +171,10 @@ def score_rig(rig, kinds, grid, report=print):
 
 
 def _calibration_error(found, exponent):
-    stated = [np.exp(log_softmax(-exponent * logs, axis=1).max(axis=1)) for _, logs, _ in found]
+    stated = [
+        np.exp(log_softmax(-exponent * logs, axis=1).max(axis=1))
+        for _, logs, _ in found
+    ]
     return expected_calibration_error(
         np.concatenate(stated), np.concatenate([right for _, _, right in found])
     )
@@ -179,8 +203,12 @@ def choose(accuracies):
     >>> choose(frame.assign(**{"rows": "w", "trained at": "one speed"}))[0]
     (4, 128, 0.1, 0.5, 0.5)
     """
-    cells = accuracies.groupby([*NAMES, "rows", "trained at"])["right"].agg(["min", "mean"])
-    scores = pd.DataFrame({"score": (cells["min"] + cells["mean"]) / 2, "mean": cells["mean"]})
+    cells = accuracies.groupby([*NAMES, "rows", "trained at"])["right"].agg(
+        ["min", "mean"]
+    )
+    scores = pd.DataFrame(
+        {"score": (cells["min"] + cells["mean"]) / 2, "mean": cells["mean"]}
+    )
     scores = scores.groupby(level=NAMES).mean()
     tied = scores[scores["score"] >= scores["score"].max() - TIE]
     return tied["mean"].idxmax(), scores
@@ -188,12 +216,19 @@ def choose(accuracies):
 
 def choose_exponents(calibrations, setting):
     """The exponent that rule 3 chooses for each protocol, and its largest error."""
-    worst = _of(calibrations, setting).groupby(["trained at", "exponent"])["error"].max()
-    return {protocol: (worst[protocol].idxmin(), worst[protocol].min()) for protocol in PROTOCOLS}
+    worst = (
+        _of(calibrations, setting).groupby(["trained at", "exponent"])["error"].max()
+    )
+    return {
+        protocol: (worst[protocol].idxmin(), worst[protocol].min())
+        for protocol in PROTOCOLS
+    }
 
 
 def _of(frame, setting):
-    return frame[np.all([frame[n] == v for n, v in zip(NAMES, setting, strict=True)], axis=0)]
+    return frame[
+        np.all([frame[n] == v for n, v in zip(NAMES, setting, strict=True)], axis=0)
+    ]
 
 
 def left_out_table(known, errors, real):
@@ -202,9 +237,13 @@ def left_out_table(known, errors, real):
     for rig in real:
         others, _ = choose(known[known.rig != rig])
         exponents = choose_exponents(errors[errors.rig != rig], others)
-        cells = _of(known[known.rig == rig], others).set_index(["rows", "trained at"])["right"]
+        cells = _of(known[known.rig == rig], others).set_index(["rows", "trained at"])[
+            "right"
+        ]
         row = {"left out": rig} | dict(zip(NAMES, others, strict=True))
-        row |= {f"{kind}, {protocol}": value for (kind, protocol), value in cells.items()}
+        row |= {
+            f"{kind}, {protocol}": value for (kind, protocol), value in cells.items()
+        }
         here = _of(errors[errors.rig == rig], others)
         for protocol, (exponent, _) in exponents.items():
             is_used = (here["trained at"] == protocol) & (here.exponent == exponent)
@@ -259,13 +298,18 @@ def main(arguments=None):
     name, frames = "constants wide" if options.wide else "constants", []
     sources = [(rig, list(ROWS)) for rig in real_rigs(home=options.data_home)]
     real = [rig.name for rig, _ in sources]
-    sources += [(rig, [k for k in ROWS if ROWS[k] is not None]) for rig in simulated_rigs()]
+    sources += [
+        (rig, [k for k in ROWS if ROWS[k] is not None]) for rig in simulated_rigs()
+    ]
     for rig, kinds in sources:
         paths = [
-            options.output / f"{name} {rig.name} {what}.csv" for what in ("accuracy", "calibration")
+            options.output / f"{name} {rig.name} {what}.csv"
+            for what in ("accuracy", "calibration")
         ]
         if not all(path.exists() for path in paths):
-            for path, rows in zip(paths, score_rig(rig, kinds, GRIDS[name]), strict=True):
+            for path, rows in zip(
+                paths, score_rig(rig, kinds, GRIDS[name]), strict=True
+            ):
                 pd.DataFrame(rows).to_csv(path, index=False)
         frames.append([pd.read_csv(path) for path in paths])
     accuracies, calibrations = (pd.concat(each) for each in zip(*frames, strict=True))

@@ -16,11 +16,16 @@ def options(doc, name, arguments):
     """
     parser = page_parser(doc, name)
     parser.add_argument(
-        "--rig", nargs="+", default=list(RIGS), help=f"of {list(RIGS)}, or module:function"
+        "--rig",
+        nargs="+",
+        default=list(RIGS),
+        help=f"of {list(RIGS)}, or module:function",
     )
     parser.add_argument("--window-length", nargs="+", type=int, default=[1200, 4800])
     parser.add_argument(
-        "--resume", action="store_true", help="keep results that the output folder holds"
+        "--resume",
+        action="store_true",
+        help="keep results that the output folder holds",
     )
     parser.add_argument("--data-home", help="folder of the downloaded rigs")
     return parser.parse_args(arguments)

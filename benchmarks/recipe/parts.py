@@ -8,7 +8,8 @@ from benchmarks.pages.blocks import markdown
 OVERVIEW = "ablation overview"
 RECIPE = "make_diagnoser"
 PROPOSAL = "make_extended_state_pio"
-#: Name of a variant of `benchmarks.recipe.ablation`, by the part that it leaves out or replaces.
+#: Name of a variant of `benchmarks.recipe.ablation`, by the part that it leaves out or
+#: replaces.
 WITHOUT = {
     "model of the signal": f"{RECIPE}, plain windows, no model",
     "measured inputs": f"{RECIPE}, measured inputs left out",
@@ -29,7 +30,8 @@ def part_table(recordings):
     Parameters
     ----------
     recordings : DataFrame
-        Rows of ``reporting.recording_frame`` of the variants, with one or more window lengths.
+        Rows of ``reporting.recording_frame`` of the variants, with one or more window
+        lengths.
 
     Returns
     -------
@@ -51,14 +53,21 @@ def part_table(recordings):
 def _of_length(recordings):
     pairs = recordings.groupby(["rig", "method", "train_rpm", "test_rpm"], sort=False)
     sums = pairs[["right", "windows"]].sum()
-    accuracy = (sums.right / sums.windows).groupby(["method", "rig"], sort=False).mean().unstack()
+    accuracy = (
+        (sums.right / sums.windows)
+        .groupby(["method", "rig"], sort=False)
+        .mean()
+        .unstack()
+    )
     accuracy = accuracy[recordings.rig.unique()].dropna()
     is_real = ~accuracy.columns.str.startswith("simulated")
     accuracy.insert(0, _MEAN, accuracy.loc[:, is_real].mean(axis=1))
     if RECIPE not in accuracy.index:
         return pd.DataFrame()
     real = recordings[recordings.rig.isin(accuracy.columns[1:][is_real])]
-    lines = [{"part": "all parts"} | accuracy.loc[RECIPE].map("{:.3f}".format).to_dict()]
+    lines = [
+        {"part": "all parts"} | accuracy.loc[RECIPE].map("{:.3f}".format).to_dict()
+    ]
     for part, variant in WITHOUT.items():
         if variant not in accuracy.index:
             continue

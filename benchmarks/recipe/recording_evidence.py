@@ -1,13 +1,13 @@
 """Choose how much the rows of a recording count together, by their correlation.
 
-Run ``python -m benchmarks.recipe recording-evidence`` from the root of the repository; the folder
-of the rigs is ``$SKARXLAG_DATA``.
+Run ``python -m benchmarks.recipe recording-evidence`` from the root of the repository;
+the folder of the rigs is ``$SKARXLAG_DATA``.
 
-`make_diagnoser` is fitted on the first halves at one speed, or at all speeds but one, and predicts
-the second halves at the others. Each correlation of `skarxlag.evidence.effective_number` gives
-every recording a probability. Only real rigs choose: the correlation is the one with the least
-expected calibration error on all rigs and kinds of rows but one rig, and it is reported for that
-rig.
+`make_diagnoser` is fitted on the first halves at one speed, or at all speeds but one,
+and predicts the second halves at the others. Each correlation of
+`skarxlag.kernels.evidence.effective_number` gives every recording a probability. Only
+real rigs choose: the correlation is the one with the least expected calibration error
+on all rigs and kinds of rows but one rig, and it is reported for that rig.
 """
 
 import os
@@ -22,7 +22,7 @@ from benchmarks.recipe.calibration import expected_calibration_error
 from benchmarks.recipe.rigs import real_rigs
 from benchmarks.recipe.targets import ROWS, folds, rows_of
 from skarxlag import make_diagnoser
-from skarxlag.evidence import SMALLEST_PROBABILITY, effective_number
+from skarxlag.kernels.evidence import SMALLEST_PROBABILITY, effective_number
 
 CORRELATIONS = (0.05, 0.07, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0)
 
@@ -40,7 +40,8 @@ def recording_logs(rig, kind):
     Returns
     -------
     list of tuple
-        Log probabilities of shape (n_conditions,), place of the true condition, number of rows.
+        Log probabilities of shape (n_conditions,), place of the true condition, number
+        of rows.
     """
     length = ROWS[kind] or int(rig.sampling_rate)
     sampling_rate = rig.sampling_rate if ROWS[kind] is None else None
@@ -65,13 +66,17 @@ def recording_logs(rig, kind):
 def scored(recordings, correlation):
     """Probability of the verdict, and whether it is right, for each recording."""
     logs, true, n = (np.array(each) for each in zip(*recordings, strict=True))
-    probability = softmax(effective_number(n, correlation)[:, np.newaxis] * logs, axis=1)
+    probability = softmax(
+        effective_number(n, correlation)[:, np.newaxis] * logs, axis=1
+    )
     return probability.max(axis=1), probability.argmax(axis=1) == true
 
 
 def chosen_correlation(by_rig):
     """Correlation of the least calibration error over the recordings of all rigs."""
-    errors = [expected_calibration_error(*_pooled(by_rig, each)) for each in CORRELATIONS]
+    errors = [
+        expected_calibration_error(*_pooled(by_rig, each)) for each in CORRELATIONS
+    ]
     return CORRELATIONS[int(np.argmin(errors))]
 
 
@@ -93,7 +98,14 @@ def table(by_rig):
     rows.append(("all, each left out", np.nan, *summary(*left_out)))
     correlation = chosen_correlation(by_rig)
     rows.append(("all", correlation, *summary(*_pooled(by_rig, correlation))))
-    names = ["rig", "correlation", "recordings", "accuracy", "mean probability", "error"]
+    names = [
+        "rig",
+        "correlation",
+        "recordings",
+        "accuracy",
+        "mean probability",
+        "error",
+    ]
     return pd.DataFrame(rows, columns=names)
 
 

@@ -1,7 +1,7 @@
 """Recordings of all rigs in one folder, for the choice of constants.
 
-The folder is ``$SKARXLAG_DATA``; its README describes the rigs. Rigs that are not there are left
-out.
+The folder is ``$SKARXLAG_DATA``; its README describes the rigs. Rigs that are not there
+are left out.
 """
 
 import os
@@ -20,8 +20,8 @@ _SIMULATED_SAMPLES = 60_000
 class Recording(NamedTuple):
     """One recording of a rig: samples, of shape (n_samples,) or (n_channels, n_samples).
 
-    The specimen and the load are None if all recordings of a condition share the specimen, and if
-    the load is not stated.
+    The specimen and the load are None if all recordings of a condition share the
+    specimen, and if the load is not stated.
     """
 
     samples: np.ndarray
@@ -43,7 +43,9 @@ def _hit_sm(folder):
     for path in sorted(folder.glob("*.mat")):
         condition, rpm = path.stem.split("_")
         content = scipy.io.loadmat(path)
-        (samples,) = (each for name, each in content.items() if not name.startswith("__"))
+        (samples,) = (
+            each for name, each in content.items() if not name.startswith("__")
+        )
         yield Recording(np.asarray(samples, dtype=float).ravel(), condition, float(rpm))
 
 
@@ -102,8 +104,8 @@ _REAL = {
     "motor sound": ("motor_sound", 44_100, _sound),
     "Paderborn": ("paderborn", 64_000, _paderborn),
 }
-#: Rigs with one specimen of each condition, recorded at several speeds. They serve the protocol in
-#: which the bearing is the same and the speed is another one.
+#: Rigs with one specimen of each condition, recorded at several speeds. They serve the
+#: protocol in which the bearing is the same and the speed is another one.
 SAME_BEARING = [name for name in _REAL if name != "Paderborn"]
 
 
@@ -122,9 +124,13 @@ def real_rigs(names=None, home=None):
 def simulated_rigs(seed=0):
     """Yield the simulated rig with each size of crack, with its torque as a second channel."""
     rig = simulate_rig(
-        n_samples=_SIMULATED_SAMPLES, window_length=_SIMULATED_SAMPLES, random_state=seed
+        n_samples=_SIMULATED_SAMPLES,
+        window_length=_SIMULATED_SAMPLES,
+        random_state=seed,
     )
     for size in sorted(set(rig.crack_mm.tolist()) - {0.0}):
         keep = np.flatnonzero((rig.crack_mm == 0) | (rig.crack_mm == size))
-        recordings = [Recording(rig.data[i], str(rig.target[i]), float(rig.rpm[i])) for i in keep]
+        recordings = [
+            Recording(rig.data[i], str(rig.target[i]), float(rig.rpm[i])) for i in keep
+        ]
         yield Rig(f"simulated, {size:g} mm", 250_000.0, recordings)

@@ -1,11 +1,12 @@
 """Compare make_diagnoser with peers on every rig, across speeds, with calibration errors.
 
-Run ``python -m benchmarks.recipe targets`` from the root of the repository. First halves of the
-recordings are for training and second halves for testing. "One speed" is trained at one speed and
-tested at every other, "others" is trained at all speeds but one and tested at that one; each number
-is the mean over the pairs. Two peers receive the speed, as `make_diagnoser` does. The folder of the
-rigs is ``$SKARXLAG_DATA``. The verdicts of each rig and method are kept in a file of the folder
-``--output``, and ``--resume`` does not repeat them.
+Run ``python -m benchmarks.recipe targets`` from the root of the repository. First
+halves of the recordings are for training and second halves for testing. "One speed" is
+trained at one speed and tested at every other, "others" is trained at all speeds but
+one and tested at that one; each number is the mean over the pairs. Two peers receive
+the speed, as `make_diagnoser` does. The folder of the rigs is ``$SKARXLAG_DATA``. The
+verdicts of each rig and method are kept in a file of the folder ``--output``, and
+``--resume`` does not repeat them.
 """
 
 import os
@@ -22,7 +23,7 @@ from benchmarks.recipe.calibration import expected_calibration_error
 from benchmarks.recipe.rigs import real_rigs, simulated_rigs
 from benchmarks.stretches.methods import WindowsVote
 from skarxlag import make_diagnoser
-from skarxlag.evidence import SMALLEST_PROBABILITY
+from skarxlag.kernels.evidence import SMALLEST_PROBABILITY
 
 #: Samples of a row; None means one second.
 ROWS = {"windows of 1200": 1200, "windows of 4800": 4800, "stretches of 1 s": None}
@@ -37,7 +38,9 @@ PEERS = {
 #: Peers that receive the speed in `fit` and in `predict`.
 WITH_SPEED = {
     "log spectrum + shrinkage LDA, speed as a feature": SpectrumWithSpeed,
-    "log spectrum over orders + shrinkage LDA": partial(SpectrumWithSpeed, over_orders=True),
+    "log spectrum over orders + shrinkage LDA": partial(
+        SpectrumWithSpeed, over_orders=True
+    ),
 }
 METHODS = [STATED, UNSTATED, *PEERS, *WITH_SPEED, VOTE]
 #: Samples of the windows in a stretch that vote, of peers.
@@ -117,7 +120,9 @@ def of_votes(train, test):
 def of_peer(make, train, test):
     """Verdicts of a peer; of stretches those of its windows of 1200."""
     if train[0].shape[-1] > 4800:
-        return WindowsVote(make, PEER_WINDOW).fit(*train).predict(test[0], test[2]), None
+        return WindowsVote(make, PEER_WINDOW).fit(*train).predict(
+            test[0], test[2]
+        ), None
     return make().fit(train[0], train[1]).predict(test[0]), None
 
 
@@ -147,8 +152,8 @@ def verdicts(rig, kinds, method):
     Returns
     -------
     DataFrame
-        ``rig``, ``rows``, ``trained at``, ``method``, ``trained rpm``, ``rpm``, ``right`` and
-        ``confidence``, NaN where no probability is stated.
+        ``rig``, ``rows``, ``trained at``, ``method``, ``trained rpm``, ``rpm``,
+        ``right`` and ``confidence``, NaN where no probability is stated.
     """
     frames = []
     for kind in kinds:
@@ -157,7 +162,8 @@ def verdicts(rig, kinds, method):
         length = ROWS[kind] or int(rig.sampling_rate)
         for protocol, trained, tested in folds(rig):
             train, test = (
-                rows_of(rig, length, half, speeds) for half, speeds in enumerate((trained, tested))
+                rows_of(rig, length, half, speeds)
+                for half, speeds in enumerate((trained, tested))
             )
             verdict, confidence = _verdicts(method, train, test, rig, kind)
             columns = {
@@ -199,7 +205,9 @@ def calibration_table(found):
     """Expected calibration error over all pairs, where probabilities are stated."""
     keys = ["rows", "trained at", "rig"]
     stated = found[found.method == STATED].groupby(keys, sort=False)
-    errors = {key: expected_calibration_error(of.confidence, of.right) for key, of in stated}
+    errors = {
+        key: expected_calibration_error(of.confidence, of.right) for key, of in stated
+    }
     index = pd.MultiIndex.from_tuples(errors, names=keys)
     return pd.Series(errors.values(), index).unstack("rig", sort=False).reset_index()
 
@@ -210,18 +218,28 @@ def read_verdicts(folder, rigs):
     paths = [folder / name for name in names if (folder / name).exists()]
     frames = (pd.read_csv(path) for path in paths if path.stat().st_size > 2)
     found = pd.concat(frames, ignore_index=True)
-    order = {"rows": list(ROWS), "trained at": ["one speed", "others"], "method": METHODS}
+    order = {
+        "rows": list(ROWS),
+        "trained at": ["one speed", "others"],
+        "method": METHODS,
+    }
     places = {name: found[name].map(values.index) for name, values in order.items()}
-    return found.iloc[pd.DataFrame(places).sort_values(list(order), kind="stable").index]
+    return found.iloc[
+        pd.DataFrame(places).sort_values(list(order), kind="stable").index
+    ]
 
 
 def main(arguments=None):
     """Run the command."""
     parser = page_parser(__doc__, "targets")
-    parser.add_argument("--rig", nargs="*", help="names of rigs; default: all and the simulated")
+    parser.add_argument(
+        "--rig", nargs="*", help="names of rigs; default: all and the simulated"
+    )
     parser.add_argument("--rows", nargs="*", default=list(ROWS), choices=list(ROWS))
     parser.add_argument("--method", nargs="*", default=METHODS, choices=METHODS)
-    parser.add_argument("--resume", action="store_true", help="keep verdicts of earlier runs")
+    parser.add_argument(
+        "--resume", action="store_true", help="keep verdicts of earlier runs"
+    )
     parser.add_argument("--data-home", default=os.environ.get("SKARXLAG_DATA"))
     options = parser.parse_args(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
@@ -233,7 +251,9 @@ def main(arguments=None):
         for method in options.method:
             path = options.output / f"{rig.name}; {method}.csv"
             if not (options.resume and path.exists()):
-                verdicts(rig, kinds, method).to_csv(path, index=False, float_format="%.5f")
+                verdicts(rig, kinds, method).to_csv(
+                    path, index=False, float_format="%.5f"
+                )
                 print(path.stem, file=sys.stderr, flush=True)
     table = read_verdicts(options.output, [rig.name for rig, _ in sources])
     calibration = calibration_table(table)

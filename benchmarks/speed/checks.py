@@ -7,16 +7,19 @@ from unittest import mock
 
 import numpy as np
 
-import skarxlag._state
-import skarxlag._validation
+import skarxlag.core.state
+import skarxlag.core.validation
 from benchmarks.speed.rows import coloured_windows
 from benchmarks.speed.timing import ratio, take_turns
 from skarxlag import make_diagnoser, make_extended_state_pio
 
 _TARGET = 0.02
 #: Functions that check fitted attributes, and functions that check them and all input.
-_STATE = {"as_fitted": skarxlag._state}
-_ALL = _STATE | {"validate_data": skarxlag._validation, "validate_signals": skarxlag._validation}
+_STATE = {"as_fitted": skarxlag.core.state}
+_ALL = _STATE | {
+    "validate_data": skarxlag.core.validation,
+    "validate_signals": skarxlag.core.validation,
+}
 
 
 @contextmanager
@@ -31,7 +34,8 @@ def timed(names):
     Yields
     ------
     list of float
-        Seconds of each call from outside of these functions; calls of one by another count once.
+        Seconds of each call from outside of these functions; calls of one by another
+        count once.
     """
     seconds, inside = [], []
 
@@ -49,7 +53,11 @@ def timed(names):
 
         return call
 
-    modules = [m for name, m in list(sys.modules.items()) if name.partition(".")[0] == "skarxlag"]
+    modules = [
+        m
+        for name, m in list(sys.modules.items())
+        if name.partition(".")[0] == "skarxlag"
+    ]
     wrappers = {name: wrapped(getattr(module, name)) for name, module in names.items()}
     originals = {name: getattr(module, name) for name, module in names.items()}
     patches = [
@@ -80,8 +88,8 @@ def share(function, names):
     Returns
     -------
     share, seconds : float
-        Both in processor time and of this call, so that a machine that is slow for a while, or
-        has other work, slows both.
+        Both in processor time and of this call, so that a machine that is slow for a
+        while, or has other work, slows both.
     """
     with timed(names) as seconds:
         start = time.process_time()
@@ -112,9 +120,14 @@ def checks(n_rounds=15, n_windows=800, n_samples=1200):
     for make in (make_diagnoser, make_extended_state_pio):
         X, y = coloured_windows(n_windows, n_samples)
         diagnoser = make().fit(X, y)
-        lines.append(_one_row(f"`{make.__name__}().predict`", diagnoser.predict, X, n_rounds))
+        lines.append(
+            _one_row(f"`{make.__name__}().predict`", diagnoser.predict, X, n_rounds)
+        )
         for some, n_calls in ((X, 1), (X[:1], 50)):
-            for names, what in ((_STATE, "fitted state"), (_ALL, "input and fitted state")):
+            for names, what in (
+                (_STATE, "fitted state"),
+                (_ALL, "input and fitted state"),
+            ):
 
                 def calls(some=some, n_calls=n_calls, predict=diagnoser.predict):
                     for _ in range(n_calls):
@@ -131,7 +144,10 @@ def checks(n_rounds=15, n_windows=800, n_samples=1200):
                     "reached": middle,
                     "spread": (three - quarter) / 2 / middle,
                 }
-                # Most of the checks of input are scikit-learn's, which every estimator has.
+                # Most of the checks of input are scikit-learn's, which every estimator
+                # has.
                 is_ours = names is _STATE and n_calls == 1
-                lines.append(line | ({"target": _TARGET, "at_most": True} if is_ours else {}))
+                lines.append(
+                    line | ({"target": _TARGET, "at_most": True} if is_ours else {})
+                )
     return lines

@@ -29,7 +29,8 @@ def first_prediction(maker):
 
 def peak_of_command(folder, n_windows, window_length):
     """Return the peak memory above the imports while the command diagnoses one long recording."""
-    # The names of the package are imported when they are used, so its root alone imports nothing.
+    # The names of the package are imported when they are used, so its root alone
+    # imports nothing.
     import skops.io  # noqa: F401
 
     import benchmarks.speed.rows  # noqa: F401
@@ -114,7 +115,11 @@ def _windows(n_windows, window_length):
 def _write_recording(path, windows, n_windows):
     import numpy as np
 
-    header = {"descr": "<f8", "fortran_order": False, "shape": (n_windows * windows.shape[1],)}
+    header = {
+        "descr": "<f8",
+        "fortran_order": False,
+        "shape": (n_windows * windows.shape[1],),
+    }
     with path.open("wb") as file:
         np.lib.format.write_array_header_1_0(file, header)
         for start in range(0, n_windows, len(windows)):

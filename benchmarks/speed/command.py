@@ -4,10 +4,10 @@
     python -m benchmarks.speed --only transforms identification
     python -m benchmarks.speed --write benchmarks/README.md
 
-The sides of a ratio are timed in turn in the same run, on one thread and in CPU time unless the
-line states otherwise. The median of the ratios is printed and, as spread, half the range between
-their quartiles.
-Libraries that are not installed are left out, and named below the table.
+The sides of a ratio are timed in turn in the same run, on one thread and in CPU time
+unless the line states otherwise. The median of the ratios is printed and, as spread,
+half the range between their quartiles. Libraries that are not installed are left out,
+and named below the table.
 """
 
 import argparse
@@ -111,8 +111,12 @@ def machine():
 def main(arguments=None):
     """Measure, print and write the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--only", nargs="+", choices=ROWS, default=list(ROWS), metavar="ROW")
-    parser.add_argument("--write", type=Path, metavar="FILE", help="Markdown file for the table")
+    parser.add_argument(
+        "--only", nargs="+", choices=ROWS, default=list(ROWS), metavar="ROW"
+    )
+    parser.add_argument(
+        "--write", type=Path, metavar="FILE", help="Markdown file for the table"
+    )
     options = parser.parse_args(arguments)
     measurements = []
     with threadpool_limits(1):

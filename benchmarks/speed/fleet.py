@@ -3,9 +3,10 @@
     python -m benchmarks.speed --only fleet
     python -m benchmarks.speed.fleet --write docs/fleet.md
 
-One and two worker processes take turns on the same recordings, reading of the files included. All
-workers have been started and have loaded the model before the clock runs. In the same rounds one
-and two processes multiply matrices, which shows the free capacity for a second process.
+One and two worker processes take turns on the same recordings, reading of the files
+included. All workers have been started and have loaded the model before the clock runs.
+In the same rounds one and two processes multiply matrices, which shows the free
+capacity for a second process.
 """
 
 import os
@@ -29,7 +30,8 @@ from skarxlag.commands.models import SavedModel
 from skarxlag.recordings.listing import list_files
 
 WINDOW_LENGTH = 1200
-#: The fleet of the example: sensors, their sampling rate in Hz, and the length of a recording in s.
+#: The fleet of the example: sensors, their sampling rate in Hz, and the length of a
+#: recording in s.
 SENSORS, SAMPLING_RATE, SECONDS = 10_000, 25_600, 1.0
 
 
@@ -76,8 +78,8 @@ def measure(n_rounds=9, n_recordings=24, n_windows=400):
     Returns
     -------
     dict
-        ``seconds`` by side and round; ``n_samples`` in a run; ``bytes_out`` of the task of a
-        recording and ``bytes_back`` of its results, a window.
+        ``seconds`` by side and round; ``n_samples`` in a run; ``bytes_out`` of the task
+        of a recording and ``bytes_back`` of its results, a window.
     """
     X, y = coloured_windows(n_windows, WINDOW_LENGTH)
     with tempfile.TemporaryDirectory() as folder:
@@ -87,7 +89,9 @@ def measure(n_rounds=9, n_recordings=24, n_windows=400):
         for number in range(n_recordings):
             np.save(folder / f"{number}.npy", X.ravel().astype(np.float32))
         load = SavedModel(model).load
-        tasks = [partial(diagnose_file, recording, load) for recording in list_files(folder)]
+        tasks = [
+            partial(diagnose_file, recording, load) for recording in list_files(folder)
+        ]
         products = [partial(_products, 10)] * 8
         with _warm_workers(1, tasks[:2]) as one, _warm_workers(2, tasks[:4]) as two:
             seconds = take_turns(
@@ -134,16 +138,25 @@ def costs(found):
     faster, differs = ratio(seconds["one"], seconds["two"])
     possible, noise = ratio(seconds["product"], seconds["products"])
     lines = [
-        ("samples that one worker process diagnoses in a second, R", f"{samples_a_second:,.0f}"),
+        (
+            "samples that one worker process diagnoses in a second, R",
+            f"{samples_a_second:,.0f}",
+        ),
         ("two worker processes over one (spread)", f"{faster:.2f} ({differs:.0%})"),
-        ("matrix products in two processes over one (spread)", f"{possible:.2f} ({noise:.0%})"),
+        (
+            "matrix products in two processes over one (spread)",
+            f"{possible:.2f} ({noise:.0%})",
+        ),
         ("bytes to a worker for a recording, b", f"{found['bytes_out']:,}"),
         ("bytes from a worker for a window, w", f"{found['bytes_back']:.0f}"),
     ]
     for what, share in (("one recording a minute", SECONDS / 60), ("no pause", 1.0)):
         samples = SENSORS * SAMPLING_RATE * share
         recordings = SENSORS * share / SECONDS
-        network = recordings * found["bytes_out"] + samples / WINDOW_LENGTH * found["bytes_back"]
+        network = (
+            recordings * found["bytes_out"]
+            + samples / WINDOW_LENGTH * found["bytes_back"]
+        )
         lines += [
             (f"example, {what}: cores", f"{samples / samples_a_second:,.1f}"),
             (f"example, {what}: MB/s over the network", f"{network / 1e6:.2f}"),

@@ -2,10 +2,10 @@
 
     python -m benchmarks.speed.fleet_scale --write docs/fleet.md
 
-Each sensor sends a recording of a second every ten minutes. The costs of one recording are
-measured: processor time in a worker, in the command and in the scheduler, memory, bytes of files
-and bytes over the network. The needs of the fleet follow from them. A simulation of a run with one
-queue and several workers uses the measured times.
+Each sensor sends a recording of a second every ten minutes. The costs of one recording
+are measured: processor time in a worker, in the command and in the scheduler, memory,
+bytes of files and bytes over the network. The needs of the fleet follow from them. A
+simulation of a run with one queue and several workers uses the measured times.
 """
 
 import argparse
@@ -36,7 +36,8 @@ from skarxlag.recordings.listing import list_files
 SENSORS, SAMPLING_RATE, PERIOD = 10_000, 25_600, 600
 #: Recordings of a second of each condition in the training.
 _N_TRAINING = 40
-#: What one small server has: cores, bytes of memory and of disk, and bytes a second of network.
+#: What one small server has: cores, bytes of memory and of disk, and bytes a second of
+#: network.
 CORES, MEMORY, DISK, NETWORK = 4, 16e9, 1e12, 125e6
 #: Days for which recordings are kept.
 KEPT_DAYS = 30
@@ -103,7 +104,12 @@ def measure(n_recordings=200, n_listed=10_000):
         if found.error is not None:
             raise RuntimeError(found.error)
         listed = steps(model, path / "0.npy", n_listed)
-        used = ("recordings of a table", "journal", "rows of results", "results as json")
+        used = (
+            "recordings of a table",
+            "journal",
+            "rows of results",
+            "results as json",
+        )
         scheduling, worker = _on_dask(tasks)
         command = ["-m", "skarxlag", "diagnose", model.path, path / "0.npy"]
         command += ["--sampling-rate", SAMPLING_RATE, "--rpm", 900]
@@ -131,14 +137,40 @@ def _fitted(folder, n_recordings):
     for each in (training, path):
         each.mkdir()
     for condition in range(4):
-        np.save(training / f"{condition}.npy", X[y == condition].ravel().astype(np.float32))
-    command = ["fit", training, "-o", folder / "model.skops", "--pattern", r"(?P<condition>\d)"]
-    command += ["--sampling-rate", SAMPLING_RATE, "--rpm", 900, "--healthy", 0, "--quiet"]
-    command += ["--diagnoser", "stretches", "--window-length", SAMPLING_RATE, "--n-jobs", 1]
+        np.save(
+            training / f"{condition}.npy", X[y == condition].ravel().astype(np.float32)
+        )
+    command = [
+        "fit",
+        training,
+        "-o",
+        folder / "model.skops",
+        "--pattern",
+        r"(?P<condition>\d)",
+    ]
+    command += [
+        "--sampling-rate",
+        SAMPLING_RATE,
+        "--rpm",
+        900,
+        "--healthy",
+        0,
+        "--quiet",
+    ]
+    command += [
+        "--diagnoser",
+        "stretches",
+        "--window-length",
+        SAMPLING_RATE,
+        "--n-jobs",
+        1,
+    ]
     sys.stdout.flush()
     if run_command([str(each) for each in command]) != 0:
         raise RuntimeError("the model could not be fitted")
-    for number, row in enumerate(coloured_windows(n_recordings, SAMPLING_RATE, seed=1)[0]):
+    for number, row in enumerate(
+        coloured_windows(n_recordings, SAMPLING_RATE, seed=1)[0]
+    ):
         np.save(path / f"{number}.npy", row.astype(np.float32))
     return SavedModel(folder / "model.skops"), path
 
@@ -148,7 +180,10 @@ def _on_dask(tasks):
     from distributed import LocalCluster
 
     with LocalCluster(
-        n_workers=1, threads_per_worker=1, dashboard_address="localhost:0", silence_logs=60
+        n_workers=1,
+        threads_per_worker=1,
+        dashboard_address="localhost:0",
+        silence_logs=60,
     ) as cluster:
         args = argparse.Namespace(dask=cluster.scheduler_address)
         with executors(args) as workers:
@@ -228,8 +263,14 @@ def costs_table(costs):
     low, high = np.quantile(costs.diagnosis, [0.25, 0.75])
     median = np.median(costs.diagnosis)
     lines = [
-        ("diagnosis, ms of a core", f"{1e3 * median:.1f} ({1e3 * low:.1f} to {1e3 * high:.1f})"),
-        ("command and scheduler of Dask, ms of a core", f"{1e3 * costs.scheduling:.2f}"),
+        (
+            "diagnosis, ms of a core",
+            f"{1e3 * median:.1f} ({1e3 * low:.1f} to {1e3 * high:.1f})",
+        ),
+        (
+            "command and scheduler of Dask, ms of a core",
+            f"{1e3 * costs.scheduling:.2f}",
+        ),
         ("list, journal and results, ms of a core", f"{1e3 * costs.lists:.2f}"),
         ("command for one recording alone, ms of a core", f"{1e3 * costs.start:.0f}"),
         ("memory of a worker, MB", f"{costs.worker / 1e6:.0f}"),
@@ -285,14 +326,22 @@ def runs_table(costs):
         busy = seconds.sum() / (n_workers * last)
         shown = (f"{np.median(verdicts):.0f}", f"{verdicts.max():.0f}", f"{last:.0f}")
         lines.append((n_workers, *shown, f"{busy:.0%}"))
-    columns = ["workers", "half of the verdicts, s", "all verdicts, s", "results, s", "busy"]
+    columns = [
+        "workers",
+        "half of the verdicts, s",
+        "all verdicts, s",
+        "results, s",
+        "busy",
+    ]
     return pd.DataFrame(lines, columns=columns)
 
 
 def main(arguments=None):
     """Measure, simulate, print and write the tables."""
     parser = page_parser(__doc__, "fleet-scale")
-    parser.add_argument("--recordings", type=int, default=200, metavar="N", help="default: 200")
+    parser.add_argument(
+        "--recordings", type=int, default=200, metavar="N", help="default: 200"
+    )
     options = parser.parse_args(arguments)
     costs = measure(options.recordings)
     tables = [costs_table(costs), limits_table(costs), runs_table(costs)]
@@ -312,7 +361,14 @@ def main(arguments=None):
         "A simulated run of `skarxlag diagnose --dask` on one recording of each sensor, from the "
         "start of the command. Busy: share of the time in which a worker diagnoses."
     )
-    shown = [about, markdown(tables[0]), limits, markdown(tables[1]), runs, markdown(tables[2])]
+    shown = [
+        about,
+        markdown(tables[0]),
+        limits,
+        markdown(tables[1]),
+        runs,
+        markdown(tables[2]),
+    ]
     publish(options, {"fleet-scale": "\n\n".join(shown)})
 
 

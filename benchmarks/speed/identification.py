@@ -27,7 +27,9 @@ def identification(n_rounds=5, n_samples=1_000_000):
     plain = {"NumPy": lambda: peers.normal_equations(y, u, 8)}
     seconds = take_turns(ours | plain, n_rounds)
     # Each takes seconds and needs no more rounds.
-    seconds |= take_turns({n: (lambda f=f: f(y, u, 8)) for n, f in libraries.items()}, 1)
+    seconds |= take_turns(
+        {n: (lambda f=f: f(y, u, 8)) for n, f in libraries.items()}, 1
+    )
     what = f"`ARXLaguerre(order=8).fit`, one input, {n_samples} samples"
     lines = [
         {
@@ -67,7 +69,10 @@ def pole_search(n_rounds=5, lengths=(1, 10, 100, 1000), n_samples=1200):
         for n_windows in lengths:
             X = np.stack(system_with_input(n_windows * n_samples)[: 1 + n_inputs])
             X = np.moveaxis(X.reshape(1 + n_inputs, n_windows, n_samples), 1, 0).copy()
-            given, searched = ARXLaguerre(order=8), ARXLaguerre(order=8, pole="optimise")
+            given, searched = (
+                ARXLaguerre(order=8),
+                ARXLaguerre(order=8, pole="optimise"),
+            )
             seconds = take_turns(
                 {
                     "given": lambda m=given, X=X: m.fit(X),

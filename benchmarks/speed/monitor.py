@@ -65,8 +65,9 @@ def monitor(n_rounds=9, n_seconds=10):
 def river_models(X, y):
     """Return a function of a block that classifies its windows with river, as a user would.
 
-    river takes a dict of features for each sample, so windows and features are the user's work:
-    here the logarithms of the energy in bands, by NumPy, for all windows of a block at once.
+    river takes a dict of features for each sample, so windows and features are the
+    user's work: here the logarithms of the energy in bands, by NumPy, for all windows
+    of a block at once.
     """
     from river import anomaly, linear_model, preprocessing
 
@@ -87,5 +88,7 @@ def river_models(X, y):
 
 def _features(windows):
     power = np.abs(np.fft.rfft(windows, axis=1)[:, 1:]) ** 2
-    energies = np.log([band.sum(axis=1) for band in np.array_split(power, _BANDS, axis=1)])
+    energies = np.log(
+        [band.sum(axis=1) for band in np.array_split(power, _BANDS, axis=1)]
+    )
     return [dict(enumerate(row)) for row in energies.T.tolist()]

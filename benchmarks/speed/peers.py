@@ -118,7 +118,9 @@ def sippy_arx(y, u, n_lags):
     """The same model by SIPPY."""
     import sippy_unipi
 
-    return sippy_unipi.system_identification(y, u, "ARX", ARX_orders=[n_lags, n_lags, 0])
+    return sippy_unipi.system_identification(
+        y, u, "ARX", ARX_orders=[n_lags, n_lags, 0]
+    )
 
 
 def llsi_arx(y, u, n_lags):
@@ -144,11 +146,15 @@ def is_installed(module):
 
 def identification_peers():
     """Functions of (y, u, n_lags) of the identification libraries that are installed, by name."""
-    return {name: f for module, (name, f) in _IDENTIFICATION.items() if is_installed(module)}
+    return {
+        name: f for module, (name, f) in _IDENTIFICATION.items() if is_installed(module)
+    }
 
 
 def missing_libraries():
     """Return the libraries of the benchmark that are not installed."""
     return [
-        name for name in ("aeon", "filterpy", "river", *_IDENTIFICATION) if not is_installed(name)
+        name
+        for name in ("aeon", "filterpy", "river", *_IDENTIFICATION)
+        if not is_installed(name)
     ]

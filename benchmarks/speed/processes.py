@@ -57,7 +57,14 @@ def start_up(n_rounds=9):
             "--version": ["-m", "skarxlag", "--version"],
             "--help": ["-m", "skarxlag", "--help"],
             "diagnose --unknown": ["-m", "skarxlag", "diagnose", *paths, "--unknown"],
-            "fit TABLE": ["-m", "skarxlag", "fit", table, "-o", Path(folder, "new.skops")],
+            "fit TABLE": [
+                "-m",
+                "skarxlag",
+                "fit",
+                table,
+                "-o",
+                Path(folder, "new.skops"),
+            ],
         }
         statuses = {"diagnose --unknown": 2, "fit TABLE": 1}
         tasks = {
@@ -139,7 +146,10 @@ def memory(n_windows=100_000, window_length=1200):
         return []
     tasks = {
         "`python -m skarxlag diagnose`, one recording": ("peak_of_command",),
-        "`make_diagnoser().predict`, without the windows": ("peak_of_predict", "make_diagnoser"),
+        "`make_diagnoser().predict`, without the windows": (
+            "peak_of_predict",
+            "make_diagnoser",
+        ),
         "`make_extended_state_pio().predict`, without the windows": (
             "peak_of_predict",
             "make_extended_state_pio",
@@ -167,7 +177,15 @@ def _memory_of_fit(n_windows=20_000, window_length=1200):
     lines = []
     for maker in ("make_diagnoser", "make_alpio"):
         with tempfile.TemporaryDirectory() as folder:
-            peak = _run("MiB", "peak_of_fit", maker, folder, n_windows, window_length, cache=folder)
+            peak = _run(
+                "MiB",
+                "peak_of_fit",
+                maker,
+                folder,
+                n_windows,
+                window_length,
+                cache=folder,
+            )
         size = n_windows * window_length * 8 / 2**20
         lines.append(
             {

@@ -1,8 +1,8 @@
 """Rows of the speed benchmark that run in this process: each function returns its measurements.
 
 A measurement is a dict: ``what`` was measured, ``ours`` and ``peer`` in words,
-``reached``, ``target`` (None where a line only informs), ``at_most`` where the target is an upper
-bound, and ``spread``, how far rounds differed.
+``reached``, ``target`` (None where a line only informs), ``at_most`` where the target
+is an upper bound, and ``spread``, how far rounds differed.
 """
 
 import tempfile
@@ -67,10 +67,14 @@ def transforms(n_rounds=9, n_windows=800, n_samples=1200):
     seconds = take_turns(functions, n_rounds)
     parts = multiply_adds(order=16, n_models=8)
     needed = X.size * sum(parts.values())
-    what = f"`ARXLaguerre.transform` + `ExtendedStatePIObserver.transform`, 8 models of order 16, \
+    what = (
+        f"`ARXLaguerre.transform` + `ExtendedStatePIObserver.transform`, 8 models of order 16, \
 {n_windows} x {n_samples}"
+    )
     share, differs = ratio(seconds["product"] / n_product, seconds["ours"] / needed)
-    product_rate = f"{n_product / np.median(seconds['product']) / 1e9:.3g} G multiply-adds/s"
+    product_rate = (
+        f"{n_product / np.median(seconds['product']) / 1e9:.3g} G multiply-adds/s"
+    )
     lines = [
         {
             "what": f"{what}: share of the matrix product's rate, {sum(parts.values())} \
@@ -83,7 +87,9 @@ multiply-adds a sample",
         }
     ]
     only = parts["scaling"] + parts["cascade"] + parts["prediction"]
-    share, differs = ratio(seconds["product"] / n_product, seconds["identify"] / (X.size * only))
+    share, differs = ratio(
+        seconds["product"] / n_product, seconds["identify"] / (X.size * only)
+    )
     lines.append(
         {
             "what": f"of which `ARXLaguerre.transform`, {only} multiply-adds a sample",
@@ -128,7 +134,9 @@ def alpio_predict(n_rounds=5, n_windows=800, n_samples=1200):
 
 def extended_state_predict(n_rounds=5, n_windows=800, n_samples=1200):
     """make_extended_state_pio().predict against MiniRocket's."""
-    return _predict("make_extended_state_pio", make_extended_state_pio(), 40, **locals())
+    return _predict(
+        "make_extended_state_pio", make_extended_state_pio(), 40, **locals()
+    )
 
 
 def diagnoser_predict(n_rounds=5, n_windows=800, n_samples=1200):
@@ -145,7 +153,12 @@ def _predict(name, diagnoser, target, *, n_rounds, n_windows, n_samples):
     what = f"`{name}().predict`, {n_windows} x {n_samples}"
     return [
         _against_minirocket(
-            what, lambda: diagnoser.predict(X), lambda: rocket.predict(X), target, X.size, n_rounds
+            what,
+            lambda: diagnoser.predict(X),
+            lambda: rocket.predict(X),
+            target,
+            X.size,
+            n_rounds,
         )
     ]
 
@@ -155,7 +168,10 @@ def diagnoser_fit(n_rounds=5, n_windows=400, n_samples=1200):
     if not peers.is_installed("aeon"):
         return []
     X, y = coloured_windows(n_windows, n_samples)
-    given, searched = make_diagnoser(), make_diagnoser().set_params(identify__pole="optimise")
+    given, searched = (
+        make_diagnoser(),
+        make_diagnoser().set_params(identify__pole="optimise"),
+    )
     rocket = peers.minirocket()
     return [
         _against_minirocket(
@@ -186,11 +202,20 @@ def grid_search(n_rounds=3, n_windows=800, n_samples=1200, n_gains=25):
     X, y = coloured_windows(n_windows, n_samples)
     folds = StratifiedKFold(2)
     gains = np.linspace(0.01, 0.04, n_gains)
-    later = Pipeline([("observe", ExtendedStatePIObserver()), ("decide", ThresholdLadder())])
+    later = Pipeline(
+        [("observe", ExtendedStatePIObserver()), ("decide", ThresholdLadder())]
+    )
     parts = []
     for train, test in folds.split(X, y):
         identify = ARXLaguerre().fit(X[train], y[train])
-        parts.append((identify.transform(X[train]), y[train], identify.transform(X[test]), y[test]))
+        parts.append(
+            (
+                identify.transform(X[train]),
+                y[train],
+                identify.transform(X[test]),
+                y[test],
+            )
+        )
 
     def fit_and_score():
         for train, y_train, test, y_test in parts:
@@ -203,13 +228,17 @@ def grid_search(n_rounds=3, n_windows=800, n_samples=1200, n_gains=25):
             diagnoser = make_single_observer_pio(memory=folder)
             diagnoser.set_params(identify=CountedARXLaguerre())
             before = CountedARXLaguerre.n_fits
-            GridSearchCV(diagnoser, {"observe__ki_a": gains}, cv=folds, refit=False).fit(X, y)
+            GridSearchCV(
+                diagnoser, {"observe__ki_a": gains}, cv=folds, refit=False
+            ).fit(X, y)
             counts.append(CountedARXLaguerre.n_fits - before)
 
     seconds = take_turns({"search": search, "once": fit_and_score}, n_rounds)
     times, differs = ratio(seconds["search"] / n_gains, seconds["once"])
-    what = f"`GridSearchCV`, {n_gains} observer gains, 2 folds of {n_windows} x {n_samples}, \
+    what = (
+        f"`GridSearchCV`, {n_gains} observer gains, 2 folds of {n_windows} x {n_samples}, \
 `Pipeline(memory=...)`"
+    )
     return [
         {
             "what": f"{what}: time a gain over one fit and score of observer and ladder",
@@ -243,7 +272,9 @@ def two_threads(n_rounds=9, n_windows=4000, n_samples=1200):
                     "one": lambda d=one: d.predict(X),
                     "two": lambda d=two: d.predict(X),
                     "product": lambda: [product() for _ in range(4)],
-                    "products": lambda t=threads: list(t.map(lambda _: product(), range(4))),
+                    "products": lambda t=threads: list(
+                        t.map(lambda _: product(), range(4))
+                    ),
                 },
                 n_rounds,
                 clock=time.perf_counter,  # two threads spend as much processor time as one

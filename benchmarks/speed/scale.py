@@ -8,7 +8,12 @@ from benchmarks.speed.timing import take_turns
 from skarxlag.commands.diagnosis import diagnose_file
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.models import SavedModel
-from skarxlag.commands.results import html_report, recording_rows, window_rows, write_tables
+from skarxlag.commands.results import (
+    html_report,
+    recording_rows,
+    window_rows,
+    write_tables,
+)
 from skarxlag.recordings.listing import list_files, list_recordings
 
 _COUNTS = (100, 1_000, 10_000, 100_000)
@@ -54,11 +59,16 @@ def steps(model, recording, n):
         (folder / f"{number}.npy").touch()
     table = folder / "table.csv"
     lines = [f"{recording},{number % 4},900,20000,{number}" for number in range(n)]
-    table.write_text("\n".join(["path,condition,rpm,sampling_rate,channel", *lines, ""]))
+    table.write_text(
+        "\n".join(["path,condition,rpm,sampling_rate,channel", *lines, ""])
+    )
     listed = list_recordings(table)
     [known] = list_files(recording, sampling_rate=20e3)
     found = [diagnose_file(known, model.load)] * n
-    rows, windows = recording_rows(listed, found, model.healthy), window_rows(listed, found)
+    rows, windows = (
+        recording_rows(listed, found, model.healthy),
+        window_rows(listed, found),
+    )
 
     def with_journal():
         with Journal(folder / "results", []) as journal:

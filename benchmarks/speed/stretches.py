@@ -62,7 +62,9 @@ def stretches(n_rounds=9, n_stretches=20, n_samples=_RATE):
             "reached": 1e3 * float(np.median(each)) / (1 if name == "one" else len(X)),
             "target": _TARGET if name == "several" else None,
             "at_most": True,
-            "spread": float(np.subtract(*np.quantile(each, [0.75, 0.25])) / 2 / np.median(each)),
+            "spread": float(
+                np.subtract(*np.quantile(each, [0.75, 0.25])) / 2 / np.median(each)
+            ),
         }
         for name, each in seconds.items()
     ]

@@ -16,11 +16,11 @@ def take_turns(functions, n_rounds, clock=time.process_time):
     functions : dict of str to callable
         What is timed; each is called once before, to compile and to fill caches.
     n_rounds : int
-        Rounds. What slows the machine down for a while slows all functions of a round alike, so
-        ratios are taken within a round.
+        Rounds. What slows the machine down for a while slows all functions of a round
+        alike, so ratios are taken within a round.
     clock : callable, default=time.process_time
-        Seconds. Processor time leaves out what other processes on the machine take; on one thread
-        of an idle machine it is the time that passes.
+        Seconds. Processor time leaves out what other processes on the machine take; on
+        one thread of an idle machine it is the time that passes.
 
     Returns
     -------

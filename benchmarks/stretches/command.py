@@ -32,9 +32,15 @@ _OURS = next(iter(CONDITIONS))
 
 def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rig", nargs="+", choices=list(BEARINGS), default=DEFAULTS["rig"])
     parser.add_argument(
-        "--method", nargs="+", choices=list(_ALL), default=DEFAULTS["method"], metavar="METHOD"
+        "--rig", nargs="+", choices=list(BEARINGS), default=DEFAULTS["rig"]
+    )
+    parser.add_argument(
+        "--method",
+        nargs="+",
+        choices=list(_ALL),
+        default=DEFAULTS["method"],
+        metavar="METHOD",
     )
     parser.add_argument("--seconds", nargs="+", type=float, default=DEFAULTS["seconds"])
     parser.add_argument(
@@ -71,8 +77,8 @@ def speed_pairs(make_method, rig, *, of_place=False):
     Yields
     ------
     dict
-        ``train_rpm``, ``test_rpm``, ``accuracy``, ``place``, the accuracy on places, and
-        ``ms``, processor time of a verdict in milliseconds.
+        ``train_rpm``, ``test_rpm``, ``accuracy``, ``place``, the accuracy on places,
+        and ``ms``, processor time of a verdict in milliseconds.
     """
     first, second = first_and_second_half(rig.recording, rig.start, rig.data.shape[-1])
     of_row = places(rig.target)
@@ -119,7 +125,9 @@ def table(pairs, methods, cell):
     wide = cells.unstack("seconds").fillna("").reset_index()
     wide.columns = [f"{c:g} s" if isinstance(c, float) else c for c in wide.columns]
     return markdown(
-        wide.sort_values(["rig", "method"], key=lambda c: c.map(order) if c.name == "method" else c)
+        wide.sort_values(
+            ["rig", "method"], key=lambda c: c.map(order) if c.name == "method" else c
+        )
     )
 
 
@@ -191,10 +199,17 @@ def main(arguments=None):
     for name in options.rig:
         for seed in options.seed if name == "simulated" else [0]:
             for seconds in options.seconds:
-                for label, rig in rigs_of_stretches(name, seconds, options.data_home, seed):
+                for label, rig in rigs_of_stretches(
+                    name, seconds, options.data_home, seed
+                ):
                     check_rig(rig, rig.data.shape[-1])
                     for method in options.method:
-                        run = {"rig": label, "seconds": seconds, "method": method, "seed": seed}
+                        run = {
+                            "rig": label,
+                            "seconds": seconds,
+                            "method": method,
+                            "seed": seed,
+                        }
                         _score_into(path, run, rig, BEARINGS[name])
     found = blocks(pd.read_csv(path))
     for page in options.write:
@@ -212,11 +227,17 @@ def _score_into(path, run, rig, bearing):
         print(f"{said}too few stretches", file=sys.stderr, flush=True)
         return
     merge(path, rows, run)
-    print(f"{said}{_real_cell(rows)} {rows['ms'].mean():.1f} ms", file=sys.stderr, flush=True)
+    print(
+        f"{said}{_real_cell(rows)} {rows['ms'].mean():.1f} ms",
+        file=sys.stderr,
+        flush=True,
+    )
 
 
 def _score(method, rig, bearing):
     if method in RACES:
         orders = bearing_orders(bearing)
-        return speed_pairs(lambda: RACES[method](rig.sampling_rate, orders), rig, of_place=True)
+        return speed_pairs(
+            lambda: RACES[method](rig.sampling_rate, orders), rig, of_place=True
+        )
     return speed_pairs(lambda: _ALL[method](rig.sampling_rate), rig)

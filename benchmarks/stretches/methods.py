@@ -1,7 +1,7 @@
 """Methods that give one verdict for a stretch: ours, windows that vote, and rules of engineers.
 
-All have ``fit(X, y, rpm)`` and ``predict(X, rpm)``. Those of `RACES` know the bearing and name the
-place of the fault only.
+All have ``fit(X, y, rpm)`` and ``predict(X, rpm)``. Those of `RACES` know the bearing
+and name the place of the fault only.
 """
 
 from functools import partial
@@ -13,7 +13,8 @@ from benchmarks.cross_speed.peers import minirocket, multirocket_hydra
 from benchmarks.cross_speed.protocol import log_evidence
 from skarxlag import make_diagnoser
 
-#: Places of faults that the rules look for, with the multiples of their orders that they add up.
+#: Places of faults that the rules look for, with the multiples of their orders that
+#: they add up.
 _PLACES = {"outer": (1, 2, 3), "inner": (1, 2, 3), "ball": (1, 2)}
 #: Relative width of the band about an order in which the largest peak counts, for slip.
 _SLIP = 0.02
@@ -34,8 +35,8 @@ class Stretches:
     sampling_rate : float
         In Hz.
     error : float or None, default=0.0
-        The speeds of `predict` are multiplied by 1 + error and 1 - error in turn. None: no speeds
-        at all.
+        The speeds of `predict` are multiplied by 1 + error and 1 - error in turn. None:
+        no speeds at all.
     """
 
     def __init__(self, sampling_rate, error=0.0):
@@ -80,7 +81,9 @@ class FewStretches(Stretches):
         """
         if np.unique(y, return_counts=True)[1].min() <= self.most:
             raise TooFew
-        first = np.concatenate([np.flatnonzero(y == name)[: self.most] for name in np.unique(y)])
+        first = np.concatenate(
+            [np.flatnonzero(y == name)[: self.most] for name in np.unique(y)]
+        )
         return super().fit(X[first], y[first], rpm[first])
 
 
@@ -95,7 +98,9 @@ class OrdersAlone(Stretches):
         """Return the conditions of the least residual."""
         innovations = self.diagnoser[:1].transform(X)
         residual = self.diagnoser["decide"].residual_.order_residual_
-        return residual.classes_[residual.transform(innovations, rpm=rpm).argmin(axis=1)]
+        return residual.classes_[
+            residual.transform(innovations, rpm=rpm).argmin(axis=1)
+        ]
 
 
 class WindowsVote:
@@ -115,8 +120,12 @@ class WindowsVote:
 
     def _windows(self, X):
         n = X.shape[-1] // self.window_length
-        cut = X[..., : n * self.window_length].reshape(*X.shape[:-1], n, self.window_length)
-        return np.moveaxis(cut, -2, 1).reshape(-1, *X.shape[1:-1], self.window_length), n
+        cut = X[..., : n * self.window_length].reshape(
+            *X.shape[:-1], n, self.window_length
+        )
+        return np.moveaxis(cut, -2, 1).reshape(
+            -1, *X.shape[1:-1], self.window_length
+        ), n
 
     def fit(self, X, y, rpm):
         """Fit on the windows in the stretches."""
@@ -127,7 +136,9 @@ class WindowsVote:
     def predict(self, X, rpm):
         """Return the conditions of most evidence."""
         windows, n = self._windows(X)
-        evidence, _ = log_evidence(self.classifier, windows, self.classifier.predict(windows))
+        evidence, _ = log_evidence(
+            self.classifier, windows, self.classifier.predict(windows)
+        )
         total = evidence.reshape(len(X), n, -1).sum(axis=1)
         return np.asarray(self.classifier.classes_)[total.argmax(axis=1)]
 
@@ -150,7 +161,11 @@ class _FaultOrders:
         """Return the places of the faults."""
         relative = self._scores(X, rpm) / self.threshold
         names = np.array([*self.places, "healthy"])
-        return names[np.where(relative.max(axis=1) > 1, relative.argmax(axis=1), len(self.places))]
+        return names[
+            np.where(
+                relative.max(axis=1) > 1, relative.argmax(axis=1), len(self.places)
+            )
+        ]
 
     def _scores(self, X, rpm):
         rows = zip(output(X), rpm, strict=True)
@@ -160,8 +175,8 @@ class _FaultOrders:
 class LargestPeak(_FaultOrders):
     """Manual method of an engineer: the largest of the peaks at the orders of the faults.
 
-    Envelope of the whole signal by the Hilbert transform, squared; its spectrum; peaks within 2 %
-    of the first multiples of each order, over the median of the spectrum.
+    Envelope of the whole signal by the Hilbert transform, squared; its spectrum; peaks
+    within 2 % of the first multiples of each order, over the median of the spectrum.
     """
 
     def _of_one(self, samples, rate):
@@ -171,7 +186,9 @@ class LargestPeak(_FaultOrders):
         scores = []
         for place, order in self.places.items():
             centres = [multiple * order * rate for multiple in _PLACES[place]]
-            bands = [np.abs(frequency - c) <= max(_SLIP * c, frequency[1]) for c in centres]
+            bands = [
+                np.abs(frequency - c) <= max(_SLIP * c, frequency[1]) for c in centres
+            ]
             scores.append(sum(power[band].max() for band in bands) / floor)
         return scores
 
@@ -179,7 +196,8 @@ class LargestPeak(_FaultOrders):
 class PyBearing(_FaultOrders):
     """Envelope analysis of pyBearing: its root mean square about each frequency of a fault.
 
-    The library leaves the pass band to the user: here it is the upper half of the spectrum.
+    The library leaves the pass band to the user: here it is the upper half of the
+    spectrum.
     """
 
     def _of_one(self, samples, rate):
@@ -201,7 +219,11 @@ class PyBearing(_FaultOrders):
         found = rms_around_fault_frequencies_of_envelope(
             envelope - envelope.mean(), fs, frequencies
         )
-        names = {"outer": "outer_ring", "inner": "inner_ring", "ball": "rolling_element"}
+        names = {
+            "outer": "outer_ring",
+            "inner": "inner_ring",
+            "ball": "rolling_element",
+        }
         total = np.sqrt(np.mean((envelope - envelope.mean()) ** 2))
         return [found[f"rms_f_{names[place]}"] / total for place in self.places]
 
@@ -214,7 +236,9 @@ CONDITIONS = {
     "rpm wrong by 10 %": lambda rate: Stretches(rate, 0.10),
     "no rpm": lambda rate: Stretches(rate, None),
     "orders alone": OrdersAlone,
-    "make_diagnoser, windows of 4800 vote": lambda rate: WindowsVote(make_diagnoser, 4800),
+    "make_diagnoser, windows of 4800 vote": lambda rate: WindowsVote(
+        make_diagnoser, 4800
+    ),
     "MiniRocket, windows of 1200 vote": lambda rate: WindowsVote(minirocket, 1200),
 }
 #: How the result depends on the amount of training.
@@ -225,6 +249,11 @@ TRAINING = {
     for most in (1, 2, 4)
 }
 #: Peers that take long.
-SLOW = {"MultiRocketHydra, windows of 1200 vote": lambda rate: WindowsVote(multirocket_hydra, 1200)}
-#: Methods that name the place of the fault: functions of the sampling rate and the fault's orders.
+SLOW = {
+    "MultiRocketHydra, windows of 1200 vote": lambda rate: WindowsVote(
+        multirocket_hydra, 1200
+    )
+}
+#: Methods that name the place of the fault: functions of the sampling rate and the
+#: fault's orders.
 RACES = {"largest peak at the orders": LargestPeak, "pyBearing, envelope": PyBearing}

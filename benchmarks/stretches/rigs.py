@@ -10,8 +10,16 @@ from skarxlag.datasets import simulate_rig
 _UC204 = BearingGeometry(n_elements=8, element_diameter=7.938, pitch_diameter=33.5)
 #: Bearing of each rig, and the place of the fault by the first letters of a condition.
 BEARINGS = {"SpectraQuest": SKF_6205, "UESTC": _UC204, "simulated": SKF_6205}
-_PLACES = {"IR": "inner", "I": "inner", "OR": "outer", "O": "outer", "B": "ball", "N": "healthy"}
-#: Seconds of a recording of the simulated rig, its sampling rate in Hz, and its cracks in mm.
+_PLACES = {
+    "IR": "inner",
+    "I": "inner",
+    "OR": "outer",
+    "O": "outer",
+    "B": "ball",
+    "N": "healthy",
+}
+#: Seconds of a recording of the simulated rig, its sampling rate in Hz, and its cracks
+#: in mm.
 _SECONDS, _RATE, _CRACKS = 4, 250_000, (3, 6)
 
 
@@ -83,7 +91,9 @@ def place_of(condition):
     """
     if "-" in condition:
         return None
-    return next(place for start, place in _PLACES.items() if condition.startswith(start))
+    return next(
+        place for start, place in _PLACES.items() if condition.startswith(start)
+    )
 
 
 def places(target):

@@ -2,9 +2,10 @@
 Detection with healthy recordings only
 ======================================
 
-A detector is calibrated on healthy recordings at 300 and 500 rpm, and tested on recordings at 400
-and 600 rpm. Its limits widen with the distance from the calibrated speeds. Healthy recordings
-therefore raise no alarm at either speed, and fewer faults are found at the more distant speed.
+A detector is calibrated on healthy recordings at 300 and 500 rpm, and tested on
+recordings at 400 and 600 rpm. Its limits widen with the distance from the calibrated
+speeds. Healthy recordings therefore raise no alarm at either speed, and fewer faults
+are found at the more distant speed.
 """
 
 import matplotlib.pyplot as plt
@@ -14,7 +15,8 @@ from skarxlag import make_detector
 from skarxlag.datasets import simulate_rig
 
 # %%
-# Rows are stretches of 48 ms. The detector is fitted on healthy recordings at two speeds.
+# Rows are stretches of 48 ms. The detector is fitted on healthy recordings at two
+# speeds.
 RATE = 0.02
 rig = simulate_rig(
     rpm=(300, 400, 500, 600),
@@ -29,7 +31,8 @@ detector = make_detector(false_alarm_rate=RATE)
 detector.fit(rig.data[is_known], rpm=rig.rpm[is_known])
 
 # %%
-# The program prints false alarms and detected faults at speeds that were not used for the fit.
+# The program prints false alarms and detected faults at speeds that were not used for
+# the fit.
 p_values = detector.p_values(rig.data, rpm=rig.rpm)
 print(f"simulated rig, stated false-alarm rate {RATE:.0%}")
 for speed in (400, 600):
@@ -43,7 +46,9 @@ for speed in (400, 600):
 # The p-value is the probability that a healthy row deviates at least as much.
 fig, axes = plt.subplots(1, 2, sharey=True, layout="constrained", figsize=(7, 3.5))
 for ax, speed in zip(axes, (400, 600), strict=True):
-    shown = [p_values[(rig.rpm == speed) & (rig.target == name)] for name in rig.target_names]
+    shown = [
+        p_values[(rig.rpm == speed) & (rig.target == name)] for name in rig.target_names
+    ]
     ax.boxplot(shown, tick_labels=rig.target_names)
     ax.axhline(RATE, color="tab:red", linestyle="--")
     ax.set(title=f"{speed} rpm", yscale="log")

@@ -2,9 +2,9 @@
 Alarm time against crack size
 =============================
 
-A simulated bearing runs to failure while its speed changes: a crack grows from nothing to 3 mm. The
-detector was calibrated on the healthy bearing at four speeds, none of which is that of the run. How
-large is the crack when the alarm is raised?
+A simulated bearing runs to failure while its speed changes: a crack grows from nothing
+to 3 mm. The detector was calibrated on the healthy bearing at four speeds, none of
+which is that of the run. How large is the crack when the alarm is raised?
 """
 
 import matplotlib.pyplot as plt
@@ -26,8 +26,9 @@ healthy = simulate_rig(
 detector = make_detector(false_alarm_rate=RATE).fit(healthy.data, rpm=healthy.rpm)
 
 # %%
-# The run has forty hours, with one recording per hour, each at another speed. The first ten hours
-# are healthy. Then the crack grows by the same factor every hour. Each recording has new noise.
+# The run has forty hours, with one recording per hour, each at another speed. The first
+# ten hours are healthy. Then the crack grows by the same factor every hour. Each
+# recording has new noise.
 hours = np.arange(40)
 crack_mm = np.where(hours < 10, 0.0, 0.2 * 15.0 ** ((hours - 10) / 29))
 speeds = np.random.default_rng(0).uniform(320, 580, len(hours)).round()
@@ -50,7 +51,9 @@ def row(condition, hour):
 # The alarm is raised when three of five rows in a row are flagged.
 fig, ax = plt.subplots(layout="constrained", figsize=(7, 4))
 for condition, marker in (("OR", "o"), ("Ball", "s"), ("IR", "^")):
-    p_values = detector.p_values(np.stack([row(condition, h) for h in hours]), rpm=speeds)
+    p_values = detector.p_values(
+        np.stack([row(condition, h) for h in hours]), rpm=speeds
+    )
     flagged = np.convolve(p_values < RATE, np.ones(5))[: len(hours)]
     alarm = next((h for h in hours if flagged[h] > 2.5), None)
     (line,) = ax.plot(hours, p_values, marker=marker, markersize=4, label=condition)

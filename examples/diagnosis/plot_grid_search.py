@@ -2,9 +2,10 @@
 A grid search over observer gains that identifies once
 ======================================================
 
-With the parameter ``memory``, a Pipeline stores the result of its first step. A search over the
-gains of the observers then identifies the model only once for each split. The bandwidth of the
-bank sets the gains of its observers. Gains whose stability cannot be certified get the score NaN.
+With the parameter ``memory``, a Pipeline stores the result of its first step. A search
+over the gains of the observers then identifies the model only once for each split. The
+bandwidth of the bank sets the gains of its observers. Gains whose stability cannot be
+certified get the score NaN.
 """
 
 import warnings
@@ -19,9 +20,13 @@ from skarxlag import SpeedSplit, make_extended_state_pio
 from skarxlag.datasets import simulate_rig
 
 # %%
-# The search uses splits between 400 and 500 rpm. 300 rpm is left out for an unbiased score.
+# The search uses splits between 400 and 500 rpm. 300 rpm is left out for an unbiased
+# score.
 rig = simulate_rig(
-    rpm=(300, 400, 500), crack_mm=3, conditions=["Normal", "IR", "OR", "Ball"], n_samples=24_000
+    rpm=(300, 400, 500),
+    crack_mm=3,
+    conditions=["Normal", "IR", "OR", "Ball"],
+    n_samples=24_000,
 )
 seen = rig.rpm > 300
 X, y = rig.data[seen], rig.target[seen]
@@ -38,9 +43,10 @@ with TemporaryDirectory() as cache, warnings.catch_warnings():
 print("simulated rig, best gains between 400 and 500 rpm:", search.best_params_)
 
 # %%
-# The plot shows the mean accuracy between 400 and 500 rpm. A hatched cell was not certified stable.
-# Observers of a narrow bandwidth follow the fault too slowly, which costs a third of the accuracy.
-# The nonlinear gain (saturation above 0) needs more bandwidth than the linear one.
+# The plot shows the mean accuracy between 400 and 500 rpm. A hatched cell was not
+# certified stable. Observers of a narrow bandwidth follow the fault too slowly, which
+# costs a third of the accuracy. The nonlinear gain (saturation above 0) needs more
+# bandwidth than the linear one.
 bandwidth, saturation = grid["observe__bandwidth"], grid["observe__saturation"]
 # The parameters of the grid are in alphabetical order; the last one changes fastest.
 shape = len(bandwidth), len(saturation)
@@ -50,7 +56,11 @@ ax.patch.set(hatch="///", edgecolor="grey")
 image = ax.imshow(np.ma.masked_invalid(accuracy), cmap="cividis")
 for (row, column), score in np.ndenumerate(accuracy):
     if np.isfinite(score):
-        inside = {"ha": "center", "va": "center", "bbox": {"facecolor": "white", "alpha": 0.8}}
+        inside = {
+            "ha": "center",
+            "va": "center",
+            "bbox": {"facecolor": "white", "alpha": 0.8},
+        }
         ax.text(column, row, f"{score:.3f}", **inside)
 ax.set(xlabel="bandwidth", ylabel="saturation")
 ax.set_xticks(range(len(bandwidth)), bandwidth)
@@ -64,6 +74,6 @@ score = make_extended_state_pio().set_params(**search.best_params_).fit(X, y)
 print(f"at 300 rpm: {score.score(rig.data[~seen], rig.target[~seen]):.3f}")
 
 # %%
-# A notebook displays the search as a diagram. A click on a step shows its parameters, and the
-# question mark is a link to its page.
+# A notebook displays the search as a diagram. A click on a step shows its parameters,
+# and the question mark is a link to its page.
 search

@@ -2,8 +2,9 @@
 Real recordings: one speed known, three speeds new
 ==================================================
 
-A diagnoser is fitted on the recordings of the UESTC rig at 800 rpm and identifies the condition of
-every recording at 1000, 1200 and 1400 rpm. The example downloads 34 MB once.
+A diagnoser is fitted on the recordings of the UESTC rig at 800 rpm and identifies the
+condition of every recording at 1000, 1200 and 1400 rpm. The example downloads 34 MB
+once.
 """
 
 import matplotlib.pyplot as plt
@@ -13,17 +14,23 @@ from skarxlag import make_diagnoser, recording_verdicts
 from skarxlag.datasets import fetch_uestc
 
 # %%
-# Conditions are healthy (N), and faults of a ball (B), of the inner race (I) and of the outer race
-# (O).
+# Conditions are healthy (N), and faults of a ball (B), of the inner race (I) and of the
+# outer race (O).
 rig = fetch_uestc()
 known = rig.rpm == 800
-print(f"{rig.data.shape[0]} windows of {rig.data.shape[1]} samples at {rig.sampling_rate:g} Hz")
+print(
+    f"{rig.data.shape[0]} windows of {rig.data.shape[1]} samples at {rig.sampling_rate:g} Hz"
+)
 
 # %%
 # Fit at one speed, and compute one verdict for each recording at the others.
 diagnoser = make_diagnoser(healthy="N").fit(rig.data[known], rig.target[known])
 verdicts = recording_verdicts(
-    diagnoser, rig.data[~known], rig.recording[~known], rpm=rig.rpm[~known], train_rpm=[800]
+    diagnoser,
+    rig.data[~known],
+    rig.recording[~known],
+    rpm=rig.rpm[~known],
+    train_rpm=[800],
 )
 print(verdicts["verdict"].to_string())
 

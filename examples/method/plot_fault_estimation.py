@@ -2,10 +2,11 @@
 Fault estimation: where the extended state helps
 ================================================
 
-A step of known size enters the difference equation of a healthy bearing's output. Three observers
-estimate this step: the extended-state observer, whose gain grows with the fault; the linear
-observer with the same small-signal gain; and the linear observer with twice that gain. Without a
-fault, the first estimate has as little noise as the second. It settles faster for larger faults.
+A step of known size enters the difference equation of a healthy bearing's output. Three
+observers estimate this step: the extended-state observer, whose gain grows with the
+fault; the linear observer with the same small-signal gain; and the linear observer with
+twice that gain. Without a fault, the first estimate has as little noise as the second.
+It settles faster for larger faults.
 """
 
 import matplotlib.pyplot as plt
@@ -23,8 +24,9 @@ observers = {
 }
 
 # %%
-# The observers receive innovations of a healthy model on windows that were not used for its
-# identification, with an output of unit RMS. The fault adds to them through 1 / (z - pole).
+# The observers receive innovations of a healthy model on windows that were not used for
+# its identification, with an output of unit RMS. The fault adds to them through 1 / (z
+# - pole).
 rig = simulate_rig(rpm=500, conditions="Normal", n_samples=120_000)
 model = ARXLaguerre(pole=POLE).fit(rig.data[:50])
 healthy = model.transform(rig.data[50:])[:, 0]

@@ -2,10 +2,11 @@
 Crack size by regression on observer levels
 ===========================================
 
-A standard regressor learns the size of a crack from residual levels and levels of fault estimates,
-at one shaft speed, and is tested at another. It is compared with two baselines: the median crack
-size, and the same regressor on the level of the window alone. All data are simulated. The errors
-show how the result depends on the input, but they are no evidence about a real machine.
+A standard regressor learns the size of a crack from residual levels and levels of fault
+estimates, at one shaft speed, and is tested at another. It is compared with two
+baselines: the median crack size, and the same regressor on the level of the window
+alone. All data are simulated. The errors show how the result depends on the input, but
+they are no evidence about a real machine.
 """
 
 import matplotlib.pyplot as plt
@@ -18,8 +19,9 @@ from skarxlag import ARXLaguerre, PIObserver
 from skarxlag.datasets import simulate_rig
 
 # %%
-# The data have six crack sizes of three single faults, and the healthy bearing as size 0. A window
-# lasts 4.8 ms and mostly contains no impact, so the estimate relies on rubbing at the crack.
+# The data have six crack sizes of three single faults, and the healthy bearing as size
+# 0. A window lasts 4.8 ms and mostly contains no impact, so the estimate relies on
+# rubbing at the crack.
 rig = simulate_rig(
     rpm=(400, 500),
     crack_mm=(1, 2, 3, 4, 5, 6),
@@ -31,9 +33,9 @@ crack_mm = rig.crack_mm
 
 
 # %%
-# All features are logarithms of RMS values. A bank has one model for each condition at the training
-# speed, and processes windows scaled to unit RMS. One healthy model in the unit of the sensor
-# keeps the amplitude.
+# All features are logarithms of RMS values. A bank has one model for each condition at
+# the training speed, and processes windows scaled to unit RMS. One healthy model in the
+# unit of the sensor keeps the amplitude.
 def observed(*, fault_estimate, **identification):
     """Compute the levels of an observer that is fitted at the training speed."""
     identify, observer = ARXLaguerre(**identification), PIObserver()
@@ -49,16 +51,19 @@ healthy = {"healthy": "Normal", "unit_rms": False}
 features = {
     "level of the window": np.log(rig.data[:, :1].std(axis=2)),
     "healthy model, residual": observed(fault_estimate=False, **healthy),
-    "healthy model, residual and fault estimate": observed(fault_estimate=True, **healthy),
+    "healthy model, residual and fault estimate": observed(
+        fault_estimate=True, **healthy
+    ),
     "bank, residuals": observed(fault_estimate=False),
     "bank, residuals and fault estimates": observed(fault_estimate=True),
 }
 
 # %%
-# The program prints mean absolute errors at the other speed. All emission increases with the speed,
-# so features that keep the amplitude are worse than the median crack. The bank compares a window
-# with each condition, and a common change of all levels cancels. Levels of fault estimates do not
-# help here: the integrator of the observer is far slower than the resonances that a crack excites.
+# The program prints mean absolute errors at the other speed. All emission increases
+# with the speed, so features that keep the amplitude are worse than the median crack.
+# The bank compares a window with each condition, and a common change of all levels
+# cancels. Levels of fault estimates do not help here: the integrator of the observer is
+# far slower than the resonances that a crack excites.
 errors, predicted = {}, {}
 
 
@@ -68,7 +73,9 @@ def score(name, regressor, rows):
     errors[name] = mean_absolute_error(crack_mm[test], predicted[name])
 
 
-score("median crack", DummyRegressor(strategy="median"), features["level of the window"])
+score(
+    "median crack", DummyRegressor(strategy="median"), features["level of the window"]
+)
 for name, rows in features.items():
     score(name, RandomForestRegressor(random_state=0), rows)
 print("simulated rig, trained at 500 rpm, tested at 400 rpm; mean absolute error in mm")
@@ -76,8 +83,8 @@ for name, error in errors.items():
     print(f"{name:44}{error:5.2f}")
 
 # %%
-# Small cracks are overestimated and large ones underestimated. This is usual for regression on
-# overlapping features.
+# Small cracks are overestimated and large ones underestimated. This is usual for
+# regression on overlapping features.
 shown = ("level of the window", "bank, residuals")
 sizes = np.unique(crack_mm)
 figure, axes = plt.subplots(1, 2, sharey=True, layout="constrained", figsize=(8, 3.6))

@@ -12,8 +12,9 @@ from io import TextIOWrapper, UnsupportedOperation
 from .._version import __version__
 from .messages import CommandError, UsageError, say
 
-#: Summaries of the commands. ``skarxlag.commands.parsers.NAME`` declares and checks the arguments.
-#: ``run(args)`` of the module ``skarxlag.commands.NAME`` returns the exit status.
+#: Summaries of the commands. ``skarxlag.commands.parsers.NAME`` declares and checks the
+#: arguments. ``run(args)`` of the module ``skarxlag.commands.NAME`` returns the exit
+#: status.
 _COMMANDS = {
     "evaluate": "compare the diagnosers across speeds",
     "fit": "calibrate a diagnoser on your recordings",
@@ -27,10 +28,11 @@ _COMMANDS = {
 def main(argv: list[str] | None = None) -> int:
     """Run a command and return the exit status.
 
-    The status is 0; 1 if data cannot be read, used or written, with one line on standard error; 3
-    after ``diagnose --fail-on alarm``; 130 after Ctrl-C and 141 if the reader of the output has
-    closed it, as shells have it. A wrong argument raises SystemExit with status 2, ``--help`` and
-    ``--version`` with 0. `argv` are the arguments; None: those of the process.
+    The status is 0; 1 if data cannot be read, used or written, with one line on
+    standard error; 3 after ``diagnose --fail-on alarm``; 130 after Ctrl-C and 141 if
+    the reader of the output has closed it, as shells have it. A wrong argument raises
+    SystemExit with status 2, ``--help`` and ``--version`` with 0. `argv` are the
+    arguments; None: those of the process.
     """
     argv = sys.argv[1:] if argv is None else argv
     for stream in (sys.stdout, sys.stderr):
@@ -80,7 +82,9 @@ class _Parser(argparse.ArgumentParser):
     def error(self, message):
         about, _, rest = message.partition(": ")
         is_of_one = about.startswith("argument ")
-        named = {*re.split(r", |/", about.removeprefix("argument ") if is_of_one else rest)}
+        named = {
+            *re.split(r", |/", about.removeprefix("argument ") if is_of_one else rest)
+        }
         text = argparse.HelpFormatter(self.prog)
         text.add_arguments(
             action
@@ -104,7 +108,9 @@ class _CommandParser(_Parser):
 def _parser(argv):
     text = "Model-based fault diagnosis of bearings across shaft speeds."
     parser = _Parser("skarxlag", description=text)
-    parser.add_argument("--version", action="version", version=f"skarxlag {__version__}")
+    parser.add_argument(
+        "--version", action="version", version=f"skarxlag {__version__}"
+    )
     options = {"dest": "command", "required": True, "metavar": "COMMAND"}
     commands = parser.add_subparsers(parser_class=_CommandParser, **options)
     for name, summary in _COMMANDS.items():

@@ -2,7 +2,7 @@
 
 import argparse
 
-from ..persistence import load_monitor_state
+from ..persistence.models import load_monitor_state
 from .messages import CommandError, as_command_error, say
 from .watch_stream import acknowledgement
 

@@ -15,14 +15,18 @@ from ..recordings.speeds import TACHO, check_stated_speed, is_speed_source
 from .messages import UsageError
 
 #: Ways to state a bearing.
-BEARING = "a name such as 6205, dimensions 9,7.94,39.04, or orders outer=3.585,inner=5.415"
+BEARING = (
+    "a name such as 6205, dimensions 9,7.94,39.04, or orders outer=3.585,inner=5.415"
+)
 #: Facts of recordings that no table lists.
-FACTS = ("pattern", "channel", "sampling_rate", "rpm", "pulses_per_turn", "dtype")
+FACTS = ("pattern", "channel", "sampling_rate", "rpm", "pulses_per_revolution", "dtype")
 _NUMBER = r"\s*(\d+(?:\.\d+)?)\s*"
 _SPEED = re.compile(rf"{_NUMBER}(?:\.\.{_NUMBER}|(?:\+-|\+/-|±){_NUMBER}(%?)\s*)?")
 
 
-def option(group: Any, names: str, text: str, kind: Any = None, metavar: str = "N") -> None:
+def option(
+    group: Any, names: str, text: str, kind: Any = None, metavar: str = "N"
+) -> None:
     """Add an option with a value of some kind; names are separated by a blank."""
     group.add_argument(*names.split(), help=text, type=kind, metavar=metavar)
 
@@ -32,7 +36,9 @@ def flag(group: Any, names: str, text: str) -> None:
     group.add_argument(*names.split(), help=text, action="store_true")
 
 
-def number(kind: Any, expected: str, is_valid: Callable[[Any], bool]) -> Callable[[str], Any]:
+def number(
+    kind: Any, expected: str, is_valid: Callable[[Any], bool]
+) -> Callable[[str], Any]:
     """Return a type for argparse that parses a finite number and checks it."""
 
     def parse(text: str) -> Any:
@@ -46,7 +52,9 @@ def number(kind: Any, expected: str, is_valid: Callable[[Any], bool]) -> Callabl
 
 positive_int = number(int, "an integer of at least 1", lambda value: value >= 1)
 window_length = number(int, "an integer of at least 100", lambda value: value >= 100)
-job_count = number(int, "a number of threads, or -1 for all cores", lambda value: value != 0)
+job_count = number(
+    int, "a number of threads, or -1 for all cores", lambda value: value != 0
+)
 positive_number = number(float, "a number above 0", lambda value: value > 0)
 rate = number(float, "a number between 0 and 1", lambda value: 0 < value < 1)
 speed = number(float, "a speed in rpm, or all", lambda value: value > 0)
@@ -71,8 +79,8 @@ def speed_or_source(text: str) -> dict[str, Any]:
 def speed_range(text: str) -> tuple[float, float]:
     """Return the ends of a range of shaft speeds, which belong to it.
 
-    The text is ``1797`` (this speed alone), ``1797+-30`` or ``1797+-2%`` (with a tolerance; ``±``
-    and ``+/-`` do as well) or ``1700..1800``.
+    The text is ``1797`` (this speed alone), ``1797+-30`` or ``1797+-2%`` (with a
+    tolerance; ``±`` and ``+/-`` do as well) or ``1700..1800``.
 
     >>> speed_range("1797+-30"), speed_range("1700..1800")
     ((1767.0, 1827.0), (1700.0, 1800.0))
@@ -83,7 +91,9 @@ def speed_range(text: str) -> tuple[float, float]:
         width *= speed / 100 if match[4] else 1
         low, high = speed - width, float(match[2] or speed + width)
     if not (math.isfinite(high) and high > 0 and low <= high):
-        raise ArgumentTypeError(f"{text!r}, expected a speed such as 1797, 1797+-30 or 1700..1800")
+        raise ArgumentTypeError(
+            f"{text!r}, expected a speed such as 1797, 1797+-30 or 1700..1800"
+        )
     return max(low, 0.0), high
 
 
@@ -105,10 +115,14 @@ def add_source_arguments(parser: ArgumentParser, of: str) -> None:
     option(group, "--pattern", text, str, "REGEX")
     text = "name, position, or pattern such as *DE_time; several separated by ;, the output first"
     option(group, "--channel", text, listing.channel_names, "NAME")
-    option(group, "--sampling-rate", "if the files do not state it", positive_number, "HZ")
+    option(
+        group, "--sampling-rate", "if the files do not state it", positive_number, "HZ"
+    )
     text = "shaft speed of all, a channel of pulses as tacho:CHANNEL, or a csv log of speeds"
     option(group, "--rpm", text, speed_or_source, "RPM")
-    option(group, "--pulses-per-turn", "of the tachometer; default: 1", positive_int)
+    option(
+        group, "--pulses-per-revolution", "of the tachometer; default: 1", positive_int
+    )
     option(group, "--dtype", "samples of raw binary files, such as <i2", metavar="TYPE")
     parser.set_defaults(rpm={})
 
@@ -123,7 +137,7 @@ def refuse(args: Namespace, names: Iterable[str], why: str) -> None:
 def stated(args: Namespace) -> dict[str, Any]:
     """Return the facts in the arguments, as `list_files` and `list_recordings` take them."""
     if not args.rpm.get("speed_source", "").startswith(TACHO):
-        refuse(args, ["pulses_per_turn"], f"belongs to --rpm {TACHO}CHANNEL")
+        refuse(args, ["pulses_per_revolution"], f"belongs to --rpm {TACHO}CHANNEL")
     facts = {name: vars(args)[name] for name in FACTS if name != "rpm"} | args.rpm
     return {name: value for name, value in facts.items() if value is not None}
 
@@ -148,5 +162,9 @@ def table_recordings(args: Namespace) -> list[listing.ListedRecording]:
     try:
         return listing.list_recordings(args.table, **stated(args))
     except listing.UnusedFactError as error:
-        refuse(args, [error.name], f"no effect, because each line of {error.source} states it")
+        refuse(
+            args,
+            [error.name],
+            f"no effect, because each line of {error.source} states it",
+        )
         raise

@@ -11,14 +11,21 @@ from ..recordings.listing import ListedRecording
 from .messages import printable
 
 #: Ways to write a unit, in lower case.
-_SAME_UNIT = {"m/s^2": "m/s2", "m/s²": "m/s2", "m/s/s": "m/s2", "mm/sec": "mm/s", "g's": "g"}
+_SAME_UNIT = {
+    "m/s^2": "m/s2",
+    "m/s²": "m/s2",
+    "m/s/s": "m/s2",
+    "mm/sec": "mm/s",
+    "g's": "g",
+}
 
 
 def fitted_channels(recordings: Sequence[ListedRecording]) -> dict[str, Any]:
     """Return facts of a model: its channels as they were stated, their names, and the unit.
 
-    The names are those in the first recording for each way in which channels are stated. Of several
-    channels, they are separated by semicolons. The unit is None if recordings state several.
+    The names are those in the first recording for each way in which channels are
+    stated. Of several channels, they are separated by semicolons. The unit is None if
+    recordings state several.
     """
     first = {str(each.channel): each for each in reversed(recordings)}
     units = set(units_of(recordings))
@@ -67,7 +74,9 @@ def channel_remarks(
     unit, expected = channels[0][1], facts.get("unit")
     if unit and expected and _plain(unit) != _plain(expected):
         scale = "Another scale changes nothing, unless the model has a fixed gain"
-        quantity = "another quantity, such as velocity for acceleration, has other spectra"
+        quantity = (
+            "another quantity, such as velocity for acceleration, has other spectra"
+        )
         yield f"The unit is {unit}, but the model was fitted on {expected}. {scale}; {quantity}."
 
 
@@ -87,7 +96,8 @@ def _is_like(channels, facts, asked):
 def channels_of_model(facts: dict[str, Any]) -> list[list[str]]:
     """Return ways to state the channels of a model, the best first; none if they were not stated.
 
-    A position means another channel in a file with more columns, so the name comes first.
+    A position means another channel in a file with more columns, so the name comes
+    first.
     """
     stated, names = facts.get("channels") or [], facts.get("channel_names") or []
     by_name = [names[0].split("; ")] if len(names) == 1 else []

@@ -6,10 +6,10 @@ from contextlib import nullcontext
 
 import pandas as pd
 
-from .._files import write_atomically
 from .._version import __version__
 from ..bearings import bearing_orders
-from ..stretches import order_comparison
+from ..core.files import write_atomically
+from ..distances.stretches import order_comparison
 from . import results
 from .arguments import refuse
 from .diagnosis import diagnose_all
@@ -34,7 +34,9 @@ def run(args: argparse.Namespace) -> int:
         rows = results.recording_rows(recordings, diagnoses, model.healthy)
         if is_report(args.output):
             faults = None if args.bearing is None else bearing_orders(args.bearing)
-            page = results.html_report(model, recordings, diagnoses, rows, args.resample, faults)
+            page = results.html_report(
+                model, recordings, diagnoses, rows, args.resample, faults
+            )
             write_atomically(args.output, page.encode())
         elif args.output is not None:
             windows = results.window_rows(recordings, diagnoses)
@@ -45,7 +47,10 @@ def run(args: argparse.Namespace) -> int:
         counts = f"{len(failed)} of {len(rows)} recordings failed:"
         reasons = failed["recording"] + ": " + failed["error"]
         print(counts, *reasons, sep="\n  ", file=sys.stderr)
-    if args.fail_on == "alarm" and (rows["verdict"].astype(str) != str(model.healthy)).any():
+    if (
+        args.fail_on == "alarm"
+        and (rows["verdict"].astype(str) != str(model.healthy)).any()
+    ):
         return _ALARM
     return 1 if len(failed) else 0
 
@@ -56,7 +61,9 @@ def _model(args):
         return BearingModel(args.bearing)
     model = SavedModel(args.model)
     if model.healthy is None:
-        refuse(args, ["fail_on"], f"{args.model} does not state which condition is healthy")
+        refuse(
+            args, ["fail_on"], f"{args.model} does not state which condition is healthy"
+        )
     if model.sampling_rate is None:
         refuse(args, ["resample"], f"{args.model} does not state a sampling rate")
     if args.bearing is not None:
@@ -73,11 +80,19 @@ def _lines(args, model, diagnoses, rows):
     lines, remarks = [model.heading, table], [each.remarks for each in diagnoses]
     remarks = pd.Series(remarks, rows["recording"]).explode().dropna()
     for remark, about in remarks.groupby(remarks, sort=False):
-        of = ", ".join(about.index) if len(about) <= _MOST_NAMES else f"{len(about)} recordings"
-        lines.append(f"{'All recordings' if 1 < len(rows) == len(about) else of}: {remark}")
+        of = (
+            ", ".join(about.index)
+            if len(about) <= _MOST_NAMES
+            else f"{len(about)} recordings"
+        )
+        lines.append(
+            f"{'All recordings' if 1 < len(rows) == len(about) else of}: {remark}"
+        )
     n_right, n_known = results.agreement(rows, model)
     if n_known:
-        lines.append(f"{n_right} of {n_known} verdicts agree with the stated condition.")
+        lines.append(
+            f"{n_right} of {n_known} verdicts agree with the stated condition."
+        )
     if args.output is not None:
         lines.append("Written: " + ", ".join(map(str, result_paths(args.output))))
     return lines

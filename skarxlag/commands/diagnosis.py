@@ -1,10 +1,10 @@
 """Diagnoses of recordings on threads, on processes or on a cluster, which survive dead workers.
 
-A worker process that dies takes all tasks with it that it has in hand, so the cause is not known.
-Each of them is tried again, alone, when all others are done.
+A worker process that dies takes all tasks with it that it has in hand, so the cause is
+not known. Each of them is tried again, alone, when all others are done.
 
-`joblib.Parallel` and `Client.get_executor` of Dask are not used: both wait without end for a
-task that kills its workers, or whose result is lost.
+`joblib.Parallel` and `Client.get_executor` of Dask are not used: both wait without end
+for a task that kills its workers, or whose result is lost.
 """
 
 from __future__ import annotations
@@ -15,7 +15,13 @@ import multiprocessing
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -26,15 +32,17 @@ from joblib import effective_n_jobs, parallel_config
 from joblib.externals.loky import get_reusable_executor
 
 from ..recordings.listing import ListedRecording
-from ..verdict_names import no_verdict
+from ..verdicts.names import no_verdict
 from .messages import CommandError, Progress, require
 
 #: Entries of the verdict on a recording that the commands need.
 _ENTRIES = {"verdict", "probability", "alarm", "windows"}
-#: Tasks in hand for each worker, so that no worker waits for the next; and trials of a task alone.
+#: Tasks in hand for each worker, so that no worker waits for the next; and trials of a
+#: task alone.
 _AHEAD, _TRIALS = 2, 2
-#: Seconds without any result after which the workers are checked. Dask recomputes a result that
-#: died with its worker, but only after 30 s (distributed.comm.timeouts.connect).
+#: Seconds without any result after which the workers are checked. Dask recomputes a
+#: result that died with its worker, but only after 30 s
+#: (distributed.comm.timeouts.connect).
 _LOOK_SECONDS = 60
 _CONNECT_SECONDS, _WORKER_SECONDS = 10, 30
 #: Set while a run ends, because a thread cannot be stopped from outside.
@@ -48,8 +56,8 @@ class Diagnosis:
     Parameters
     ----------
     verdict : dict
-        As `skarxlag.verdicts.Judge.recording` returns it. If the recording failed, the verdict is
-        "no verdict: ..." and the other entries are missing.
+        As `skarxlag.verdicts.recordings.Judge.recording` returns it. If the recording
+        failed, the verdict is "no verdict: ..." and the other entries are missing.
     windows : DataFrame or None
         One row for each window; None if the recording failed.
     sampling_rate : float or None
@@ -72,8 +80,14 @@ class Diagnosis:
     @classmethod
     def failed(cls, recording: ListedRecording, reason: object) -> Self:
         """Return the result of a recording that could not be diagnosed, without its name."""
-        reason = str(reason).removeprefix(f"{recording.path}: ").removeprefix(f"{recording.name}: ")
-        return cls({"verdict": no_verdict(reason)}, None, error=" ".join(reason.split()))
+        reason = (
+            str(reason)
+            .removeprefix(f"{recording.path}: ")
+            .removeprefix(f"{recording.name}: ")
+        )
+        return cls(
+            {"verdict": no_verdict(reason)}, None, error=" ".join(reason.split())
+        )
 
     @property
     def is_whole(self) -> bool:
@@ -81,15 +95,25 @@ class Diagnosis:
         if self.error is not None:
             return isinstance(self.error, str)
         is_table = isinstance(self.windows, pd.DataFrame) and not self.windows.empty
-        return is_table and isinstance(self.verdict, dict) and self.verdict.keys() >= _ENTRIES
+        return (
+            is_table
+            and isinstance(self.verdict, dict)
+            and self.verdict.keys() >= _ENTRIES
+        )
 
     def details(self) -> str:
         """Return details for --verbose: windows, alarm, and verdicts of several outputs."""
-        shown = [name for name in self.verdict if name.startswith(("alarm", "windows", "verdict "))]
+        shown = [
+            name
+            for name in self.verdict
+            if name.startswith(("alarm", "windows", "verdict "))
+        ]
         return ", ".join(f"{name} {self.verdict[name]}" for name in shown)
 
 
-def diagnose_file(recording: Any, load: Any, resample: bool = False, n_threads=1) -> Diagnosis:
+def diagnose_file(
+    recording: Any, load: Any, resample: bool = False, n_threads=1
+) -> Diagnosis:
     """Diagnose a recording with the model that `load` returns, in a worker.
 
     Errors are stored in the result, not raised.
@@ -108,11 +132,14 @@ def diagnose_file(recording: Any, load: Any, resample: bool = False, n_threads=1
 def file_state(recording: ListedRecording) -> tuple[int, ...]:
     """Return the size of a recording's file, and when its content and its entry changed."""
     status = recording.path.stat()
-    # Programs that copy a file may set back the time of its content, but not that of its entry.
+    # Programs that copy a file may set back the time of its content, but not that of
+    # its entry.
     return status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
-def diagnose_all(args: argparse.Namespace, recordings: list[ListedRecording], model, journal):
+def diagnose_all(
+    args: argparse.Namespace, recordings: list[ListedRecording], model, journal
+):
     """Return diagnoses of recordings. Errors in one recording do not affect the others.
 
     The model is a `SavedModel` or a `BearingModel`. The journal is a `Journal` or None.
@@ -160,7 +187,8 @@ class Workers:
     Parameters
     ----------
     submit : callable
-        Starts a task and returns its future, which raises BrokenExecutor if the worker dies.
+        Starts a task and returns its future, which raises BrokenExecutor if the worker
+        dies.
     count : callable
         Returns the number of tasks that run at a time.
     check : callable
@@ -172,11 +200,13 @@ class Workers:
     check: Callable[[], object] = lambda: None
 
 
-def run_tasks(tasks: Sequence[Callable[[], Any]], workers: Workers) -> Iterator[tuple[int, Any]]:
+def run_tasks(
+    tasks: Sequence[Callable[[], Any]], workers: Workers
+) -> Iterator[tuple[int, Any]]:
     """Yield the position and the result of each task, as they are finished.
 
-    The result of a task that failed each time, because its worker died or returned no result, is an
-    Exception with the reason.
+    The result of a task that failed each time, because its worker died or returned no
+    result, is an Exception with the reason.
     """
     failed = []
     for task, future in _finished(enumerate(tasks), workers):
@@ -189,7 +219,10 @@ def run_tasks(tasks: Sequence[Callable[[], Any]], workers: Workers) -> Iterator[
             ((_, future),) = _finished([task], workers)
             if (error := future.exception()) is None:
                 break
-        died, reason = isinstance(error, BrokenExecutor), f"{type(error).__name__}: {error}"
+        died, reason = (
+            isinstance(error, BrokenExecutor),
+            f"{type(error).__name__}: {error}",
+        )
         failure = RuntimeError("every process that read it died" if died else reason)
         yield task[0], failure if error else future.result()
 
@@ -267,11 +300,15 @@ def _cluster(address):
 
     def submit(task):
         future = client.submit(task, pure=False)
-        return asyncio.run_coroutine_threadsafe(result(future), client.loop.asyncio_loop)
+        return asyncio.run_coroutine_threadsafe(
+            result(future), client.loop.asyncio_loop
+        )
 
     def check():
         if not any(client.processing().values()):
-            raise CommandError(f"--dask {address}: no worker is working; their logs say why")
+            raise CommandError(
+                f"--dask {address}: no worker is working; their logs say why"
+            )
 
     with client:
         try:
@@ -279,4 +316,6 @@ def _cluster(address):
         except Exception as error:
             if client.status == "running" and not isinstance(error, CommClosedError):
                 raise
-            raise CommandError(f"--dask {address}: the scheduler was lost ({error})") from error
+            raise CommandError(
+                f"--dask {address}: the scheduler was lost ({error})"
+            ) from error

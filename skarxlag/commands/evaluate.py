@@ -16,9 +16,9 @@ from sklearn.ensemble import RandomForestClassifier
 from sklearn.preprocessing import scale
 from sklearn.utils import Bunch
 
-from .._answers import offers, requests
-from .._files import write_atomically
 from ..accuracy_tables import confusion_table, speed_summary
+from ..core.capabilities import offers, requests
+from ..core.files import write_atomically
 from ..datasets import FETCHERS, simulate_rig
 from ..diagnosers import make_diagnoser
 from ..kernels.speed_references import group_speeds
@@ -34,7 +34,8 @@ from .results import why_no_figures
 
 #: The simulated rig: crack sizes, and the speed of the calibration.
 _CRACKS_MM, _SIMULATED_RPM = (3.0, 6.0), 500.0
-#: Windows of a table are long if every recording holds two of them. Those of a rig are short.
+#: Windows of a table are long if every recording holds two of them. Those of a rig are
+#: short.
 _LONG, _SHORT = 4800, 1200
 #: Explanation of the columns of the summary.
 _LEGEND = (
@@ -43,7 +44,9 @@ _LEGEND = (
     "of these: right places among them."
 )
 #: Titles of protocols across speeds: of a rig, and of the recordings of a table.
-_HALVES = {"speeds": "trained on first halves at one speed (rows), tested on second (columns)"}
+_HALVES = {
+    "speeds": "trained on first halves at one speed (rows), tested on second (columns)"
+}
 _SPEEDS = {
     "in": "trained at one speed, tested at all others (columns)",
     "out": "trained at all speeds but one, tested at that (columns)",
@@ -106,12 +109,12 @@ def _work(cases):
 def _rig_cases(args):
     """Yield the cases of a rig: one for each crack size of the simulated rig.
 
-    A case is a rig with further entries: ``title``; ``stem`` of its files; ``splits``, which are
-    the rows of a training and of its test, the protocol, and the speed of the training if there is
-    one; ``methods``, the diagnosers to compare; ``spectra``, the rows of those that take spectra
-    instead of windows, by name; ``recommended``, the name of one of them;
-    ``protocols``, the titles of those across speeds; ``sentences`` on what is not measured; and
-    ``note``, a sentence on the recordings of a table.
+    A case is a rig with further entries: ``title``; ``stem`` of its files; ``splits``,
+    which are the rows of a training and of its test, the protocol, and the speed of the
+    training if there is one; ``methods``, the diagnosers to compare; ``spectra``, the
+    rows of those that take spectra instead of windows, by name; ``recommended``, the
+    name of one of them; ``protocols``, the titles of those across speeds; ``sentences``
+    on what is not measured; and ``note``, a sentence on the recordings of a table.
     """
     length, title = args.window_length or _SHORT, TITLES[args.rig]
     messages.report_progress(args, f"{title}: loading")
@@ -133,19 +136,36 @@ def _rig_case(args, title, stem, rig, train_rpm):
         raise UsageError(f"{length}, expected at most half of the shortest recording")
     speeds, wanted = np.unique(rig.rpm).tolist(), args.train_rpm or train_rpm
     if wanted not in (*speeds, "all"):
-        raise UsageError(f"argument --train-rpm: {wanted:g}, expected {listed(speeds)}, or all")
+        raise UsageError(
+            f"argument --train-rpm: {wanted:g}, expected {listed(speeds)}, or all"
+        )
     first, second = first_and_second_half(rig.recording)
     splits = [
-        (np.flatnonzero(first & (rig.rpm == rpm)), np.flatnonzero(second), "speeds", rpm)
+        (
+            np.flatnonzero(first & (rig.rpm == rpm)),
+            np.flatnonzero(second),
+            "speeds",
+            rpm,
+        )
         for rpm in (speeds if wanted == "all" else [wanted])
     ]
-    methods = {name: make(healthy=rig.target_names[0]) for name, make in DIAGNOSERS.values()}
-    case = {"title": title, "stem": stem, "methods": methods, "note": "", "protocols": _HALVES}
+    methods = {
+        name: make(healthy=rig.target_names[0]) for name, make in DIAGNOSERS.values()
+    }
+    case = {
+        "title": title,
+        "stem": stem,
+        "methods": methods,
+        "note": "",
+        "protocols": _HALVES,
+    }
     case |= {"recommended": DIAGNOSERS["diagnoser"][0], "spectra": {}}
     usable = np.ones(len(rig.target), dtype=bool)
     further, case["sentences"] = _further_splits(rig, usable, halves=True)
     if wanted != "all":
-        further = [split for split in further if split[2] == "load" or split[3] == wanted]
+        further = [
+            split for split in further if split[2] == "load" or split[3] == wanted
+        ]
     return Bunch(**{"speeds": rig.rpm} | rig | case, splits=splits + further)
 
 
@@ -159,8 +179,9 @@ def _further_splits(rig, usable, halves):
 def _own_case(args):
     """Return the case of a table.
 
-    Recordings that are tested are never those of the training. If the table has a column
-    ``campaign``, neither are their campaigns: recordings between which nothing was remounted.
+    Recordings that are tested are never those of the training. If the table has a
+    column ``campaign``, neither are their campaigns: recordings between which nothing
+    was remounted.
     """
     recordings = args.listed
     try:
@@ -192,7 +213,11 @@ def _own_case(args):
         "band energies + forest": log_spectrum(rig.data, nperseg=64),
     }
     note = _CAMPAIGNS if "campaign" in rig.further else _NO_CAMPAIGNS
-    case = {"title": str(args.table), "stem": args.table.resolve().stem, "speeds": speeds}
+    case = {
+        "title": str(args.table),
+        "stem": args.table.resolve().stem,
+        "speeds": speeds,
+    }
     case |= {"methods": methods, "recommended": "make_diagnoser", "protocols": _SPEEDS}
     case["spectra"] = spectra
     further, case["sentences"] = _further_splits(rig, errors == "", halves=False)
@@ -204,7 +229,9 @@ def _why_no_split(rig):
     n_conditions, n_speeds = len(rig.target_names), len(np.unique(rig.rpm))
     if "campaign" not in rig.further or min(n_conditions, n_speeds) < 2:
         found = f"{counted(n_conditions, 'condition')} at {counted(n_speeds, 'speed')}"
-        return f"{found}; expected at least two of each, and that a speed can be left out"
+        return (
+            f"{found}; expected at least two of each, and that a speed can be left out"
+        )
     campaigns = np.unique(rig.further["campaign"].to_numpy(dtype=str)).tolist()
     found = f"{counted(len(campaigns), 'campaign')} ({', '.join(campaigns[:5])})"
     return (
@@ -219,7 +246,9 @@ def _own_splits(rig, usable):
     if "campaign" in rig.further:
         campaign = rig.further["campaign"].loc[rig.recording].to_numpy(dtype=str)
         parts = [(campaign != each, campaign == each) for each in np.unique(campaign)]
-    for protocol, speed, (learned, tested) in product(["in", "out"], np.unique(rig.rpm), parts):
+    for protocol, speed, (learned, tested) in product(
+        ["in", "out"], np.unique(rig.rpm), parts
+    ):
         at_speed = rig.rpm == speed
         is_train = at_speed if protocol == "in" else ~at_speed
         train = np.flatnonzero(is_train & learned & usable)
@@ -249,8 +278,12 @@ def _verdicts(case, n_jobs, progress, bar):
         with parallel_config("threading", n_jobs=n_jobs):
             parallel = Parallel(return_as="generator")
             X = case.spectra.get(name, case.data)
-            tested = parallel(task(clone(diagnoser), X, case, *split[:2]) for split in case.splits)
-            for number, (frame, split) in enumerate(zip(tested, case.splits, strict=True)):
+            tested = parallel(
+                task(clone(diagnoser), X, case, *split[:2]) for split in case.splits
+            )
+            for number, (frame, split) in enumerate(
+                zip(tested, case.splits, strict=True)
+            ):
                 facts = {"split": number, "protocol": split[2], "train_rpm": split[3]}
                 frames.append(frame.assign(diagnoser=name, **facts))
                 bar.advance(name, len(split[0]) + len(split[1]))
@@ -260,7 +293,9 @@ def _verdicts(case, n_jobs, progress, bar):
     verdicts = pd.concat(frames)
     rows = pd.DataFrame({name: case[name] for name in ("rpm", "recording", "start")})
     rows["specimen"] = case.get("specimen", case.target)
-    return verdicts.join(rows.rename(columns={"rpm": "test_rpm"})).reset_index(drop=True)
+    return verdicts.join(rows.rename(columns={"rpm": "test_rpm"})).reset_index(
+        drop=True
+    )
 
 
 def _test(diagnoser, X, case, train, test):
@@ -269,7 +304,11 @@ def _test(diagnoser, X, case, train, test):
     given = {name: value for name, value in params.items() if value is not None}
 
     def of_rows(method, rows):
-        return {name: given[name][rows] for name in given if requests(diagnoser, method, name)}
+        return {
+            name: given[name][rows]
+            for name in given
+            if requests(diagnoser, method, name)
+        }
 
     diagnoser.fit(X[train], case.target[train], **of_rows("fit", train))
     tested, asked = X[test], of_rows("predict", test)
@@ -277,7 +316,10 @@ def _test(diagnoser, X, case, train, test):
         found = diagnoser.diagnose(tested, **asked)
         predicted, probability = found.verdict, found.probability
     else:
-        predicted, probability = diagnoser.predict(tested), diagnoser.predict_proba(tested)
+        predicted, probability = (
+            diagnoser.predict(tested),
+            diagnoser.predict_proba(tested),
+        )
     true = case.target[test]
     columns = protocols.place_columns(true, diagnoser.classes_, probability)
     return pd.DataFrame({"true": true, "predicted": predicted, **columns}, index=test)
@@ -288,19 +330,33 @@ def _tables(case, verdicts):
     found, names, units = {}, verdicts["diagnoser"].unique(), {"windows": verdicts}
     if case.note:
         # The verdict of most windows of each recording.
-        keys = ["protocol", "diagnoser", "split", "train_rpm", "test_rpm", "recording", "true"]
+        keys = [
+            "protocol",
+            "diagnoser",
+            "split",
+            "train_rpm",
+            "test_rpm",
+            "recording",
+            "true",
+        ]
         groups = verdicts.groupby(keys, sort=False, dropna=False)["predicted"]
         units["recordings"] = groups.agg(lambda each: each.mode().iloc[0]).reset_index()
-    for (protocol, title), (unit, frame) in product(case.protocols.items(), units.items()):
+    for (protocol, title), (unit, frame) in product(
+        case.protocols.items(), units.items()
+    ):
         own = frame[frame["protocol"] == protocol]
         hits = own.assign(hit=100.0 * (own["true"] == own["predicted"]))
         index = ["diagnoser"] if case.note else ["diagnoser", "train_rpm"]
-        table = hits.pivot_table("hit", index, "test_rpm", sort=False).sort_index(axis=1)
+        table = hits.pivot_table("hit", index, "test_rpm", sort=False).sort_index(
+            axis=1
+        )
         if case.note:
             table["mean"] = table.mean(axis=1)
         found[f"{protocol}_{unit}"] = f"accuracy of {unit} in %, {title}", table
     if not case.note:
-        summary = pd.DataFrame({name: speed_summary(table.loc[name]) for name in names}).T
+        summary = pd.DataFrame(
+            {name: speed_summary(table.loc[name]) for name in names}
+        ).T
         heading = "mean accuracy in % by pair of speeds"
         found["summary"] = heading, summary.rename_axis("diagnoser")
     chosen, which = _of_confusions(case, frame)
@@ -315,26 +371,40 @@ def _tables(case, verdicts):
 def _of_confusions(case, verdicts):
     """Return the rows of one protocol at other speeds than that of the training, and their title.
 
-    The last protocol trains on most recordings. If there are no other speeds, all rows count.
+    The last protocol trains on most recordings. If there are no other speeds, all rows
+    count.
     """
     protocol, title = list(case.protocols.items())[-1]
     verdicts = verdicts[verdicts["protocol"] == protocol]
     if case.note:
         return verdicts, title.removesuffix(" (columns)")
     other = verdicts[verdicts["train_rpm"] != verdicts["test_rpm"]]
-    return (other, "tests at other speeds") if len(other) else (verdicts, "tests at the same speed")
+    return (
+        (other, "tests at other speeds")
+        if len(other)
+        else (verdicts, "tests at the same speed")
+    )
 
 
 def _heading(case):
     names, speeds = case.target_names, listed(np.unique(case.rpm))
-    conditions = f"{counted(len(names), 'condition')} ({', '.join(names)}) at {speeds} rpm"
+    conditions = (
+        f"{counted(len(names), 'condition')} ({', '.join(names)}) at {speeds} rpm"
+    )
     windows = f"windows of {case.data.shape[-1]} samples at {case.sampling_rate:g} Hz"
     return f"{case.title}: {conditions}, {windows}.{case.note}\n"
 
 
 def _block(case, title, table):
-    shown = table.round(1).rename(columns=_speed).rename_axis(columns=None).rename(index=_speed)
-    return f"{case}: {title}\n{shown.to_string(float_format='{:g}'.format, na_rep='-')}\n"
+    shown = (
+        table.round(1)
+        .rename(columns=_speed)
+        .rename_axis(columns=None)
+        .rename(index=_speed)
+    )
+    return (
+        f"{case}: {title}\n{shown.to_string(float_format='{:g}'.format, na_rep='-')}\n"
+    )
 
 
 def _speed(name):
@@ -346,7 +416,10 @@ def _save_figure(case, verdicts, folder):
     from matplotlib.figure import Figure
     from sklearn.metrics import ConfusionMatrixDisplay
 
-    names, (chosen, which) = verdicts["diagnoser"].unique(), _of_confusions(case, verdicts)
+    names, (chosen, which) = (
+        verdicts["diagnoser"].unique(),
+        _of_confusions(case, verdicts),
+    )
     figure = Figure(figsize=(4.6 * len(names), 9.6), layout="constrained")
     figure.suptitle(f"{case.title}; matrices of windows: {which}", fontsize="medium")
     axes = figure.subplots(2, len(names), sharey="row", squeeze=False)
@@ -359,8 +432,12 @@ def _save_figure(case, verdicts, folder):
         upper.set_title(name)
         upper.legend(loc="lower right", fontsize="small")
         own = chosen[chosen["diagnoser"] == name]
-        ConfusionMatrixDisplay.from_predictions(own["true"], own["predicted"], ax=lower, **style)
-        lower.set_title(f"Accuracy {100 * (own['true'] == own['predicted']).mean():.1f} %")
+        ConfusionMatrixDisplay.from_predictions(
+            own["true"], own["predicted"], ax=lower, **style
+        )
+        lower.set_title(
+            f"Accuracy {100 * (own['true'] == own['predicted']).mean():.1f} %"
+        )
         lower.set(xlabel="Verdict", ylabel="True condition")
         lower.label_outer()
     figure.savefig(folder / f"{case.stem}.png", dpi=120)

@@ -38,23 +38,36 @@ def is_report(output: Path | None) -> bool:
     return output is not None and output.suffix.lower() == ".html"
 
 
-def check_output(output: Path, inputs: Iterable[Any], is_own: Any, force: bool, suffixes=("",)):
+def check_output(
+    output: Path, inputs: Iterable[Any], is_own: Any, force: bool, suffixes=("",)
+):
     """Refuse an output before anything is computed.
 
-    The output is refused if it has another suffix, its folder does not exist, it is an input, or it
-    exists, is not of the same kind (`is_own`) and `force` is not given.
+    The output is refused if it has another suffix, its folder does not exist, it is an
+    input, or it exists, is not of the same kind (`is_own`) and `force` is not given.
     """
     where = f"argument -o/--output: {output}"
     is_named = output.suffix.lower().endswith(suffixes)
     if not is_named or not output.parent.is_dir() or output.is_dir():
-        expected = f"expected a file in a folder that exists, named *{', *'.join(suffixes)}"
+        expected = (
+            f"expected a file in a folder that exists, named *{', *'.join(suffixes)}"
+        )
         raise UsageError(f"{where}, {expected}")
     if output.exists():
-        if any(output.samefile(each) for each in inputs if each and os.path.exists(each)):
+        if any(
+            output.samefile(each) for each in inputs if each and os.path.exists(each)
+        ):
             raise UsageError(f"{where} is an input, which is not replaced")
-        if output.is_file() and output.stat().st_size and not force and not is_own(output):
+        if (
+            output.is_file()
+            and output.stat().st_size
+            and not force
+            and not is_own(output)
+        ):
             expected = "--force replaces it"
-            raise UsageError(f"{where} exists and was not written by this command; {expected}")
+            raise UsageError(
+                f"{where} exists and was not written by this command; {expected}"
+            )
 
 
 def is_result_file(path: Path) -> bool:

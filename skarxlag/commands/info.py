@@ -4,14 +4,14 @@ import argparse
 import json
 from typing import Any
 
-from .._answers import answers, unfolded_steps
-from ..detection import few_rows
-from ..fault_classifier import FaultOrderClassifier
-from ..fusion import SensorFusion
+from ..core.capabilities import capabilities, unfolded_steps
+from ..core.speeds import LEAST_REVOLUTIONS
+from ..decisions.detection import few_rows
+from ..decisions.fault_orders import FaultOrderClassifier
+from ..decisions.fusion import SensorFusion
 from ..recordings.files import list_channels
 from ..recordings.listing import ListedRecording
-from ..speeds import LEAST_TURNS
-from ..verdicts import LEAST_HEALTHY
+from ..verdicts.recordings import LEAST_HEALTHY
 from .files import is_model_file
 from .messages import as_command_error
 from .models import SavedModel
@@ -31,13 +31,16 @@ def run(args: argparse.Namespace) -> int:
             rpm = ListedRecording(None, path.name, path).with_speed().rpm
         facts = {"file": str(path), "rpm": rpm, "channels": records(channels)}
         speed = "not stated" if rpm is None else f"{rpm:g} rpm"
-        lines = [channels.astype(object).fillna("-").to_string(), f"Shaft speed: {speed}"]
+        lines = [
+            channels.astype(object).fillna("-").to_string(),
+            f"Shaft speed: {speed}",
+        ]
     else:
         model = SavedModel(path)
         limited = model.detector or model.diagnoser
         steps = (type(step).__name__ for step in unfolded_steps(model.diagnoser))
         further = {"model": model.short_identity, "steps": " -> ".join(steps)}
-        if model.healthy is not None and answers(limited).alarm:
+        if model.healthy is not None and capabilities(limited).alarm:
             further["healthy_limits"] = limits_basis(limited, model.rows)
         sentences = limits(model)
         lines = [_line(*each) for each in (model.summary | further).items()]
@@ -50,7 +53,11 @@ def run(args: argparse.Namespace) -> int:
 def _line(name, value):
     values = value if isinstance(value, list) else [value]
     texts = (f"{each:g}" if isinstance(each, float) else str(each) for each in values)
-    text = "not stated" if value in (None, []) else f"{', '.join(texts)} {_UNITS.get(name, '')}"
+    text = (
+        "not stated"
+        if value in (None, [])
+        else f"{', '.join(texts)} {_UNITS.get(name, '')}"
+    )
     return f"{name.replace('_', ' '):<22}{text}".rstrip()
 
 
@@ -63,15 +70,20 @@ def limits(model: SavedModel) -> list[str]:
         "It distinguishes healthy from faulty and names no fault.": not names_faults,
         "It names the most similar of its conditions, also for any other fault.": names_faults,
         "Its detection threshold holds at its training speeds.": has_limit,
-        "It has no detection threshold, so it raises no alarm.": names_faults and not can.alarm,
-        "At other speeds, it may raise false alarms.": len(can.speeds) < 2 and not names_faults,
-        "The sampling rate of recordings cannot be checked.": model.sampling_rate is None,
+        "It has no detection threshold, so it raises no alarm.": names_faults
+        and not can.alarm,
+        "At other speeds, it may raise false alarms.": len(can.speeds) < 2
+        and not names_faults,
+        "The sampling rate of recordings cannot be checked.": model.sampling_rate
+        is None,
     }
     found = [sentence for sentence, holds in cases.items() if holds]
     found += _order_limits(model)
     if facts.get("n_windows") and facts.get("false_alarm_rate"):
         n_healthy, rate = facts["n_windows"][0], facts["false_alarm_rate"]
-        found += few_rows(f"{n_healthy} healthy {model.rows}", n_healthy, rate / can.n_outputs)
+        found += few_rows(
+            f"{n_healthy} healthy {model.rows}", n_healthy, rate / can.n_outputs
+        )
     return found
 
 
@@ -81,8 +93,8 @@ def _order_limits(model):
         if model.facts["diagnoser"] == "stretches" and not model.can.is_stretch:
             yield "It compares no order spectra, because its stretches are too short."
     elif model.sampling_rate is not None and model.window_length is not None:
-        lowest = 60 * LEAST_TURNS * model.sampling_rate / model.window_length
-        needs = f"a stretch needs {LEAST_TURNS} turns"
+        lowest = 60 * LEAST_REVOLUTIONS * model.sampling_rate / model.window_length
+        needs = f"a stretch needs {LEAST_REVOLUTIONS} turns"
         yield f"It compares no order spectra below {lowest:.3g} rpm: {needs}."
 
 
@@ -95,9 +107,11 @@ def limits_basis(model: Any, rows: str) -> str:
         decide = decide.conditions_[-1]
     if isinstance(decide, FaultOrderClassifier):
         return f"combs {decide.limit_:.2f} nepers above the healthy {rows}"
-    if not answers(decide).healthy_p_value:
+    if not capabilities(decide).healthy_p_value:
         return f"the detection threshold {decide.detection_threshold_:.4g}"
     shares = zip(decide.speeds_, decide.left_out_rates_, strict=False)
     listed = ", ".join(f"{share:.1%} at {speed:g} rpm" for speed, share in shares)
-    left_out = f"; false alarms at speeds that were left out: {listed}" if listed else ""
+    left_out = (
+        f"; false alarms at speeds that were left out: {listed}" if listed else ""
+    )
     return f"{decide.n_rows_} healthy {rows}{left_out}"

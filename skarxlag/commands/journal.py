@@ -17,15 +17,17 @@ _FORMAT = "skarxlag journal 5"
 _START = b'{"format": "skarxlag journal'
 _SUFFIX = ".skarxlag-journal"
 #: A link that replaces the file at the last moment is not followed.
-_FLAGS = os.O_RDWR | os.O_CREAT | vars(os).get("O_NOFOLLOW", 0) | vars(os).get("O_BINARY", 0)
+_FLAGS = (
+    os.O_RDWR | os.O_CREAT | vars(os).get("O_NOFOLLOW", 0) | vars(os).get("O_BINARY", 0)
+)
 
 
 class Journal:
     """JSON lines next to the results of `diagnose`, which last until the results are written.
 
-    The file is locked. A link, or a file that is no journal, is refused. The first line holds all
-    that the results depend on but the recordings: model and settings. A run that fails before its
-    first result leaves no file.
+    The file is locked. A link, or a file that is no journal, is refused. The first line
+    holds all that the results depend on but the recordings: model and settings. A run
+    that fails before its first result leaves no file.
     """
 
     path: Path
@@ -40,7 +42,9 @@ class Journal:
         refusal = CommandError(f"{self.path}: {problem}")
         if self.path.is_symlink() or (self.path.exists() and not self.path.is_file()):
             raise refusal
-        self._file = open(self.path, "r+b", 0, opener=lambda path, _: os.open(path, _FLAGS, 0o600))
+        self._file = open(
+            self.path, "r+b", 0, opener=lambda path, _: os.open(path, _FLAGS, 0o600)
+        )
         try:
             _lock(self._file)
             content = self._file.read()
@@ -64,9 +68,14 @@ class Journal:
         finished = {}
         for line in lines:
             # Recordings of damaged lines are diagnosed once more.
-            with suppress(AttributeError, LookupError, TypeError, ValueError, RecursionError):
+            with suppress(
+                AttributeError, LookupError, TypeError, ValueError, RecursionError
+            ):
                 entry = json.loads(line)
-                key, windows = entry.pop("recording"), pd.DataFrame(entry.pop("windows"))
+                key, windows = (
+                    entry.pop("recording"),
+                    pd.DataFrame(entry.pop("windows")),
+                )
                 found = Diagnosis(windows=windows, **entry)
                 finished |= {key: found} if found.is_whole else {}
         # The last line may be incomplete.
@@ -89,7 +98,9 @@ class Journal:
     def add(self, recording: ListedRecording, diagnosis: Diagnosis) -> None:
         """Keep a result. Recordings that failed are not kept, so they are tried again."""
         if diagnosis.error is None:
-            windows = {name: column.tolist() for name, column in diagnosis.windows.items()}
+            windows = {
+                name: column.tolist() for name, column in diagnosis.windows.items()
+            }
             line = vars(diagnosis) | {"windows": windows}
             line |= {"recording": _key(recording, diagnosis.file)}
             self._file.write(_encoded(line))
@@ -99,7 +110,9 @@ class Journal:
 def _key(recording, state):
     """Return all that the result of a recording depends on, as text."""
     log = Path(recording.speed_source or "")
-    return json.dumps([repr(recording), state, log.stat().st_mtime_ns if log.is_file() else 0])
+    return json.dumps(
+        [repr(recording), state, log.stat().st_mtime_ns if log.is_file() else 0]
+    )
 
 
 def _encoded(line):
@@ -120,5 +133,7 @@ def _lock(file):
 
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
-        problem = "another run is writing these results; wait for it, or choose another -o"
+        problem = (
+            "another run is writing these results; wait for it, or choose another -o"
+        )
         raise CommandError(f"{file.name}: {problem}") from error

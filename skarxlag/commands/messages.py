@@ -30,7 +30,9 @@ def as_command_error() -> Iterator[None]:
 def require(package: str, purpose: str, extra: str) -> None:
     """Raise an error if a package of an extra is not installed."""
     if find_spec(package) is None:
-        raise CommandError(f"{purpose} needs {package}: pip install 'skarxlag[{extra}]'")
+        raise CommandError(
+            f"{purpose} needs {package}: pip install 'skarxlag[{extra}]'"
+        )
 
 
 def printable(text: object) -> str:
@@ -40,7 +42,9 @@ def printable(text: object) -> str:
     'caf\\udce9\\n.wav'
     """
     text = str(text).encode("utf-8", "backslashreplace").decode()
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return "".join(
+        c if c.isprintable() else c.encode("unicode_escape").decode() for c in text
+    )
 
 
 def percent(probability: float) -> str:
@@ -73,7 +77,9 @@ def listed(speeds: Iterable[float]) -> str:
 def add_progress_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare how much the command prints while it works."""
     how_much = parser.add_mutually_exclusive_group()
-    how_much.add_argument("-q", "--quiet", action="store_true", help="print no progress")
+    how_much.add_argument(
+        "-q", "--quiet", action="store_true", help="print no progress"
+    )
     text = "print details of each step"
     how_much.add_argument("-v", "--verbose", action="store_true", help=text)
 

@@ -15,24 +15,31 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from .. import diagnosers
-from .._answers import answers, unfolded_steps
-from ..fault_classifier import FaultOrderClassifier
-from ..fault_places import FAULTS, HEALTHY
-from ..fusion import SensorFusion
-from ..persistence import load_diagnoser
+from ..core.capabilities import capabilities, unfolded_steps
+from ..core.speeds import SPEED_FACTOR
+from ..decisions.fault_locations import FAULTS, HEALTHY
+from ..decisions.fault_orders import FaultOrderClassifier
+from ..decisions.fusion import SensorFusion
+from ..persistence.models import load_diagnoser
 from ..recordings.files import chosen_channels
 from ..recordings.listing import ListedRecording
 from ..recordings.rates import NO_RATE, rates_agree, resampled_blocks, unit_advice
 from ..recordings.windows import block_length, cut_blocks
-from ..speeds import SPEED_FACTOR
-from ..verdict_names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
-from ..verdicts import FEW_HEALTHY, HOLD, HOLD_FOR_RECORDED, LEAST_HEALTHY, Judge
+from ..verdicts.names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
+from ..verdicts.recordings import (
+    FEW_HEALTHY,
+    HOLD,
+    HOLD_FOR_RECORDED,
+    LEAST_HEALTHY,
+    Judge,
+)
 from .channels import channel_remarks, channels_of_model
 from .diagnosis import Diagnosis, cancelled
 from .messages import CommandError, as_command_error, counted, listed, printable
 from .refused_rows import compares_orders, why_no_orders
 
-#: Titles and makers of the diagnosers that `evaluate` compares, in the order of its tables.
+#: Titles and makers of the diagnosers that `evaluate` compares, in the order of its
+#: tables.
 DIAGNOSERS = {
     "alpio": ("ALPIO", diagnosers.make_alpio),
     "extended-state": ("Extended state", diagnosers.make_extended_state_pio),
@@ -62,19 +69,21 @@ def of_outputs(args: argparse.Namespace, model: Any) -> Any:
 class SavedModel:
     """Diagnoser in a file, with its healthy limits, its known conditions and its facts.
 
-    Facts that are missing from the file are read from the fitted steps. They are None if they are
-    not known.
+    Facts that are missing from the file are read from the fitted steps. They are None
+    if they are not known.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         with as_command_error():
             self.diagnoser, facts = load_diagnoser(path)
             self.identity = sha256(Path(path).read_bytes()).hexdigest()
-        self.path, self.can = path, answers(self.diagnoser)
+        self.path, self.can = path, capabilities(self.diagnoser)
         self.takes_rpm = self.can.takes_rpm
         self.known = facts.pop("known_conditions", None)
         self.detector = facts.pop("detector", None)
-        self.load = partial(_cached_model, os.path.abspath(path), os.stat(path).st_mtime_ns)
+        self.load = partial(
+            _cached_model, os.path.abspath(path), os.stat(path).st_mtime_ns
+        )
         self.judge = self._judge(facts)
         read = {
             "diagnoser": type(self.diagnoser).__name__,
@@ -85,12 +94,20 @@ class SavedModel:
             "window_length": self.can.window_length,
             "n_channels": self.can.n_channels,
         }
-        self.facts = read | {name: value for name, value in facts.items() if value is not None}
+        self.facts = read | {
+            name: value for name, value in facts.items() if value is not None
+        }
         if self.known is not None:
-            self.facts["false_rejection_rate"] = answers(self.known).stated_rate
+            self.facts["false_rejection_rate"] = capabilities(self.known).stated_rate
         self.conditions, self.healthy = self.judge.conditions, self.judge.healthy
-        self.window_length, self.n_channels = self.facts["window_length"], self.facts["n_channels"]
-        self.sampling_rate, self.train_rpm = self.judge.sampling_rate, self.judge.train_rpm
+        self.window_length, self.n_channels = (
+            self.facts["window_length"],
+            self.facts["n_channels"],
+        )
+        self.sampling_rate, self.train_rpm = (
+            self.judge.sampling_rate,
+            self.judge.train_rpm,
+        )
         self.summary = {"file": printable(path)} | self.facts
         self.rows = "stretches" if self.can.is_stretch else "windows"
         self.usual_channels = channels_of_model(self.facts)
@@ -99,7 +116,9 @@ class SavedModel:
         names = ("conditions", "train_rpm", "sampling_rate")
         stated = {name: facts[name] for name in names if facts.get(name)}
         try:
-            judge = Judge(self.diagnoser, known=self.known, detector=self.detector, **stated)
+            judge = Judge(
+                self.diagnoser, known=self.known, detector=self.detector, **stated
+            )
         except ValueError as error:
             raise CommandError(f"{self.path}: {error}") from error
         judge.outputs = (facts.get("channels") or judge.outputs)[: len(judge.outputs)]
@@ -120,7 +139,10 @@ class SavedModel:
         speeds = f" at {listed(self.train_rpm)} rpm" if self.train_rpm else ""
         rate = self.sampling_rate
         seconds = f", {self.window_length / rate:.3g} s at {rate:g} Hz" if rate else ""
-        conditions, healthy = ", ".join(map(str, self.conditions)), self.healthy or "not known"
+        conditions, healthy = (
+            ", ".join(map(str, self.conditions)),
+            self.healthy or "not known",
+        )
         calibration = f"{self.facts['diagnoser']} calibrated on {conditions}{speeds}"
         rows = f"{self.rows} of {self.window_length} samples{seconds}"
         return f"{self.path}: {calibration}, {rows}. Healthy: {healthy}"
@@ -150,7 +172,9 @@ class SavedModel:
             n_windows += len(X)
         windows = pd.concat(parts, ignore_index=True)
         verdict = self.judge.recording(windows)
-        remarks = [f"Resampled from {r:g} to {self.sampling_rate:g} Hz." for r in old_rates]
+        remarks = [
+            f"Resampled from {r:g} to {self.sampling_rate:g} Hz." for r in old_rates
+        ]
         remarks += self.channel_remarks(recording, asked)
         remarks += _remarks(windows, verdict)
         if verdict["verdict"] == CHANGED and self.facts.get("bearing"):
@@ -158,16 +182,22 @@ class SavedModel:
         if self._has_combs_alone and verdict["verdict"] == self.healthy:
             remarks.append(_NO_COMB)
         if sampling_rate is None and self.sampling_rate is not None:
-            remarks.append(f"No sampling rate is stated; {self.sampling_rate:g} Hz was assumed.")
+            remarks.append(
+                f"No sampling rate is stated; {self.sampling_rate:g} Hz was assumed."
+            )
         slowest = windows["rpm"].min() if "rpm" in windows else recording.rpm
         reason = why_no_orders(length, sampling_rate or self.sampling_rate, slowest)
         if reason and compares_orders(self.diagnoser):
             remarks.append(reason)
         if recording.rpm is None and self.can.is_stretch and self.train_rpm:
-            remarks.append("The speed is not stated. Speeds near those of fit were searched.")
+            remarks.append(
+                "The speed is not stated. Speeds near those of fit were searched."
+            )
         return Diagnosis(verdict, windows, sampling_rate, remarks)
 
-    def windows(self, recording: ListedRecording, resample: bool = False, note: Any = None) -> Any:
+    def windows(
+        self, recording: ListedRecording, resample: bool = False, note: Any = None
+    ) -> Any:
         """Return an iterator of windows, and their rate; `note` is called with the rate before."""
         recording = self.with_channel(recording)
         self.check_order(recording.name, recording.channel)
@@ -204,7 +234,9 @@ class SavedModel:
     def channel_remarks(self, recording: ListedRecording, asked: Any) -> list[str]:
         """Return remarks on channels and units that are not those of the model."""
         is_same = [*np.atleast_1d(asked)] == self.facts.get("channels")
-        if self.facts.get("unit") is None and (is_same or not self.facts.get("channel_names")):
+        if self.facts.get("unit") is None and (
+            is_same or not self.facts.get("channel_names")
+        ):
             return []
         options = {"channel": recording.channel, "dtype": recording.dtype}
         found = chosen_channels(recording.path, **options)
@@ -213,9 +245,15 @@ class SavedModel:
     def check_order(self, name: str, channels: str | list[str] | None) -> None:
         """Refuse the channels of the model in another order."""
         fitted = self.facts.get("channels") or []
-        if isinstance(channels, list) and channels != fitted and {*channels} == {*fitted}:
+        if (
+            isinstance(channels, list)
+            and channels != fitted
+            and {*channels} == {*fitted}
+        ):
             expected = f"{self.path} was fitted on {'; '.join(fitted)}, in this order"
-            raise CommandError(f"{name}: channels {'; '.join(channels)}, but {expected}")
+            raise CommandError(
+                f"{name}: channels {'; '.join(channels)}, but {expected}"
+            )
 
     def fitted(self, row: NDArray[Any], sampling_rate: float | None) -> Any:
         """Return the diagnoser."""
@@ -233,11 +271,19 @@ class BearingModel:
 
     def __init__(self, bearing: str) -> None:
         self.bearing = bearing
-        self.summary = {"bearing": bearing, "conditions": self.conditions, "healthy": HEALTHY}
+        self.summary = {
+            "bearing": bearing,
+            "conditions": self.conditions,
+            "healthy": HEALTHY,
+        }
         self.load = partial(BearingModel, bearing)
         self.identity = f"bearing {bearing}"
-        limit = f"{HEALTHY} means that no comb exceeds the limit of other healthy machines."
-        self.heading = f"No model: places of faults by the orders of bearing {bearing}. {limit}"
+        limit = (
+            f"{HEALTHY} means that no comb exceeds the limit of other healthy machines."
+        )
+        self.heading = (
+            f"No model: places of faults by the orders of bearing {bearing}. {limit}"
+        )
         self.heading += f" {_NO_COMB}"
 
     def fitted(self, row: NDArray[Any], sampling_rate: float | None) -> Any:
@@ -263,16 +309,21 @@ class BearingModel:
             fast = np.flatnonzero(SPEED_FACTOR * rpm[0] >= rpm.max())
             start, end = fast[0], fast[-1] + 1
             X, rpm = X[..., start:end], rpm[:, start:end]
-        # The row itself is all that the classifier is fitted on, so its limits hold at this speed.
+        # The row itself is all that the classifier is fitted on, so its limits hold at
+        # this speed.
         facts = {"conditions": self.conditions, "train_rpm": [rpm.mean()]}
         judge = Judge(self.fitted(X[0], sampling_rate), **facts)
-        windows = judge.windows(X, rpm if recording.profile is not None else recording.rpm)
+        windows = judge.windows(
+            X, rpm if recording.profile is not None else recording.rpm
+        )
         windows.insert(0, "start", start)
         verdict = judge.recording(windows)
         texts = windows["evidence"].dropna() if "evidence" in windows else []
         said = [f"{text[0].upper()}{text[1:]}." for text in texts]
         said += [_NO_COMB] if verdict["verdict"] == HEALTHY else []
-        return Diagnosis(verdict, windows, sampling_rate, [*said, *_remarks(windows, verdict)])
+        return Diagnosis(
+            verdict, windows, sampling_rate, [*said, *_remarks(windows, verdict)]
+        )
 
 
 @lru_cache(maxsize=2)

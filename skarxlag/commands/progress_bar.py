@@ -18,8 +18,9 @@ class ProgressBar:
     Parameters
     ----------
     work : mapping of str to float
-        Amount of work of each kind. The time for a unit of work is measured for each kind. A kind
-        that has not begun is assumed to take as long as the others together.
+        Amount of work of each kind. The time for a unit of work is measured for each
+        kind. A kind that has not begun is assumed to take as long as the others
+        together.
     args : argparse.Namespace
         Arguments of the command.
     """
@@ -71,4 +72,8 @@ def _duration(seconds):
     >>> _duration(4.2), _duration(100.0), _duration(400.0)
     ('5 s', '100 s', '7 min')
     """
-    return f"{math.ceil(seconds)} s" if seconds <= 120 else f"{math.ceil(seconds / 60)} min"
+    return (
+        f"{math.ceil(seconds)} s"
+        if seconds <= 120
+        else f"{math.ceil(seconds / 60)} min"
+    )

@@ -11,12 +11,13 @@ from sklearn.utils import Bunch
 from ..kernels.speed_references import SAME_LOG_SPEED
 from ..model_selection import SpecimenSplit, places_of_labels
 
-#: Probability from which a verdict counts as stated with confidence, and the least number of such
-#: verdicts of which a share is given.
+#: Probability from which a verdict counts as stated with confidence, and the least
+#: number of such verdicts of which a share is given.
 STATED, _LEAST_STATED = 0.9, 30
 #: Most folds of loads.
 _MOST_FOLDS = 5
-#: Name of each protocol in the summary, in its order. A bearing is tested at two kinds of speeds.
+#: Name of each protocol in the summary, in its order. A bearing is tested at two kinds
+#: of speeds.
 _TESTS = {
     "speeds": "another speed",
     "in": "another speed",
@@ -26,7 +27,8 @@ _TESTS = {
     "load": "another load",
 }
 
-#: Rows of a training and of its test, the protocol, and the training speed, if there is one.
+#: Rows of a training and of its test, the protocol, and the training speed, if there is
+#: one.
 Split = tuple[NDArray[Any], NDArray[Any], str, float]
 
 
@@ -61,7 +63,9 @@ def bearing_splits(
     place = places_of_labels(target)
     counts = groups["specimen"].groupby(place).nunique()
     if counts.max() == 1:
-        return [], ["Another bearing: not measured, because each place has one specimen."]
+        return [], [
+            "Another bearing: not measured, because each place has one specimen."
+        ]
     splitter = SpecimenSplit(window_length=rig.data.shape[-1])
     try:
         found = list(splitter.split(None, target, groups))
@@ -119,7 +123,9 @@ def load_splits(rig: Bunch, usable: NDArray[np.bool_]) -> tuple[list[Split], lis
         reason = "because a condition was recorded at one load only"
         return [], [f"Another load: not measured, {reason}."]
     missing = len(np.unique(rig.recording[usable & ~is_stated]))
-    sentence = f"Another load: {missing} recordings without a stated load were left out."
+    sentence = (
+        f"Another load: {missing} recordings without a stated load were left out."
+    )
     return splits, [sentence] * (missing > 0)
 
 
@@ -140,8 +146,9 @@ def place_columns(
     Returns
     -------
     dict of str to ndarray of shape (n_rows,)
-        ``is_known``, whether the condition is among those of the training; ``is_place``, whether
-        the most probable place is the right one; ``place_probability``, its probability.
+        ``is_known``, whether the condition is among those of the training;
+        ``is_place``, whether the most probable place is the right one;
+        ``place_probability``, its probability.
 
     Examples
     --------
@@ -165,21 +172,24 @@ def summary(verdicts: pd.DataFrame) -> pd.DataFrame:
     Parameters
     ----------
     verdicts : DataFrame
-        A row for each row of each test, with ``protocol``, ``diagnoser``, ``train_rpm``,
-        ``test_rpm``, ``specimen``, ``true``, ``predicted`` and the columns of `place_columns`.
+        A row for each row of each test, with ``protocol``, ``diagnoser``,
+        ``train_rpm``, ``test_rpm``, ``specimen``, ``true``, ``predicted`` and the
+        columns of `place_columns`.
 
     Returns
     -------
     DataFrame
-        By test and diagnoser, ``bearings``, the number of specimens that were tested, and
-        percentages of rows. ``condition``: the condition is right; NaN if the
-        training did not have it. ``place``: the place is right. ``stated``: the place is stated
-        with a probability of at least `STATED`. ``of these``: the stated place is right; NaN if
-        fewer than 30 rows are stated.
+        By test and diagnoser, ``bearings``, the number of specimens that were tested,
+        and percentages of rows. ``condition``: the condition is right; NaN if the
+        training did not have it. ``place``: the place is right. ``stated``: the place
+        is stated with a probability of at least `STATED`. ``of these``: the stated
+        place is right; NaN if fewer than 30 rows are stated.
     """
     if (verdicts["protocol"] == "in").any():
         verdicts = verdicts[verdicts["protocol"] != "out"]
-    is_same = np.abs(np.log(verdicts["test_rpm"] / verdicts["train_rpm"])) <= SAME_LOG_SPEED
+    is_same = (
+        np.abs(np.log(verdicts["test_rpm"] / verdicts["train_rpm"])) <= SAME_LOG_SPEED
+    )
     is_bearing = verdicts["protocol"] == "bearing"
     protocol = verdicts["protocol"].mask(is_bearing & ~is_same, "bearing, other speed")
     is_right = (verdicts["true"] == verdicts["predicted"]).astype(float)
@@ -199,7 +209,9 @@ def summary(verdicts: pd.DataFrame) -> pd.DataFrame:
     table = 100 * groups.mean()
     bearings = verdicts["specimen"][is_shown].groupby(keys, sort=False).nunique()
     table.insert(0, "bearings", bearings)
-    table["of these"] = table["of these"].where(groups["of these"].count() >= _LEAST_STATED)
+    table["of these"] = table["of these"].where(
+        groups["of these"].count() >= _LEAST_STATED
+    )
     order = [*dict.fromkeys(_TESTS.values())]
     return table.reindex([test for test in order if test in table.index], level="test")
 
@@ -249,7 +261,8 @@ def better_ones(table: pd.DataFrame, diagnoser: str) -> list[str]:
     Returns
     -------
     list of str
-        A sentence for each test in which another diagnoser is better by a percent or more.
+        A sentence for each test in which another diagnoser is better by a percent or
+        more.
 
     Examples
     --------

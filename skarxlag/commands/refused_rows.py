@@ -7,13 +7,14 @@ import pandas as pd
 from numpy.typing import NDArray
 from sklearn.utils import Bunch
 
-from ..fusion import SensorFusion
-from ..quality import quality_of_outputs
-from ..speeds import LEAST_TURNS, TURNS_LEFT
-from ..stretches import order_comparison
+from ..core.speeds import LEAST_REVOLUTIONS, REVOLUTIONS_LEFT
+from ..decisions.fusion import SensorFusion
+from ..distances.stretches import order_comparison
+from ..measures.quality import quality_of_outputs
 from .messages import CommandError
 
-#: Turns that the longest recording at a speed holds at least. Fewer come from a wrong unit.
+#: Turns that the longest recording at a speed holds at least. Fewer come from a wrong
+#: unit.
 _FEWEST_TURNS = 0.25
 #: Recordings that are named in a report.
 _MOST_NAMED = 5
@@ -55,8 +56,12 @@ def check_speeds_of_recordings(source: Any, rig: Bunch) -> None:
         turns = seconds * rpm / 60
         if turns < _FEWEST_TURNS:
             found = f"rpm is {rpm:g}, at which the {seconds:.3g} s of the recording"
-            expected = "expected revolutions per minute. If the speed is right, leave it out"
-            raise CommandError(f"{source}: {name}: {found} are {turns:.3g} turns; {expected}")
+            expected = (
+                "expected revolutions per minute. If the speed is right, leave it out"
+            )
+            raise CommandError(
+                f"{source}: {name}: {found} are {turns:.3g} turns; {expected}"
+            )
 
 
 def leave_out_silent(
@@ -103,12 +108,20 @@ def leave_out_silent(
         if not (left & (rig.target == condition)).any():
             reasons = ", ".join(np.unique(quality[own]))
             advice = "check the sensor, its cable and the logger"
-            raise CommandError(f"{source}: {condition}: no signal ({reasons}); {advice}")
-    counts = pd.Series(quality[silent]).groupby(rig.recording[silent]).value_counts(sort=False)
+            raise CommandError(
+                f"{source}: {condition}: no signal ({reasons}); {advice}"
+            )
+    counts = (
+        pd.Series(quality[silent])
+        .groupby(rig.recording[silent])
+        .value_counts(sort=False)
+    )
     named = [f"{count} {reason} in {run}" for (run, reason), count in counts.items()]
     further = [f"{len(named) - _MOST_NAMED} more"] if len(named) > _MOST_NAMED else []
     listed = ", ".join(named[:_MOST_NAMED] + further)
-    return left, [f"{silent.sum()} {rows} left out because they carry no signal: {listed}"]
+    return left, [
+        f"{silent.sum()} {rows} left out because they carry no signal: {listed}"
+    ]
 
 
 def why_windows(rig: Bunch, window_length: int, seconds: float, n_turns: float) -> str:
@@ -121,7 +134,8 @@ def why_windows(rig: Bunch, window_length: int, seconds: float, n_turns: float) 
     window_length : int
         Samples in a window.
     seconds, n_turns : float
-        What two stretches take at least: seconds, or turns of the shaft if they take longer.
+        What two stretches take at least: seconds, or turns of the shaft if they take
+        longer.
 
     Examples
     --------
@@ -149,7 +163,9 @@ def compares_orders(model: Any) -> bool:
         return False
 
 
-def why_no_orders(n_samples: int, sampling_rate: float | None, rpm: float | None) -> str:
+def why_no_orders(
+    n_samples: int, sampling_rate: float | None, rpm: float | None
+) -> str:
     """Return why the order spectra of a stretch are not compared, or an empty text if they are.
 
     Examples
@@ -163,7 +179,7 @@ def why_no_orders(n_samples: int, sampling_rate: float | None, rpm: float | None
         return ""
     seconds = n_samples / sampling_rate
     turns = seconds * rpm / 60
-    if not turns < TURNS_LEFT:
+    if not turns < REVOLUTIONS_LEFT:
         return ""
     found = f"{seconds:.3g} s are {turns:.3g} turns at {rpm:g} rpm"
-    return f"Order spectra are not compared: {found}, and it takes {LEAST_TURNS}."
+    return f"Order spectra are not compared: {found}, and it takes {LEAST_REVOLUTIONS}."

@@ -15,19 +15,28 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .._files import write_atomically
 from .._version import __version__
-from ..fault_places import place_of_label
+from ..core.files import write_atomically
+from ..decisions.fault_locations import location_of_label
 from ..recordings.formats.text import distinct
 from ..recordings.listing import ListedRecording
-from ..verdict_names import NO_SIGNAL, NO_VERDICT
+from ..verdicts.names import NO_SIGNAL, NO_VERDICT
 from .diagnosis import Diagnosis
 from .files import MARK, result_paths
 from .messages import CommandError, percent, printable, require
 
-_FIRST = ["recording", "verdict", "probability", "alarm", "p-value", "windows", "no signal"]
+_FIRST = [
+    "recording",
+    "verdict",
+    "probability",
+    "alarm",
+    "p-value",
+    "windows",
+    "no signal",
+]
 _FIRST_OF_WINDOWS = ["start", "verdict", "alarm", "quality"]
-#: First characters of a text that a spreadsheet would run as a formula, also in full width.
+#: First characters of a text that a spreadsheet would run as a formula, also in full
+#: width.
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 #: Recordings with figures, the worst first.
 MOST_DRAWN = 50
@@ -35,7 +44,9 @@ MOST_DRAWN = 50
 _SEVERITIES = ("fault", "unclear", "healthy")
 
 
-def recording_rows(recordings: Any, diagnoses: list[Diagnosis], healthy: Any) -> pd.DataFrame:
+def recording_rows(
+    recordings: Any, diagnoses: list[Diagnosis], healthy: Any
+) -> pd.DataFrame:
     """Return a row for each recording: verdict, healthy condition, remarks, error, stated facts."""
     rows = []
     for recording, diagnosis in zip(recordings, diagnoses, strict=True):
@@ -45,7 +56,10 @@ def recording_rows(recordings: Any, diagnoses: list[Diagnosis], healthy: Any) ->
         reason = str(row["verdict"]).partition(f"{NO_VERDICT}: ")[2]
         row |= {"remark": " ".join(diagnosis.remarks), "error": printable(reason)}
         row |= {"condition": recording.condition, "rpm": recording.rpm}
-        facts = {"specimen": recording.specimen, "load": recording.load} | recording.further
+        facts = {
+            "specimen": recording.specimen,
+            "load": recording.load,
+        } | recording.further
         stated = {name: text for name, text in facts.items() if text is not None}
         rows.append(row | {f"stated {name}": text for name, text in stated.items()})
     table = pd.DataFrame(rows).astype({"windows": "Int64", "no signal": "Int64"})
@@ -55,23 +69,32 @@ def recording_rows(recordings: Any, diagnoses: list[Diagnosis], healthy: Any) ->
 def agreement(rows: pd.DataFrame, model: Any) -> tuple[int, int]:
     """Count the verdicts that agree with the stated condition, and those that could.
 
-    A model of places takes the place that the name of a condition says, if it does not know the
-    name itself. A model of the healthy condition alone agrees by its alarm.
+    A model of places takes the place that the name of a condition says, if it does not
+    know the name itself. A model of the healthy condition alone agrees by its alarm.
     """
     rows = rows[rows["condition"].notna() & (rows["error"] == "")]
     stated, known = rows["condition"], set(map(str, model.conditions))
     if len(known) == 1:
         right = rows["alarm"] == np.where(stated == str(model.healthy), "no", "yes")
         return int(right.sum()), len(rows)
-    named = stated.map(lambda name: name if name in known else place_of_label(name))
-    return int((rows["verdict"].astype(str) == named).sum()), int(named.isin(known).sum())
+    named = stated.map(lambda name: name if name in known else location_of_label(name))
+    return int((rows["verdict"].astype(str) == named).sum()), int(
+        named.isin(known).sum()
+    )
 
 
-def window_rows(recordings: list[ListedRecording], diagnoses: list[Diagnosis]) -> pd.DataFrame:
+def window_rows(
+    recordings: list[ListedRecording], diagnoses: list[Diagnosis]
+) -> pd.DataFrame:
     """Return a row for each window; the index is the position of its recording."""
-    frames = {n: each.windows for n, each in enumerate(diagnoses) if each.windows is not None}
+    frames = {
+        n: each.windows for n, each in enumerate(diagnoses) if each.windows is not None
+    }
     frames = frames or {0: pd.DataFrame(columns=_FIRST_OF_WINDOWS)}
-    windows, names = pd.concat(frames).droplevel(1), [printable(each.name) for each in recordings]
+    windows, names = (
+        pd.concat(frames).droplevel(1),
+        [printable(each.name) for each in recordings],
+    )
     windows.insert(0, "recording", [names[place] for place in windows.index])
     return machine_names(windows)
 
@@ -82,11 +105,15 @@ def machine_names(table: pd.DataFrame) -> pd.DataFrame:
     >>> list(machine_names(pd.DataFrame(columns=["p-value", "share of a b", "share of a_b"])))
     ['p_value', 'share_of_a_b', 'share_of_a_b.1']
     """
-    plain = ["_".join(str(name).replace("p-value", "p_value").split()) for name in table]
+    plain = [
+        "_".join(str(name).replace("p-value", "p_value").split()) for name in table
+    ]
     return table.set_axis(distinct(plain), axis=1)
 
 
-def write_tables(output: Path, recordings: Any, windows: Any, summary: dict[str, Any]) -> None:
+def write_tables(
+    output: Path, recordings: Any, windows: Any, summary: dict[str, Any]
+) -> None:
     """Write csv, json or parquet, as the suffix says; json holds the summary of the model, too."""
     suffix, tables = output.suffix.lower(), [recordings, windows]
     if suffix == ".json":
@@ -97,9 +124,13 @@ def write_tables(output: Path, recordings: Any, windows: Any, summary: dict[str,
         content = json.dumps({"format": MARK, "model": summary, "recordings": rows})
         contents = [f"{content}\n".encode()]
     elif suffix == ".csv":
-        texts = [frame.select_dtypes(["object", "string"]).map(_inert) for frame in tables]
+        texts = [
+            frame.select_dtypes(["object", "string"]).map(_inert) for frame in tables
+        ]
         tables = [frame.assign(**own) for frame, own in zip(tables, texts, strict=True)]
-        contents = [each.rename(columns=_inert).to_csv(index=False).encode() for each in tables]
+        contents = [
+            each.rename(columns=_inert).to_csv(index=False).encode() for each in tables
+        ]
     else:
         for frame in tables:
             # pandas writes the attributes into the metadata of the file.
@@ -111,7 +142,9 @@ def write_tables(output: Path, recordings: Any, windows: Any, summary: dict[str,
 
 def _inert(value):
     """Put an apostrophe before a text that a spreadsheet would run as a formula."""
-    is_formula = isinstance(value, str) and len(value) > 1 and value.startswith(_FORMULA)
+    is_formula = (
+        isinstance(value, str) and len(value) > 1 and value.startswith(_FORMULA)
+    )
     return f"'{value}" if is_formula else value
 
 
@@ -132,11 +165,28 @@ def verdict_table(rows: pd.DataFrame) -> str:
     run_1.npy    good       50.0%  no (p 0.25)
     """
     table = rows.set_index("recording").rename_axis(None)
-    table["alarm"] += table["p_value"].map(" (p {:.2g})".format, na_action="ignore").fillna("")
-    forms = {"condition": str, "rpm": "{:g}".format, "verdict": str, "probability": percent}
-    forms = {name: form for name, form in (forms | {"alarm": str}).items() if name in table}
-    texts = {name: table[name].map(form, na_action="ignore") for name, form in forms.items()}
-    return pd.DataFrame(texts).dropna(axis=1, how="all").astype(object).fillna("-").to_string()
+    table["alarm"] += (
+        table["p_value"].map(" (p {:.2g})".format, na_action="ignore").fillna("")
+    )
+    forms = {
+        "condition": str,
+        "rpm": "{:g}".format,
+        "verdict": str,
+        "probability": percent,
+    }
+    forms = {
+        name: form for name, form in (forms | {"alarm": str}).items() if name in table
+    }
+    texts = {
+        name: table[name].map(form, na_action="ignore") for name, form in forms.items()
+    }
+    return (
+        pd.DataFrame(texts)
+        .dropna(axis=1, how="all")
+        .astype(object)
+        .fillna("-")
+        .to_string()
+    )
 
 
 def template() -> Any:
@@ -145,15 +195,18 @@ def template() -> Any:
     from jinja2 import Environment, PackageLoader
 
     loader = PackageLoader("skarxlag.commands", "")
-    environment = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    environment = Environment(
+        loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True
+    )
     return environment.get_template("report.html.j2")
 
 
 def html_report(model, recordings, diagnoses, rows, resample=False, faults=None) -> str:
     """Return the report of `diagnoses` of `recordings`; their `rows` are those of `recording_rows`.
 
-    The worst recordings come first. Recordings that are not healthy have a section with details,
-    and the worst 50 of them have figures, in which the orders of `faults` are marked.
+    The worst recordings come first. Recordings that are not healthy have a section with
+    details, and the worst 50 of them have figures, in which the orders of `faults` are
+    marked.
     """
     missing, page = why_no_figures(), template()
     verdicts = rows["verdict"].astype(str)
@@ -169,12 +222,19 @@ def html_report(model, recordings, diagnoses, rows, resample=False, faults=None)
     detailed = [each for each in entries if each["severity"] != "healthy"]
     n_drawn = 0 if missing else min(len(detailed), MOST_DRAWN)
     for place, entry in zip(ranked.index[:n_drawn], entries, strict=False):
-        entry["figures"] = _figures(recordings[place], diagnoses[place], model, resample, faults)
+        entry["figures"] = _figures(
+            recordings[place], diagnoses[place], model, resample, faults
+        )
     counts = Counter((each["verdict"], each["severity"]) for each in entries).items()
     facts = {"mark": MARK, "percent": percent, "model": model, "counts": counts}
     facts["saved"] = f"{datetime.now(UTC):%Y-%m-%d}, skarxlag {__version__}"
-    facts |= {"accuracy": _accuracy(rows, model.conditions), "agreement": agreement(rows, model)}
-    return page.render(facts, entries=entries, detailed=detailed, missing=missing, n_drawn=n_drawn)
+    facts |= {
+        "accuracy": _accuracy(rows, model.conditions),
+        "agreement": agreement(rows, model),
+    }
+    return page.render(
+        facts, entries=entries, detailed=detailed, missing=missing, n_drawn=n_drawn
+    )
 
 
 def why_no_figures() -> str | None:
@@ -187,9 +247,13 @@ def why_no_figures() -> str | None:
 def _accuracy(rows, conditions):
     """Return counts of verdicts (columns) by stated condition (rows)."""
     known = rows[rows["condition"].notna() & (rows["error"] == "")]
-    names = dict.fromkeys([*map(str, conditions), *known["condition"], *known["verdict"]])
+    names = dict.fromkeys(
+        [*map(str, conditions), *known["condition"], *known["verdict"]]
+    )
     in_order = pd.CategoricalDtype([*names])
-    return pd.crosstab(known["condition"].astype(in_order), known["verdict"].astype(in_order))
+    return pd.crosstab(
+        known["condition"].astype(in_order), known["verdict"].astype(in_order)
+    )
 
 
 def _figures(recording, diagnosis, model, resample, faults):
@@ -200,7 +264,9 @@ def _figures(recording, diagnosis, model, resample, faults):
     rate, found = diagnosis.sampling_rate or model.sampling_rate, []
     # Equal verdicts would give straight lines.
     if len(windows[["verdict", "alarm"]].drop_duplicates()) > 1:
-        found.append(("Windows of the recording", _drawn(partial(_timeline, windows, rate))))
+        found.append(
+            ("Windows of the recording", _drawn(partial(_timeline, windows, rate)))
+        )
     chosen = np.flatnonzero(windows["verdict"].astype(str) == verdict)
     if verdict != NO_SIGNAL and len(chosen) > 0:
         place = chosen[len(chosen) // 2]
@@ -211,18 +277,32 @@ def _figures(recording, diagnosis, model, resample, faults):
 
 def _typical_row(recording, model, resample, faults, place, rate):
     """Yield caption and figure of a row, if there is a display for the model."""
-    from ..plotting import EnvelopeSpectrumDisplay, IdentificationDisplay, OrderSpectrumDisplay
+    from ..plotting import (
+        EnvelopeSpectrumDisplay,
+        IdentificationDisplay,
+        OrderSpectrumDisplay,
+    )
 
     rows = chain.from_iterable(model.windows(recording, resample)[0])
     row = next(islice(rows, place, None))
     estimator, rpm = model.fitted(row, rate), None
     if model.takes_rpm:
         start = [place * row.shape[-1]]
-        rpm = np.atleast_1d(recording.with_speed().speeds(start, row.shape[-1], rate))[0]
+        rpm = np.atleast_1d(recording.with_speed().speeds(start, row.shape[-1], rate))[
+            0
+        ]
     displays = [
         (EnvelopeSpectrumDisplay, {"rpm": rpm}, "contrast of its envelope spectra"),
-        (OrderSpectrumDisplay, {"rpm": rpm, "fault_orders": faults}, "order spectrum, references"),
-        (IdentificationDisplay, {"sampling_rate": rate}, "measured and predicted signal"),
+        (
+            OrderSpectrumDisplay,
+            {"rpm": rpm, "fault_orders": faults},
+            "order spectrum, references",
+        ),
+        (
+            IdentificationDisplay,
+            {"sampling_rate": rate},
+            "measured and predicted signal",
+        ),
     ]
     for display, options, caption in displays:
         # The displays refuse estimators that they cannot draw.
@@ -238,12 +318,19 @@ def _timeline(windows, rate):
 
     from ..plotting import condition_styles
 
-    names = [name for name in windows if name.startswith("probability of ")] or ["score"]
+    names = [name for name in windows if name.startswith("probability of ")] or [
+        "score"
+    ]
     time, unit = windows["start"] / (rate or 1), "samples" if rate is None else "s"
     _, ax = pyplot.subplots(figsize=(6.4, 2.2), layout="constrained")
     for name, style in condition_styles(names).items():
         few = {} if len(windows) < 40 else {"marker": ""}
-        ax.plot(time, windows[name], label=name.removeprefix("probability of "), **style | few)
+        ax.plot(
+            time,
+            windows[name],
+            label=name.removeprefix("probability of "),
+            **style | few,
+        )
     alarm, dead = time[windows["alarm"] == 1], time[windows["quality"] != "good"]
     ax.plot(alarm, 0 * alarm + 1, "|", label="alarm", color="gray", clip_on=False)
     ax.plot(dead, 0 * dead, "x", label=NO_SIGNAL, color="gray")
@@ -259,7 +346,9 @@ def _drawn(draw):
 
     file = io.BytesIO()
     # Without a date and with fixed ids, equal results give equal files.
-    with pyplot.rc_context(ANY_PAGE | {"svg.fonttype": "none", "svg.hashsalt": "skarxlag"}):
+    with pyplot.rc_context(
+        ANY_PAGE | {"svg.fonttype": "none", "svg.hashsalt": "skarxlag"}
+    ):
         draw()
         figure = pyplot.gcf()
         figure.savefig(file, format="svg", metadata={"Date": None})

@@ -14,8 +14,8 @@ from .models import SavedModel
 
 #: What of a verdict is written at once if it differs from the line before.
 _news = attrgetter("verdict", "alarm", "quality")
-#: Range of the seconds since 1970 that are taken for dates, from 1973 to 2096. A clock that counts
-#: from the start of a machine is below it.
+#: Range of the seconds since 1970 that are taken for dates, from 1973 to 2096. A clock
+#: that counts from the start of a machine is below it.
 _DATES = (1e8, 4e9)
 #: States of the alarm in which it is on.
 _ON = ("on", "latched")
@@ -66,9 +66,14 @@ class SensorLines:
 
     def _is_due(self, verdict):
         every = self._args.every
-        if every is None or self._written is None or _news(verdict) != _news(self._written):
+        if (
+            every is None
+            or self._written is None
+            or _news(verdict) != _news(self._written)
+        ):
             return True
-        # A clock that was set back would suppress all lines; times are sums of rounded steps.
+        # A clock that was set back would suppress all lines; times are sums of rounded
+        # steps.
         return not 0 <= verdict.time - self._written.time < every * (1 - 1e-9)
 
     def beat(self, problem: str | None) -> None:
@@ -103,11 +108,17 @@ class SensorLines:
 
     def _print(self, kind, seconds, fields):
         self._line_at = time.monotonic()
-        line: dict[str, Any] = {"kind": kind, "time": _iso_date(seconds), "sensor": self._name}
+        line: dict[str, Any] = {
+            "kind": kind,
+            "time": _iso_date(seconds),
+            "sensor": self._name,
+        }
         line["healthy"] = self._model and self._model.healthy
         line["model"] = self._model and self._model.short_identity
         line |= fields
-        unknown = [n for n, v in line.items() if isinstance(v, float) and not math.isfinite(v)]
+        unknown = [
+            n for n, v in line.items() if isinstance(v, float) and not math.isfinite(v)
+        ]
         text = json.dumps(line | dict.fromkeys(unknown), allow_nan=False)
         try:
             print(text, flush=True)
@@ -136,7 +147,11 @@ def sentence(verdict: MonitorVerdict) -> str:
     >>> sentence(first)
     '0.5 s, worn, probability 93.0%, not yet an alarm, at 25%, p-value 0.003'
     """
-    probability, p_value, state = verdict.probability, verdict.p_value, verdict.alarm_state
+    probability, p_value, state = (
+        verdict.probability,
+        verdict.p_value,
+        verdict.alarm_state,
+    )
     level = f"at {verdict.alarm_level:.0%}"
     alarms = {
         "none": "",

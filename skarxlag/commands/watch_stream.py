@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any, Self
 
 from ..monitoring import ConditionMonitor
-from ..persistence import load_monitor_state, save_monitor_state
+from ..persistence.models import load_monitor_state, save_monitor_state
 from ..recordings.listing import ListedRecording
 from ..recordings.live import from_folder, from_growing_file, from_stream
 from ..recordings.live_samples import RawSamples, StreamTimes, TextSamples
 from ..recordings.rates import rates_agree
 from ..recordings.speeds import TACHO, TachoStream
-from ..verdicts import HOLD
+from ..verdicts.recordings import HOLD
 from .arguments import refuse
 from .channels import channel_remarks
 from .messages import (
@@ -33,7 +33,7 @@ from .watch_lines import SensorLines, sentence
 #: Seconds between two savings of the state.
 _SAVE_EVERY = 60.0
 #: Arguments on which the meaning of a state depends.
-_READING = ("channel", "dtype", "time_column", "rpm_column", "pulses_per_turn")
+_READING = ("channel", "dtype", "time_column", "rpm_column", "pulses_per_revolution")
 #: Arguments of the monitor.
 _SETTINGS = (
     *("hop", "half_life", "false_alarm_interval", "alarm_delay", "latch"),
@@ -55,7 +55,8 @@ class SensorStream:
     lines : SensorLines
         Lines for the verdicts.
     memory : tuple or None, default=None
-        Result of `memory` of the stream before. None: the file of ``--state``, if there is one.
+        Result of `memory` of the stream before. None: the file of ``--state``, if there
+        is one.
     opened : SensorStream or None, default=None
         Stream whose source stays open, since a pipe or a device cannot be opened again.
 
@@ -92,11 +93,15 @@ class SensorStream:
             raise UsageError(f"argument --rpm: needed, {fitted}")
         if self._is_folder or args.dtype is not None:
             refuse(args, ["time_column", "rpm_column"], "belongs to csv lines")
-        self._pulses = args.pulses_per_turn or 1
+        self._pulses = args.pulses_per_revolution or 1
         self._tacho, self._speed_column = None, args.rpm_column
         if (speeds := args.rpm.get("speed_source")) and not self._is_folder:
             if not speeds.startswith(TACHO):
-                refuse(args, ["rpm"], f"{speeds} is for a folder; use {TACHO}CHANNEL, --rpm-column")
+                refuse(
+                    args,
+                    ["rpm"],
+                    f"{speeds} is for a folder; use {TACHO}CHANNEL, --rpm-column",
+                )
             self._tacho = TachoStream(self._rate, self._pulses)
             self._speed_column = speeds.removeprefix(TACHO)
         source = args.source if is_stdin else str(path.resolve())
@@ -118,7 +123,9 @@ class SensorStream:
                 self._blocks: Any = opened._blocks
                 self._unread = opened._unread
             else:
-                self._blocks = self._folder(path) if self._is_folder else self._stream(path)
+                self._blocks = (
+                    self._folder(path) if self._is_folder else self._stream(path)
+                )
             # A file that cannot be written is reported now, not in a minute.
             self.save()
         lines.begin(model, self._monitor)
@@ -136,7 +143,9 @@ class SensorStream:
         for name, own in self._facts.items():
             if facts.get(name, own) != own:
                 found = f"{name.replace('_', ' ')} {facts[name]!r}, expected {own!r}"
-                raise CommandError(f"{path}: a state of {found}; name another --state or delete it")
+                raise CommandError(
+                    f"{path}: a state of {found}; name another --state or delete it"
+                )
         place = facts.get("place")
         is_pair = isinstance(place, list) and len(place) == 2 and type(place[0]) is int
         if place is not None and not is_pair:
@@ -144,7 +153,9 @@ class SensorStream:
         if difference := self._difference(state, facts):
             # Somebody has to acknowledge the alarm, whatever the model is.
             self._monitor.latched = self._args.latch and state.get("latched") is True
-            self.say(f"{difference}. Verdicts and the alarm start afresh from this place.")
+            self.say(
+                f"{difference}. Verdicts and the alarm start afresh from this place."
+            )
         else:
             self._monitor.restore(state)
         return place
@@ -166,7 +177,11 @@ class SensorStream:
     def memory(self) -> Memory:
         """Return the state of the monitor, and the facts that say to what it belongs."""
         model = self.model.identity if self.is_at_place else None
-        further = {"place": self._place, "model": model, "model_file": str(self._args.model)}
+        further = {
+            "place": self._place,
+            "model": model,
+            "model_file": str(self._args.model),
+        }
         return self._monitor.state(), self._facts | further
 
     def save(self) -> None:
@@ -184,7 +199,9 @@ class SensorStream:
         """Return a stream with another model, which continues from the same place."""
         n_channels = self.model.n_channels
         if model.n_channels != n_channels:
-            raise CommandError(f"{model.path}: {model.n_channels} channels, expected {n_channels}")
+            raise CommandError(
+                f"{model.path}: {model.n_channels} channels, expected {n_channels}"
+            )
         if not self.can_reopen and not rates_agree(self._rate, model.sampling_rate):
             found = f"sampled at {model.sampling_rate:g} Hz, expected {self._rate:g} Hz"
             raise CommandError(f"{model.path}: {found}")
@@ -198,8 +215,12 @@ class SensorStream:
 
     def _folder(self, path):
         args, rows = self._args, self.model.can
-        facts = {"channel": args.channel, "dtype": args.dtype, "sampling_rate": self._rate}
-        facts |= {"pulses_per_turn": self._pulses} | args.rpm
+        facts = {
+            "channel": args.channel,
+            "dtype": args.dtype,
+            "sampling_rate": self._rate,
+        }
+        facts |= {"pulses_per_revolution": self._pulses} | args.rpm
         files = ListedRecording(None, "", path, **facts)
         how = args.settle, args.timed_files, self.say, self._place
         return from_folder(files, rows, *how, prepare=self._with_channel)
@@ -216,7 +237,9 @@ class SensorStream:
         if args.dtype is None:
             tolerance = args.gap_tolerance or 0.5 * length / self._rate
             times = StreamTimes(args.time_column, self._rate, tolerance, length)
-            parser = TextSamples(args.channel, times, self._speed_column, self.model.usual_channels)
+            parser = TextSamples(
+                args.channel, times, self._speed_column, self.model.usual_channels
+            )
         else:
             usual = self.model.usual_channels
             parser = RawSamples(args.dtype, args.channel, self._speed_column, usual)
@@ -250,13 +273,18 @@ class SensorStream:
     def _take(self, block):
         # A later run would read twice what was read behind the place.
         self.is_at_place = False
-        samples, rpm = block.samples, block.rpm if self._is_folder else self._args.rpm.get("rpm")
+        samples, rpm = (
+            block.samples,
+            block.rpm if self._is_folder else self._args.rpm.get("rpm"),
+        )
         if samples.size:
             if self._speed_column is not None:
                 samples, rpm = samples[:-1], samples[-1]
                 rpm = rpm if self._tacho is None else self._tacho.speeds(rpm)
             if len(samples) != (n := self.model.n_channels):
-                advice = "--channel chooses" if self._parser is None else self._parser.advice
+                advice = (
+                    "--channel chooses" if self._parser is None else self._parser.advice
+                )
                 raise ValueError(f"{len(samples)} channels, expected {n}; {advice}")
             if self._parser is not None:
                 found, facts = self._parser.channels[:n], self.model.facts
@@ -313,7 +341,9 @@ class SensorStream:
     def summary(self) -> str:
         """Return the counts of the run and its last verdict."""
         counts, last = self._monitor.counts, self._lines.last
-        windows = ", ".join(f"{n} {name}" for name, n in sorted(counts["windows"].items()))
+        windows = ", ".join(
+            f"{n} {name}" for name, n in sorted(counts["windows"].items())
+        )
         parts = [counted(counts["samples"], "sample"), f"windows: {windows or 'none'}"]
         gaps = f"{counted(counts['gaps'], 'gap')} of {counts['missing_seconds']:.1f} s"
         parts.append(gaps if counts["gaps"] else "no gaps")

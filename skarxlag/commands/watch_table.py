@@ -22,8 +22,8 @@ class ListedSensor(NamedTuple):
     Parameters
     ----------
     key : str
-        Name of the sensor; of a line without a unique name, its number after a slash, which no name
-        contains.
+        Name of the sensor; of a line without a unique name, its number after a slash,
+        which no name contains.
     args : argparse.Namespace
         Arguments of the command for the sensor.
     mistake : str or None
@@ -64,7 +64,9 @@ def listed_sensors(args: argparse.Namespace) -> list[ListedSensor]:
     for number, fields in lines.items():
         row = rows.get(number)
         if row is None:
-            mistake = f"{path}, line {number}: {len(fields)} fields, expected {len(columns)}"
+            mistake = (
+                f"{path}, line {number}: {len(fields)} fields, expected {len(columns)}"
+            )
             listed.append(_mistaken(args, number, mistake))
         else:
             listed.append(_listed(args, row, number, names[row["name"]] > 1))
@@ -74,13 +76,16 @@ def listed_sensors(args: argparse.Namespace) -> list[ListedSensor]:
 def _parsed(path):
     """Return the columns of a table, and the fields of each line by its number.
 
-    Each line is parsed by itself, so that a quote that is not closed spoils no other line.
+    Each line is parsed by itself, so that a quote that is not closed spoils no other
+    line.
     """
     first, *lines = path.read_bytes().splitlines() or [b""]
     try:
         header = first.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise CommandError(f"{path}: cannot be read as a csv table ({error})") from error
+        raise CommandError(
+            f"{path}: cannot be read as a csv table ({error})"
+        ) from error
     separator = max(",;\t", key=header.count)
     found = {}
     for number, line in enumerate(lines, start=2):
@@ -159,14 +164,18 @@ class Plant:
             if line is not None and (sensor.args, sensor.mistake) == line[1:]:
                 del lines[key]
             elif line is not None and sensor.is_pipe:
-                sensor.say("a pipe or a device cannot be opened again; its line was not read")
+                sensor.say(
+                    "a pipe or a device cannot be opened again; its line was not read"
+                )
                 del lines[key]
             else:
                 sensor.save()
                 sensor.finish()
                 del self._sensors[key]
         for line in lines.values():
-            self._sensors[line.key] = Sensor(line.args, self._models, mistake=line.mistake)
+            self._sensors[line.key] = Sensor(
+                line.args, self._models, mistake=line.mistake
+            )
         self._version = version
         self._look_at = time.monotonic() + self._args.retry
 
@@ -199,7 +208,9 @@ class Plant:
             Signals so far. They end the command where a later run can continue.
         """
         args, since = self._args, time.monotonic()
-        while watched := [each for each in self._sensors.values() if _is_watched(each, signals)]:
+        while watched := [
+            each for each in self._sensors.values() if _is_watched(each, signals)
+        ]:
             is_news = [sensor.step() for sensor in watched]
             if any(is_news):
                 since = time.monotonic()
@@ -228,4 +239,4 @@ def _is_watched(sensor, signals):
 
 def _check_pulses(args, sensors):
     if not any("speed_source" in each.rpm for each in sensors):
-        refuse(args, ["pulses_per_turn"], f"belongs to --rpm {TACHO}CHANNEL")
+        refuse(args, ["pulses_per_revolution"], f"belongs to --rpm {TACHO}CHANNEL")

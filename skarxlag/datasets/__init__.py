@@ -6,7 +6,8 @@ from .mfpt import fetch_mfpt
 from .simulated import simulate_rig
 from .uestc import fetch_uestc
 
-#: Fetchers of the rigs with healthy recordings and several speeds, by their names in the commands.
+#: Fetchers of the rigs with healthy recordings and several speeds, by their names in
+#: the commands.
 FETCHERS = {"uestc": fetch_uestc, "hit_sm": fetch_hit_sm}
 
 __all__ = ["fetch_cwru", "fetch_hit_sm", "fetch_mfpt", "fetch_uestc", "simulate_rig"]

@@ -42,9 +42,10 @@ class Recording(NamedTuple):
 class Source(NamedTuple):
     """Source of a rig.
 
-    ``folder`` is that in the data home, and the name of the description if no other is given.
-    ``recordings`` begin with the healthy condition. ``channel`` is read from files that do not hold
-    the channel of their recording. ``n_samples`` is the length of original files, if it is checked.
+    ``folder`` is that in the data home, and the name of the description if no other is
+    given. ``recordings`` begin with the healthy condition. ``channel`` is read from
+    files that do not hold the channel of their recording. ``n_samples`` is the length
+    of original files, if it is checked.
     """
 
     folder: str
@@ -60,8 +61,8 @@ class Source(NamedTuple):
 def fetcher(source_of: Callable[..., Source]) -> Callable[..., Any]:
     """Make the public fetcher of a rig from a function that returns its source.
 
-    The fetcher has the parameters of both functions. The sections that all fetchers share stand at
-    ``{shared}`` of its docstring.
+    The fetcher has the parameters of both functions. The sections that all fetchers
+    share stand at ``{shared}`` of its docstring.
     """
 
     @functools.wraps(source_of)
@@ -71,7 +72,9 @@ def fetcher(source_of: Callable[..., Source]) -> Callable[..., Any]:
 
     parts, shared = inspect.signature(source_of), inspect.signature(fetch_rig)
     options = [each for name, each in shared.parameters.items() if name != "source"]
-    fetch.__signature__ = shared.replace(parameters=[*parts.parameters.values(), *options])
+    fetch.__signature__ = shared.replace(
+        parameters=[*parts.parameters.values(), *options]
+    )
     # Docstrings are None if Python runs without them.
     text = str(fetch_rig.__doc__).partition("The source of the rig.\n")[2]
     fetch.__doc__ = str(fetch.__doc__).replace("    {shared}\n", text)
@@ -114,7 +117,8 @@ def fetch_rig(
 ) -> Any:
     """Fetch the recordings of a rig and cut them into windows.
 
-    A line on standard error reports every download. A failed download is repeated three times.
+    A line on standard error reports every download. A failed download is repeated three
+    times.
 
     Parameters
     ----------
@@ -122,20 +126,20 @@ def fetch_rig(
         The source of the rig.
     data_home : str or path-like, default=None
         Folder that holds the data sets of scikit-learn. If None, the folder that
-        :func:`sklearn.datasets.get_data_home` returns is used. The recordings are stored in a
-        subfolder with the name of the rig, with the same layout as in their repository. A file
-        that is already there with the right SHA-256 is not downloaded again. A file with another
-        SHA-256 is replaced, with a warning.
+        :func:`sklearn.datasets.get_data_home` returns is used. The recordings are
+        stored in a subfolder with the name of the rig, with the same layout as in their
+        repository. A file that is already there with the right SHA-256 is not
+        downloaded again. A file with another SHA-256 is replaced, with a warning.
     download_if_missing : bool, default=True
         If False, raise an OSError instead of downloading.
     return_X_y : bool, default=False
         If True, return ``(data, target)`` instead of a Bunch.
     window_length : int, default=1200
-        Samples in a window. Windows do not overlap. Samples at the end of a recording that do not
-        fill a window are not used.
+        Samples in a window. Windows do not overlap. Samples at the end of a recording
+        that do not fill a window are not used.
     mirror : str, default=None
-        URL of a copy of the repository's root, from which to download. If None, the files are
-        downloaded from the repository itself.
+        URL of a copy of the repository's root, from which to download. If None, the
+        files are downloaded from the repository itself.
 
     Returns
     -------
@@ -149,8 +153,8 @@ def fetch_rig(
         target_names : list of str
             The conditions, the healthy one first if there is one.
         specimen : ndarray of str, shape (n_windows,)
-            Bearing of each window. Each condition was recorded with one bearing, so it is the
-            condition.
+            Bearing of each window. Each condition was recorded with one bearing, so it
+            is the condition.
         load : ndarray of float, shape (n_windows,)
             Load of the machine. NaN if the authors do not state it.
         rpm : ndarray of float, shape (n_windows,)
@@ -173,11 +177,11 @@ def fetch_rig(
     Raises
     ------
     OSError
-        If a file is missing or is not the original and `download_if_missing` is False, or if it
-        cannot be downloaded. The message names the file.
+        If a file is missing or is not the original and `download_if_missing` is False,
+        or if it cannot be downloaded. The message names the file.
     ValueError
-        If there is no such part of the rig, if `window_length` is below 1 or longer than a
-        recording, or if a file cannot be read.
+        If there is no such part of the rig, if `window_length` is below 1 or longer
+        than a recording, or if a file cannot be read.
     """
     block_length(window_length)  # Checks it before a file is downloaded.
     # A given folder is not created if no file is stored there in the end.
@@ -192,22 +196,31 @@ def fetch_rig(
                 _download(url, path, recording.sha256)
             elif not path.is_file():
                 raise OSError(f"{path} is missing and download_if_missing is False")
-            elif recording.sha256 not in (None, hashlib.sha256(path.read_bytes()).hexdigest()):
+            elif recording.sha256 not in (
+                None,
+                hashlib.sha256(path.read_bytes()).hexdigest(),
+            ):
                 state = "is not the original (another SHA-256)"
                 raise OSError(f"{path} {state} and download_if_missing is False")
             is_held = recording.channel in set(list_channels(path)["channel"])
             channel = recording.channel if is_held else source.channel
-            n_samples = source.n_samples and len(read_recording(path, channel=channel)[0])
+            n_samples = source.n_samples and len(
+                read_recording(path, channel=channel)[0]
+            )
             if n_samples != source.n_samples:
                 original = f"the original has {source.n_samples}"
                 raise OSError(f"{path} has {n_samples} samples, but {original}.")
         labels = {"condition": recording.condition, "rpm": float(recording.rpm)}
         labels["load"] = recording.load
         listed.append(
-            ListedRecording(None, recording.name, path, channel, source.sampling_rate, **labels)
+            ListedRecording(
+                None, recording.name, path, channel, source.sampling_rate, **labels
+            )
         )
     rig = cut_recordings(listed, source.folder, window_length)
-    rig.update(bearing=source.bearing, DESCR=description(source.description or source.folder))
+    rig.update(
+        bearing=source.bearing, DESCR=description(source.description or source.folder)
+    )
     return (rig.data, rig.target) if return_X_y else rig
 
 
@@ -221,7 +234,11 @@ def _download(url, path, sha256):
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         fetch_file(
-            url, folder=path.parent, local_filename=path.name, sha256=sha256, n_retries=N_RETRIES
+            url,
+            folder=path.parent,
+            local_filename=path.name,
+            sha256=sha256,
+            n_retries=N_RETRIES,
         )
     except (OSError, HTTPException) as error:
         raise OSError(f"{path} could not be fetched from {url}: {error}") from error

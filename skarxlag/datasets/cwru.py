@@ -7,7 +7,8 @@ URL = "https://engineering.case.edu/sites/default/files"
 SAMPLING_RATE = 12_000.0
 #: Nominal speed for each load of 0, 1, 2 and 3 hp.
 SPEEDS = (1797, 1772, 1750, 1730)
-#: Number of the first file of each condition. The file of the next load has the next number.
+#: Number of the first file of each condition. The file of the next load has the next
+#: number.
 DRIVE_END = {
     "inner007": 105, "inner014": 169, "inner021": 209, "ball007": 118, "ball014": 185,
     "ball021": 222, "outer007": 130, "outer014": 197, "outer021": 234,
@@ -29,12 +30,12 @@ ENDS = {
 def fetch_cwru(*, end: str = "drive") -> Source:
     """Fetch the bearing data of Case Western Reserve University (download of 105 or 79 MB).
 
-    Acceleration next to a faulty bearing of a motor: three sizes of faults of the inner race, the
-    outer race and a ball, at four loads of 0 to 3 hp (fan end: 1 to 3), each a recording of its own
-    [1]_. Healthy recordings were made at another sampling rate and are not fetched. The conditions
-    are ``inner007``, ``inner014``, ``inner021`` (inner race, 0.007, 0.014 and 0.021 inch), and
-    ``ball...`` and ``outer...`` alike. Each condition is a bearing of its own. The samples are in
-    g, the load is in hp.
+    Acceleration next to a faulty bearing of a motor: three sizes of faults of the inner
+    race, the outer race and a ball, at four loads of 0 to 3 hp (fan end: 1 to 3), each
+    a recording of its own [1]_. Healthy recordings were made at another sampling rate
+    and are not fetched. The conditions are ``inner007``, ``inner014``, ``inner021``
+    (inner race, 0.007, 0.014 and 0.021 inch), and ``ball...`` and ``outer...`` alike.
+    Each condition is a bearing of its own. The samples are in g, the load is in hp.
 
     ================   ======================
     Recordings         36 (fan end: 27)
@@ -45,9 +46,9 @@ def fetch_cwru(*, end: str = "drive") -> Source:
     Bearing            6205 (fan end: 6203)
     ================   ======================
 
-    Converted files are accepted as well: a file ``cwru_drive_end/inner007_1797.npz`` (or
-    ``cwru_fan_end/...``) in `data_home` with an array ``acceleration`` is read as it is, and its
-    SHA-256 is not checked.
+    Converted files are accepted as well: a file ``cwru_drive_end/inner007_1797.npz``
+    (or ``cwru_fan_end/...``) in `data_home` with an array ``acceleration`` is read as
+    it is, and its SHA-256 is not checked.
 
     Parameters
     ----------
@@ -79,6 +80,8 @@ def fetch_cwru(*, end: str = "drive") -> Source:
             # Some files repeat the arrays of another file.
             own = f"X{number:03d}_{sensor}_time"
             facts = {"converted": converted, "channel": own, "load": str(load)}
-            recordings.append(Recording(path, condition, SPEEDS[load], name, sums[path], **facts))
+            recordings.append(
+                Recording(path, condition, SPEEDS[load], name, sums[path], **facts)
+            )
     pattern = f"*_{sensor}_time"
     return Source("cwru", URL, SAMPLING_RATE, recordings, bearing, channel=pattern)

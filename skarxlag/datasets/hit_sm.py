@@ -19,10 +19,10 @@ RIGS = {
 def fetch_hit_sm(*, rig: str = "spectraquest") -> Source:
     """Fetch a rig of the HIT-SM data sets, cut into windows (download of 37 MB).
 
-    Vibration of normal bearings and of bearings with a fault of the inner or the outer race in
-    three sizes, at three shaft speeds [1]_. The gain differs between files of the SpectraQuest rig,
-    so amplitudes cannot be compared between its recordings: scale every window to unit RMS before
-    you use it.
+    Vibration of normal bearings and of bearings with a fault of the inner or the outer
+    race in three sizes, at three shaft speeds [1]_. The gain differs between files of
+    the SpectraQuest rig, so amplitudes cannot be compared between its recordings: scale
+    every window to unit RMS before you use it.
 
     ================   ===================
     Recordings                          21
@@ -33,20 +33,24 @@ def fetch_hit_sm(*, rig: str = "spectraquest") -> Source:
     Bearing            6205 (SpectraQuest)
     ================   ===================
 
-    The conditions are ``Normal``, ``IR2``, ``IR5``, ``IR8`` (inner race, arc of 2, 5, 8 degrees),
-    ``OR2``, ``OR5`` and ``OR8`` (outer race). Each condition is a bearing of its own. The authors
-    state neither the unit of the samples nor the bearing of the self-built rig.
+    The conditions are ``Normal``, ``IR2``, ``IR5``, ``IR8`` (inner race, arc of 2, 5, 8
+    degrees), ``OR2``, ``OR5`` and ``OR8`` (outer race). Each condition is a bearing of
+    its own. The authors state neither the unit of the samples nor the bearing of the
+    self-built rig.
 
     Parameters
     ----------
     rig : {"spectraquest", "self-built"}, default="spectraquest"
-        The rig: the SpectraQuest machinery fault simulator, or the rig that the laboratory built.
+        The rig: the SpectraQuest machinery fault simulator, or the rig that the
+        laboratory built.
     {shared}
 
     References
     ----------
-    .. [1] "Multisource cross-domain fault diagnosis of rolling bearing based on subdomain
-       adaptation network", the paper that the repository hitwzc/Bearing-datasets belongs to.
+    .. [1] "Multisource cross-domain fault diagnosis of rolling bearing based on
+           subdomain
+       adaptation network", the paper that the repository hitwzc/Bearing-datasets
+       belongs to.
 
     Examples
     --------

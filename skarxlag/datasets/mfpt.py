@@ -18,11 +18,12 @@ NICE = BearingGeometry(8, 0.235 * MM_PER_INCH, 1.245 * MM_PER_INCH)
 def fetch_mfpt() -> Source:
     """Fetch the bearing fault data of the MFPT society, cut into windows.
 
-    Acceleration of a bearing with a fault of the inner or the outer race at seven loads, each a
-    recording of its own [1]_. There is one speed only, and no healthy recording at this rate.
-    The conditions are ``inner`` and ``outer``. The attribute ``load`` is the number of the load in
-    the name of the file, 1 to 7, not a force. The samples are in g. The bearing has 8 elements of
-    0.235 inch on a pitch diameter of 1.245 inch.
+    Acceleration of a bearing with a fault of the inner or the outer race at seven
+    loads, each a recording of its own [1]_. There is one speed only, and no healthy
+    recording at this rate. The conditions are ``inner`` and ``outer``. The attribute
+    ``load`` is the number of the load in the name of the file, 1 to 7, not a force. The
+    samples are in g. The bearing has 8 elements of 0.235 inch on a pitch diameter of
+    1.245 inch.
 
     ================   ==========
     Recordings                 14
@@ -32,9 +33,10 @@ def fetch_mfpt() -> Source:
     Sampling rate      48.828 kHz
     ================   ==========
 
-    The commit of the repository is fixed. The SHA-256 sums of its files are not known here, so the
-    number of samples of each recording is checked instead. Converted files are accepted as well: a
-    file ``mfpt/inner_load1.npz`` in `data_home` with an array ``acceleration`` is read as it is.
+    The commit of the repository is fixed. The SHA-256 sums of its files are not known
+    here, so the number of samples of each recording is checked instead. Converted files
+    are accepted as well: a file ``mfpt/inner_load1.npz`` in `data_home` with an array
+    ``acceleration`` is read as it is.
 
     Parameters
     ----------
@@ -42,7 +44,8 @@ def fetch_mfpt() -> Source:
 
     References
     ----------
-    .. [1] E. Bechhoefer, "Condition Based Maintenance Fault Database for Testing Diagnostics and
+    .. [1] E. Bechhoefer, "Condition Based Maintenance Fault Database for Testing
+           Diagnostics and
        Prognostic Algorithms", MFPT Society, 2013.
 
     Examples

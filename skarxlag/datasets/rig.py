@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 from sklearn.utils import check_scalar
 
-from skarxlag._state import expect
-from skarxlag._validation import ABOVE_0, check_real
 from skarxlag.bearings import SKF_6205, BearingGeometry, contact_speed
+from skarxlag.core.state import expect
+from skarxlag.core.validation import ABOVE_0, check_real
 from skarxlag.datasets.strikes import impact_velocity, simulate_strikes, transit_time
 from skarxlag.datasets.transmission import (
     DEFAULT_PATHS,
@@ -25,8 +25,9 @@ LOCATIONS = ("outer", "inner", "ball")
 METRES_PER_MICROMETRE = 1e-6
 #: Mean drive torque in N m: the rated torque of a four-pole motor of about 0.37 kW.
 MEAN_TORQUE = 2.0
-#: Amplitude relative to the mean, and periods per turn of the shaft, of each ripple: misalignment,
-#: a gear mesh, and the lowest harmonic of an inverter-fed motor of two pole pairs.
+#: Amplitude relative to the mean, and periods per turn of the shaft, of each ripple:
+#: misalignment, a gear mesh, and the lowest harmonic of an inverter-fed motor of two
+#: pole pairs.
 TORQUE_RIPPLES = ((0.02, 1), (0.01, 25), (0.01, 12))
 #: RMS of the white fluctuation of the torque in N m.
 TORQUE_FLUCTUATION = 0.02
@@ -36,47 +37,50 @@ TORQUE_FLUCTUATION = 0.02
 class Rig:
     """Physical parameters of the simulated rig.
 
-    The word "chosen" marks a value that is set for physical plausibility and has no source.
+    The word "chosen" marks a value that is set for physical plausibility and has no
+    source.
 
     Parameters
     ----------
     sampling_rate : float, default=250_000.0
         Sampling rate in Hz. Source: [1]_, section 2.
     bearing : BearingGeometry, default=SKF_6205
-        The bearing. The default is the SKF 6205-2RS JEM, the drive-end bearing of the Case Western
-        Reserve University data, with the dimensions published there.
+        The bearing. The default is the SKF 6205-2RS JEM, the drive-end bearing of the
+        Case Western Reserve University data, with the dimensions published there.
     paths : TransmissionPaths, default=TransmissionPaths()
-        Resonances, gain and delay between each place and the sensor. The class states the sources.
+        Resonances, gain and delay between each place and the sensor. The class states
+        the sources.
     torque_leak : sequence of float, default=(0.10, 0.05, -0.05, -0.10)
-        Response of the output to the torque 1, 2, ... samples earlier, in V/(N m). An empty
-        sequence means no leak. Chosen: the values sum to zero, because amplifiers of acoustic
-        emission block the mean.
+        Response of the output to the torque 1, 2, ... samples earlier, in V/(N m). An
+        empty sequence means no leak. Chosen: the values sum to zero, because amplifiers
+        of acoustic emission block the mean.
     slip : float, default=0.01
-        Standard deviation of the interval between two strikes relative to its mean, in [0, 0.1].
-        Source: 1 to 2 % is usual [2]_.
+        Standard deviation of the interval between two strikes relative to its mean, in
+        [0, 0.1]. Source: 1 to 2 % is usual [2]_.
     load_distribution : float, default=0.5
         Load distribution factor, > 0. Source: 0.5 for a bearing without clearance [3]_.
     impact_level : float, default=0.5
-        Peak output for a unit velocity of impact through a path of unit gain, in V/(m/s).
-        Chosen: the bursts of a crack of 3 mm in the outer ring at 500 rpm are about 14 dB above
-        the continuous emission.
+        Peak output for a unit velocity of impact through a path of unit gain, in
+        V/(m/s). Chosen: the bursts of a crack of 3 mm in the outer ring at 500 rpm are
+        about 14 dB above the continuous emission.
     entry_ratio : float, default=0.3
-        Strength of the strike at the entry into a crack, relative to the impact at its end. Chosen;
-        the entry is weaker than the impact [4]_.
+        Strength of the strike at the entry into a crack, relative to the impact at its
+        end. Chosen; the entry is weaker than the impact [4]_.
     friction_level : float, default=0.02
-        RMS output from friction at one place for a unit contact speed through a path of unit gain,
-        in V/(m/s). Chosen: about 10 mV at 500 rpm behind a preamplifier of 40 dB. The RMS
-        of acoustic emission grows with the speed [5]_.
+        RMS output from friction at one place for a unit contact speed through a path of
+        unit gain, in V/(m/s). Chosen: about 10 mV at 500 rpm behind a preamplifier of
+        40 dB. The RMS of acoustic emission grows with the speed [5]_.
     rubbing_level : float, default=0.01
-        RMS output from rubbing at a defect for each millimetre of its crack, for a unit contact
-        speed through a path of unit gain, in V/(m/s)/mm. Chosen; the RMS grows with the defect
-        [5]_.
+        RMS output from rubbing at a defect for each millimetre of its crack, for a unit
+        contact speed through a path of unit gain, in V/(m/s)/mm. Chosen; the RMS grows
+        with the defect [5]_.
     asperity_um : float, default=5.0
-        Length of an asperity contact in micrometres, > 0. Together with the contact speed it
-        determines the corner frequency of the friction spectrum (see
+        Length of an asperity contact in micrometres, > 0. Together with the contact
+        speed it determines the corner frequency of the friction spectrum (see
         `skarxlag.datasets.transmission.friction_response`). Chosen: a ground raceway.
     noise_level : float, default=5e-4
-        RMS of the sensor noise in V. Chosen: 5 uV at the input of a preamplifier of 40 dB.
+        RMS of the sensor noise in V. Chosen: 5 uV at the input of a preamplifier of 40
+        dB.
 
     Raises
     ------
@@ -85,17 +89,20 @@ class Rig:
 
     References
     ----------
-    .. [1] F. Piltan, J.-M. Kim, "Nonlinear Extended-state ARX-Laguerre PI Observer Fault
+    .. [1] F. Piltan, J.-M. Kim, "Nonlinear Extended-state ARX-Laguerre PI Observer
+           Fault
        Diagnosis of Bearings", Applied Sciences 9(5), 888, 2019.
     .. [2] R. B. Randall, J. Antoni, "Rolling element bearing diagnostics - a tutorial",
        Mechanical Systems and Signal Processing 25, 2011.
     .. [3] T.A. Harris, M.N. Kotzalas, "Rolling Bearing Analysis", 5th ed., 2006.
-    .. [4] N. Sawalhi, R. B. Randall, "Vibration response of spalled rolling element bearings:
-       observations, simulations and signal processing techniques to track the spall size",
-       Mechanical Systems and Signal Processing 25, 2011.
-    .. [5] A. M. Al-Ghamd, D. Mba, "A comparative experimental study on the use of acoustic
-       emission and vibration analysis for bearing defect identification and estimation of
-       defect size", Mechanical Systems and Signal Processing 20, 2006.
+    .. [4] N. Sawalhi, R. B. Randall, "Vibration response of spalled rolling element
+           bearings:
+       observations, simulations and signal processing techniques to track the spall
+       size", Mechanical Systems and Signal Processing 25, 2011.
+    .. [5] A. M. Al-Ghamd, D. Mba, "A comparative experimental study on the use of
+           acoustic
+       emission and vibration analysis for bearing defect identification and estimation
+       of defect size", Mechanical Systems and Signal Processing 20, 2006.
 
     Examples
     --------
@@ -144,7 +151,9 @@ DEFAULT_RIG = Rig()
 def _friction_at_sensor(rig, rpm, location, n_samples, rng):
     """Simulate the friction emission of one place; its RMS equals the gain of its path."""
     path = getattr(rig.paths, location)
-    contact_time = rig.asperity_um * METRES_PER_MICROMETRE / contact_speed(rig.bearing, rpm)
+    contact_time = (
+        rig.asperity_um * METRES_PER_MICROMETRE / contact_speed(rig.bearing, rpm)
+    )
     response = path.gain * friction_response(path, rig.sampling_rate, contact_time)
     source = rng.standard_normal(n_samples + len(response) - 1)
     return oaconvolve(source, response, mode="valid")
@@ -168,7 +177,12 @@ def _strikes_at_sensor(rig, rpm, location, crack_mm, n_samples, rng):
 
 
 def defect_emission(
-    rig: Rig, rpm: float, location: str, crack_mm: float, n_samples: int, generator: _Generators
+    rig: Rig,
+    rpm: float,
+    location: str,
+    crack_mm: float,
+    n_samples: int,
+    generator: _Generators,
 ) -> NDArray[Any]:
     r"""Simulate the emission of one defect at the sensor: its strikes, and rubbing at its crack.
 
@@ -197,9 +211,14 @@ def defect_emission(
     emission : ndarray of shape (n_samples,)
         Emission in V.
     """
-    strikes = _strikes_at_sensor(rig, rpm, location, crack_mm, n_samples, generator("strikes"))
+    strikes = _strikes_at_sensor(
+        rig, rpm, location, crack_mm, n_samples, generator("strikes")
+    )
     rubbing = _friction_at_sensor(rig, rpm, location, n_samples, generator("rubbing"))
-    return strikes + rig.rubbing_level * crack_mm * contact_speed(rig.bearing, rpm) * rubbing
+    return (
+        strikes
+        + rig.rubbing_level * crack_mm * contact_speed(rig.bearing, rpm) * rubbing
+    )
 
 
 def background(
@@ -234,10 +253,14 @@ def background(
         Drive torque in N m.
     """
     rng = generator("friction")
-    friction = sum(_friction_at_sensor(rig, rpm, place, n_samples, rng) for place in LOCATIONS)
+    friction = sum(
+        _friction_at_sensor(rig, rpm, place, n_samples, rng) for place in LOCATIONS
+    )
     emission = rig.friction_level * contact_speed(rig.bearing, rpm) * friction
     n_lags = len(rig.torque_leak)
-    torque = drive_torque(rpm, n_samples + n_lags, rig.sampling_rate, generator("torque"))
+    torque = drive_torque(
+        rpm, n_samples + n_lags, rig.sampling_rate, generator("torque")
+    )
     if n_lags:
         emission += np.convolve(torque[:-1], rig.torque_leak, mode="valid")
     emission += rig.noise_level * generator("noise").standard_normal(n_samples)
@@ -251,9 +274,10 @@ def drive_torque(
 
     .. math:: u(t) = M \left(1 + \sum_i r_i \cos(2\pi o_i f_r t + \phi_i)\right) + \sigma \xi(t)
 
-    Here M is the mean load and :math:`f_r` is the rotation rate of the shaft. The ripples have the
-    amplitudes :math:`r_i`, the orders :math:`o_i` and the random phases :math:`\phi_i`. The
-    fluctuation :math:`\xi` is white, and :math:`\sigma` is its RMS. All values are chosen.
+    Here M is the mean load and :math:`f_r` is the rotation rate of the shaft. The
+    ripples have the amplitudes :math:`r_i`, the orders :math:`o_i` and the random
+    phases :math:`\phi_i`. The fluctuation :math:`\xi` is white, and :math:`\sigma` is
+    its RMS. All values are chosen.
 
     Parameters
     ----------
@@ -274,5 +298,7 @@ def drive_torque(
     turns = rpm / 60 * np.arange(n_samples) / sampling_rate
     ripples, orders = np.transpose(TORQUE_RIPPLES)
     phases = rng.uniform(0, 2 * np.pi, len(ripples))
-    relative = 1 + ripples @ np.cos(2 * np.pi * np.outer(orders, turns) + phases[:, np.newaxis])
+    relative = 1 + ripples @ np.cos(
+        2 * np.pi * np.outer(orders, turns) + phases[:, np.newaxis]
+    )
     return MEAN_TORQUE * relative + TORQUE_FLUCTUATION * rng.standard_normal(n_samples)

@@ -11,11 +11,18 @@ import pandas as pd
 from numpy.typing import ArrayLike
 from sklearn.utils import Bunch, check_random_state, check_scalar
 
-from skarxlag._state import expect
+from skarxlag.core.state import expect
 from skarxlag.datasets._repository import description
-from skarxlag.datasets.rig import DEFAULT_RIG, LOCATIONS, Rig, background, defect_emission
+from skarxlag.datasets.rig import (
+    DEFAULT_RIG,
+    LOCATIONS,
+    Rig,
+    background,
+    defect_emission,
+)
 
-# The conditions of the bearing, with the paper's names, and the locations of their defects.
+# The conditions of the bearing, with the paper's names, and the locations of their
+# defects.
 CONDITIONS: dict[str, tuple[str, ...]] = {
     "Normal": (),
     "IR": ("inner",),
@@ -27,7 +34,8 @@ CONDITIONS: dict[str, tuple[str, ...]] = {
     "IR-OR-Ball": ("inner", "outer", "ball"),
 }
 
-# Each recording or defect has one independent stream of random numbers for each of these names.
+# Each recording or defect has one independent stream of random numbers for each of
+# these names.
 STREAMS = ("torque", "noise", "friction", "strikes", "rubbing")
 
 
@@ -65,81 +73,87 @@ def simulate_rig(
         y(k) = \sum_{d} \left[ h_d * s_d + c\,w_d\,v\;(g_d * \xi_d) \right](k)
         + \sum_{l} b\,v\;(g_l * \xi'_l)(k) + \sum_{i \ge 1} \beta_i\, u(k - i) + \sigma\,\eta(k)
 
-    The first sum is over the defects d of the condition, the second over all places l (outer ring,
-    inner ring, ball). The terms are, in this order:
+    The first sum is over the defects d of the condition, the second over all places l
+    (outer ring, inner ring, ball). The terms are, in this order:
 
-    - strikes :math:`s_d` at the defect frequency, filtered by the transmission path :math:`h_d` of
-      the defect's place;
+    - strikes :math:`s_d` at the defect frequency, filtered by the transmission path
+      :math:`h_d` of the defect's place;
     - rubbing at a crack of width :math:`w_d`;
     - friction of the whole bearing;
     - the torque u, which leaks into the output;
     - sensor noise.
 
-    :math:`\xi, \xi', \eta` are white noise, v is the speed of the rolling contact, and :math:`g` is
-    the transmission path combined with the low-pass spectrum of friction. The factors c, b and
-    :math:`\sigma` are `rubbing_level`, `friction_level` and `noise_level`, and :math:`\beta_i` is
-    `torque_leak`.
+    :math:`\xi, \xi', \eta` are white noise, v is the speed of the rolling contact, and
+    :math:`g` is the transmission path combined with the low-pass spectrum of friction.
+    The factors c, b and :math:`\sigma` are `rubbing_level`, `friction_level` and
+    `noise_level`, and :math:`\beta_i` is `torque_leak`.
 
-    A compound fault is the superposition of its single faults. The emission of a defect depends
-    only on its place, the speed and the crack, and its realisation is the same in the recordings
-    of the single and of the compound fault. Torque, friction of the healthy bearing and noise are
-    independent between recordings. A recording does not depend on which other recordings are
-    generated.
+    A compound fault is the superposition of its single faults. The emission of a defect
+    depends only on its place, the speed and the crack, and its realisation is the same
+    in the recordings of the single and of the compound fault. Torque, friction of the
+    healthy bearing and noise are independent between recordings. A recording does not
+    depend on which other recordings are generated.
 
-    The defaults of the parameters and of the sampling rate are those of Table 1 of [1]_. The paper
-    neither names its bearing nor publishes a signal, so the other physical parameters are set for
-    physical plausibility, see :class:`skarxlag.datasets.rig.Rig`.
+    The defaults of the parameters and of the sampling rate are those of Table 1 of
+    [1]_. The paper neither names its bearing nor publishes a signal, so the other
+    physical parameters are set for physical plausibility, see
+    :class:`skarxlag.datasets.rig.Rig`.
 
-    A window of 1200 samples at 250 kHz lasts 4.8 ms. This is shorter than the interval between two
-    strikes at every defect frequency and speed of the default rig (22 to 56 ms). The entry into a
-    crack and the impact at its end are 3 to 10 ms apart. Most windows of a faulty condition
-    therefore contain no strike, and a diagnoser of single windows can only use the spectrum and
-    the level of the continuous emission.
+    A window of 1200 samples at 250 kHz lasts 4.8 ms. This is shorter than the interval
+    between two strikes at every defect frequency and speed of the default rig (22 to 56
+    ms). The entry into a crack and the impact at its end are 3 to 10 ms apart. Most
+    windows of a faulty condition therefore contain no strike, and a diagnoser of single
+    windows can only use the spectrum and the level of the continuous emission.
 
     Parameters
     ----------
     rpm : float or array-like of float, default=(300, 400, 450, 500)
         Shaft speeds in revolutions per minute. Source: [1]_, Table 1.
     crack_mm : float or array-like of float, default=(3, 6)
-        Widths of the crack along the rolling direction, in mm. They must not exceed the diameter of
-        an element. Source: [1]_, Table 1. The normal condition has no crack and has one recording
-        for each speed.
+        Widths of the crack along the rolling direction, in mm. They must not exceed the
+        diameter of an element. Source: [1]_, Table 1. The normal condition has no crack
+        and has one recording for each speed.
     conditions : str or sequence of str, default=None
-        Which of "Normal", "IR", "OR", "Ball", "IR-Ball", "OR-Ball", "IR-OR" and "IR-OR-Ball" to
-        simulate. If None, all are simulated. Source: [1]_, Tables 1 and 2.
+        Which of "Normal", "IR", "OR", "Ball", "IR-Ball", "OR-Ball", "IR-OR" and
+        "IR-OR-Ball" to simulate. If None, all are simulated. Source: [1]_, Tables 1 and
+        2.
     n_samples : int, default=120_000
-        Number of samples of a recording, a multiple of `window_length`. Source: [1]_, section 5.
+        Number of samples of a recording, a multiple of `window_length`. Source: [1]_,
+        section 5.
     window_length : int, default=1200
         Number of samples of a window. Source: [1]_, section 5.
     rig : Rig, optional
-        The physical parameters: sampling rate, bearing, transmission paths, slip, and the levels of
-        the sources. The default is ``Rig()``, see :class:`skarxlag.datasets.rig.Rig`.
+        The physical parameters: sampling rate, bearing, transmission paths, slip, and
+        the levels of the sources. The default is ``Rig()``, see
+        :class:`skarxlag.datasets.rig.Rig`.
     random_state : int, RandomState instance or None, default=0
         Seed or generator of the random numbers.
     return_fault : bool, default=False
-        If True, also return the known fault signal, which takes half the memory of `data`. This
-        does not change `data`.
+        If True, also return the known fault signal, which takes half the memory of
+        `data`. This does not change `data`.
 
     Returns
     -------
     rig : :class:`~sklearn.utils.Bunch`
-        The windows of all recordings. Windows of one recording are consecutive and in time order.
-        The attributes are
+        The windows of all recordings. Windows of one recording are consecutive and in
+        time order. The attributes are
 
-        - data : float64 ndarray of shape (n_windows, 2, window_length); channel 0 the acoustic
-          emission in V (output), channel 1 the drive torque in N m (measured input)
+        - data : float64 ndarray of shape (n_windows, 2, window_length); channel 0 the
+          acoustic emission in V (output), channel 1 the drive torque in N m (measured
+          input)
         - target : str ndarray of shape (n_windows,), the condition
         - target_names : list of str, the conditions, the healthy one first
-        - specimen : str ndarray of shape (n_windows,), the condition: nothing but the crack differs
-          between the simulated bearings
+        - specimen : str ndarray of shape (n_windows,), the condition: nothing but the
+          crack differs between the simulated bearings
         - load : float ndarray of shape (n_windows,), NaN: no load is simulated
         - rpm : float ndarray of shape (n_windows,)
         - crack_mm : float ndarray of shape (n_windows,), 0 for the normal condition
         - recording : str ndarray of shape (n_windows,)
         - start : int ndarray of shape (n_windows,), first sample in the recording
         - fault : float64 ndarray of shape (n_windows, window_length), only with
-          ``return_fault=True``; the first sum of the equation, which is the contribution of the
-          defects to channel 0 of `data`, in V; 0 for the normal condition
+          ``return_fault=True``; the first sum of the equation, which is the
+          contribution of the defects to channel 0 of `data`, in V; 0 for the normal
+          condition
         - sampling_rate : float, in Hz
         - DESCR : str
 
@@ -150,7 +164,8 @@ def simulate_rig(
 
     References
     ----------
-    .. [1] F. Piltan, J.-M. Kim, "Nonlinear Extended-state ARX-Laguerre PI Observer Fault
+    .. [1] F. Piltan, J.-M. Kim, "Nonlinear Extended-state ARX-Laguerre PI Observer
+           Fault
        Diagnosis of Bearings", Applied Sciences 9(5), 888, 2019.
 
     Examples
@@ -171,18 +186,31 @@ def simulate_rig(
     """
     speeds = _positive_numbers("rpm", rpm)
     cracks = _positive_numbers("crack_mm", crack_mm)
-    chosen = list(CONDITIONS) if conditions is None else np.atleast_1d(conditions).tolist()
+    chosen = (
+        list(CONDITIONS) if conditions is None else np.atleast_1d(conditions).tolist()
+    )
     fits = 0 < len(chosen) == len({*chosen} & {*CONDITIONS})
     expect(fits, "conditions", conditions, f"different names out of {list(CONDITIONS)}")
     names = [name for name in CONDITIONS if name in chosen]
     check_scalar(window_length, "window_length", (int, np.integer), min_val=1)
     check_scalar(n_samples, "n_samples", (int, np.integer), min_val=1)
     is_whole = n_samples % window_length == 0
-    expect(is_whole, "n_samples", n_samples, f"a multiple of window_length={window_length}")
+    expect(
+        is_whole, "n_samples", n_samples, f"a multiple of window_length={window_length}"
+    )
     check_scalar(rig, "rig", Rig)
     diameter = rig.bearing.element_diameter
-    expect(max(cracks) <= diameter, "crack_mm", crack_mm, f"at most an element, {diameter} mm")
-    entropy = check_random_state(random_state).randint(2**32, size=4, dtype=np.uint32).tolist()
+    expect(
+        max(cracks) <= diameter,
+        "crack_mm",
+        crack_mm,
+        f"at most an element, {diameter} mm",
+    )
+    entropy = (
+        check_random_state(random_state)
+        .randint(2**32, size=4, dtype=np.uint32)
+        .tolist()
+    )
 
     recordings = [
         (speed, name, crack)
@@ -195,24 +223,32 @@ def simulate_rig(
     defects = {}
     for row, (speed, name, crack) in enumerate(recordings):
         key = (list(CONDITIONS).index(name), speed, crack)
-        emission, torque = background(rig, speed, n_samples, partial(_generator, entropy, key))
+        emission, torque = background(
+            rig, speed, n_samples, partial(_generator, entropy, key)
+        )
         for location in CONDITIONS[name]:
             defect = (LOCATIONS.index(location), speed, crack)
             if defect not in defects:
                 generator = partial(_generator, entropy, defect)
-                emitted = defect_emission(rig, speed, location, crack, n_samples, generator)
+                emitted = defect_emission(
+                    rig, speed, location, crack, n_samples, generator
+                )
                 defects[defect] = emitted
             emission += defects[defect]
             if return_fault:
                 fault[row] += defects[defect]
-        data[row] = np.stack([emission, torque]).reshape(2, n_windows, -1).swapaxes(0, 1)
+        data[row] = (
+            np.stack([emission, torque]).reshape(2, n_windows, -1).swapaxes(0, 1)
+        )
 
     names_of_recordings = [
         f"{name}_{speed:.12g}rpm" + (f"_{crack:.12g}mm" if crack else "")
         for speed, name, crack in recordings
     ]
     source = np.repeat(np.arange(len(recordings)), n_windows)
-    rpm_of, condition_of, crack_of = (np.array(column) for column in zip(*recordings, strict=True))
+    rpm_of, condition_of, crack_of = (
+        np.array(column) for column in zip(*recordings, strict=True)
+    )
     found = Bunch(
         data=data.reshape(-1, 2, window_length),
         target=condition_of[source],

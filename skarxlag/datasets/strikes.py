@@ -5,7 +5,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from skarxlag.bearings import METRES_PER_MM, BearingGeometry, contact_speed, defect_frequencies
+from skarxlag.bearings import (
+    METRES_PER_MM,
+    BearingGeometry,
+    contact_speed,
+    defect_frequencies,
+)
 
 POINT_CONTACT_EXPONENT = 1.5
 
@@ -13,8 +18,9 @@ POINT_CONTACT_EXPONENT = 1.5
 def transit_time(bearing: BearingGeometry, rpm: float, crack_mm: float) -> float:
     r"""Return the time from an element's entry into a crack to its impact on the far edge.
 
-    The element hits the far edge of a crack of width w when its centre is over the middle of the
-    crack. With the contact speed v, this is the time :math:`w / (2 v)` after the entry [1]_.
+    The element hits the far edge of a crack of width w when its centre is over the
+    middle of the crack. With the contact speed v, this is the time :math:`w / (2 v)`
+    after the entry [1]_.
 
     Parameters
     ----------
@@ -49,9 +55,10 @@ def transit_time(bearing: BearingGeometry, rpm: float, crack_mm: float) -> float
 def impact_velocity(bearing: BearingGeometry, rpm: float, crack_mm: float) -> float:
     r"""Return the velocity at which an element hits the far edge of a crack.
 
-    An element of diameter d that rests on both edges of a crack of width w has turned by
-    :math:`\arcsin(w / d)`. The contact speed v therefore has the component :math:`v w / d` along
-    the line of the impact. This velocity grows with the width of the crack and with the speed.
+    An element of diameter d that rests on both edges of a crack of width w has turned
+    by :math:`\arcsin(w / d)`. The contact speed v therefore has the component :math:`v
+    w / d` along the line of the impact. This velocity grows with the width of the crack
+    and with the speed.
 
     Parameters
     ----------
@@ -77,12 +84,14 @@ def impact_velocity(bearing: BearingGeometry, rpm: float, crack_mm: float) -> fl
     return float(contact_speed(bearing, rpm) * crack_mm / bearing.element_diameter)
 
 
-def load_distribution_at(angle: float | NDArray[Any], load_distribution: float) -> NDArray[Any]:
+def load_distribution_at(
+    angle: float | NDArray[Any], load_distribution: float
+) -> NDArray[Any]:
     r"""Return the load of an element, relative to the largest load in the bearing.
 
     The load at the angle :math:`\psi` from the direction of the load follows Stribeck's
-    distribution with the load distribution factor :math:`\epsilon` and the exponent 3/2 of a point
-    contact [1]_:
+    distribution with the load distribution factor :math:`\epsilon` and the exponent 3/2
+    of a point contact [1]_:
 
     .. math:: q(\psi) = \max\left(0,\, 1 - \frac{1 - \cos\psi}{2 \epsilon}\right)^{3/2}.
 
@@ -91,7 +100,8 @@ def load_distribution_at(angle: float | NDArray[Any], load_distribution: float) 
     angle : float or ndarray
         Angle from the direction of the load, in radians.
     load_distribution : float
-        The factor :math:`\epsilon`, > 0. The value 0.5 describes a bearing without clearance.
+        The factor :math:`\epsilon`, > 0. The value 0.5 describes a bearing without
+        clearance.
 
     Returns
     -------
@@ -116,29 +126,37 @@ def load_distribution_at(angle: float | NDArray[Any], load_distribution: float) 
 
 def _interval_sums(expected, slip, rng):
     """Return times since the first strike, in mean intervals, that reach at least `expected`."""
-    # The margin covers the accumulated slip. Its standard deviation grows with the square root of
-    # the number of intervals.
+    # The margin covers the accumulated slip. Its standard deviation grows with the
+    # square root of the number of intervals.
     n_intervals = int(np.ceil(expected + 6 * slip * np.sqrt(expected) + 2))
-    return np.concatenate([[0.0], np.cumsum(1 + slip * rng.standard_normal(n_intervals))])
+    return np.concatenate(
+        [[0.0], np.cumsum(1 + slip * rng.standard_normal(n_intervals))]
+    )
 
 
 def simulate_strikes(
-    rig: Any, rpm: float, location: str, duration: float, before: float, rng: np.random.Generator
+    rig: Any,
+    rpm: float,
+    location: str,
+    duration: float,
+    before: float,
+    rng: np.random.Generator,
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""Simulate the times at which elements enter a defect, and the load at each time.
 
-    The intervals between two entries are :math:`(1 + s\,\xi) / f`, where f is the strike rate of
-    the defect, s is the slip, and :math:`\xi` is normal with unit variance. The intervals are
-    independent, so their deviations accumulate over time, as they do for real rolling elements
-    [1]_. The load zone does not move. A defect of the outer ring therefore always carries the
-    largest load. A defect of the inner ring passes through the load zone with each turn of the
-    shaft, and a defect of a ball with each turn of the cage [2]_.
+    The intervals between two entries are :math:`(1 + s\,\xi) / f`, where f is the
+    strike rate of the defect, s is the slip, and :math:`\xi` is normal with unit
+    variance. The intervals are independent, so their deviations accumulate over time,
+    as they do for real rolling elements [1]_. The load zone does not move. A defect of
+    the outer ring therefore always carries the largest load. A defect of the inner ring
+    passes through the load zone with each turn of the shaft, and a defect of a ball
+    with each turn of the cage [2]_.
 
     Parameters
     ----------
     rig : Rig
-        The physical parameters, of which the bearing, the slip and the load distribution factor
-        are used.
+        The physical parameters, of which the bearing, the slip and the load
+        distribution factor are used.
     rpm : float
         Speed of the shaft, in revolutions per minute.
     location : {"outer", "inner", "ball"}
@@ -146,8 +164,8 @@ def simulate_strikes(
     duration : float
         Duration of the simulation from time 0 on, in seconds.
     before : float
-        Duration of the simulation before time 0, in seconds. The strikes from time 0 on do not
-        depend on it.
+        Duration of the simulation before time 0, in seconds. The strikes from time 0 on
+        do not depend on it.
     rng : numpy.random.Generator
         Generator of the random phases and intervals.
 
@@ -160,9 +178,11 @@ def simulate_strikes(
 
     References
     ----------
-    .. [1] J. Antoni, R. B. Randall, "A stochastic model for simulation and diagnostics of
+    .. [1] J. Antoni, R. B. Randall, "A stochastic model for simulation and diagnostics
+           of
        rolling element bearings with localized faults", J. Vib. Acoust. 125 (2003).
-    .. [2] P. D. McFadden, J. D. Smith, "Model for the vibration produced by a single point
+    .. [2] P. D. McFadden, J. D. Smith, "Model for the vibration produced by a single
+           point
        defect in a rolling element bearing", Journal of Sound and Vibration 96 (1984).
 
     Examples
@@ -183,5 +203,7 @@ def simulate_strikes(
     times = times[(times >= -before) & (times < duration)]
     if location == "outer":
         return times, np.ones(len(times))
-    angle = zone_phase + (rpm / 60 if location == "inner" else frequencies["cage"]) * times
+    angle = (
+        zone_phase + (rpm / 60 if location == "inner" else frequencies["cage"]) * times
+    )
     return times, load_distribution_at(2 * np.pi * angle, rig.load_distribution)

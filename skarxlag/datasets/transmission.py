@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from skarxlag._state import expect
-from skarxlag._validation import check_real
+from skarxlag.core.state import expect
+from skarxlag.core.validation import check_real
 
 # A response is cut off where its slowest mode has decayed by 120 dB.
 DECAY = np.log(1e6)
@@ -25,16 +25,19 @@ class TransmissionPath:
     damping : tuple of float
         Damping ratio of each mode, in (0, 1).
     amplitudes : tuple of float
-        Participation of each mode, dimensionless. Only the ratios of these values matter.
+        Participation of each mode, dimensionless. Only the ratios of these values
+        matter.
     gain : float
-        Transmission of the path, dimensionless, >= 0 (1 for a source next to the sensor).
+        Transmission of the path, dimensionless, >= 0 (1 for a source next to the
+        sensor).
     delay : float
         Travel time to the sensor, in seconds, >= 0.
 
     Raises
     ------
     ValueError, TypeError
-        If the three tuples differ in length, or a value is out of range or of another type.
+        If the three tuples differ in length, or a value is out of range or of another
+        type.
 
     Examples
     --------
@@ -51,11 +54,17 @@ class TransmissionPath:
 
     def __post_init__(self) -> None:
         n_modes = max(len(self.frequencies), 1)
-        bounds = {"frequencies": (0, np.inf), "damping": (0, 1), "amplitudes": (-np.inf, np.inf)}
+        bounds = {
+            "frequencies": (0, np.inf),
+            "damping": (0, 1),
+            "amplitudes": (-np.inf, np.inf),
+        }
         for name, (least, largest) in bounds.items():
             values = np.array(getattr(self, name))
             fits = values.shape == (n_modes,) and (values > least) & (values < largest)
-            wanted = f"one number in ({least:g}, {largest:g}) for each of {n_modes} modes"
+            wanted = (
+                f"one number in ({least:g}, {largest:g}) for each of {n_modes} modes"
+            )
             expect(fits, name, getattr(self, name), wanted)
         expect(any(self.amplitudes), "amplitudes", self.amplitudes, "not only zeros")
         check_real(self.gain, "gain", min_val=0)
@@ -68,18 +77,22 @@ class TransmissionPaths:
 
     The defaults describe the SKF 6205 bearing.
 
-    - Rings: the natural frequencies are those of the free in-plane bending modes of a steel ring,
-      :math:`f_n = \frac{c h}{2 \pi \sqrt{12} R^2} \frac{n (n^2 - 1)}{\sqrt{n^2 + 1}}` [1]_ with
-      c = 5150 m/s, rounded to 100 Hz. The modes are n = 3-6 of the outer ring (mean radius
-      R = 24.74 mm, thickness h = 2.51 mm) and n = 2-5 of the inner ring (14.02 mm, 3.05 mm).
-    - Ball: 30 kHz is the resonance of a ball of 2.04 g on two Hertzian contacts of 3.6e7 N/m each
-      (at a load of about 100 N). A source at a ball also excites one mode of each ring.
-    - Sensor: 60 kHz in every path is the resonance of a low-frequency acoustic emission sensor.
-    - Damping, participation and gain have no source; they are chosen. The damping is 1.5 % for a
-      ring that is fitted in its housing. It is larger for every oiled contact on the way (2.5 % for
-      a ball, 3 % for the inner ring). Each contact causes a loss of 4 dB.
-    - The delays are the travel times at 3000 m/s over 15 mm (outer), 30 mm (ball) and 45 mm
-      (inner).
+    - Rings: the natural frequencies are those of the free in-plane bending modes of a
+      steel ring, :math:`f_n = \frac{c h}{2 \pi \sqrt{12} R^2} \frac{n (n^2 -
+      1)}{\sqrt{n^2 + 1}}` [1]_ with c = 5150 m/s, rounded to 100 Hz. The modes are n =
+      3-6 of the outer ring (mean radius R = 24.74 mm, thickness h = 2.51 mm) and n =
+      2-5 of the inner ring (14.02 mm, 3.05 mm).
+    - Ball: 30 kHz is the resonance of a ball of 2.04 g on two Hertzian contacts of
+      3.6e7 N/m each (at a load of about 100 N). A source at a ball also excites one
+      mode of each ring.
+    - Sensor: 60 kHz in every path is the resonance of a low-frequency acoustic emission
+      sensor.
+    - Damping, participation and gain have no source; they are chosen. The damping is
+      1.5 % for a ring that is fitted in its housing. It is larger for every oiled
+      contact on the way (2.5 % for a ball, 3 % for the inner ring). Each contact causes
+      a loss of 4 dB.
+    - The delays are the travel times at 3000 m/s over 15 mm (outer), 30 mm (ball) and
+      45 mm (inner).
 
     Parameters
     ----------
@@ -88,7 +101,8 @@ class TransmissionPaths:
 
     References
     ----------
-    .. [1] A. E. H. Love, "A Treatise on the Mathematical Theory of Elasticity", 4th ed., 1927,
+    .. [1] A. E. H. Love, "A Treatise on the Mathematical Theory of Elasticity", 4th
+           ed., 1927,
        section 293.
 
     Examples
@@ -134,9 +148,9 @@ def impulse_response(path: TransmissionPath, sampling_rate: float) -> NDArray[An
         h(t) \propto \sum_m a_m e^{-2\pi\zeta_m f_m (t - \tau)}
         \sin\left(2\pi f_m \sqrt{1-\zeta_m^2}\,(t - \tau)\right), \quad t \ge \tau
 
-    Mode m has the natural frequency :math:`f_m`, the damping ratio :math:`\zeta_m` and the
-    participation :math:`a_m`. The delay :math:`\tau` is rounded to a whole sample. The gain of the
-    path is not applied.
+    Mode m has the natural frequency :math:`f_m`, the damping ratio :math:`\zeta_m` and
+    the participation :math:`a_m`. The delay :math:`\tau` is rounded to a whole sample.
+    The gain of the path is not applied.
 
     Parameters
     ----------
@@ -182,9 +196,10 @@ def friction_response(
 ) -> NDArray[Any]:
     r"""Compute the filter that turns white noise into friction emission of unit RMS.
 
-    Asperities that are in contact for a time :math:`\tau_c` emit pulses of about this duration.
-    The source therefore has the low-pass spectrum :math:`1 / (1 + (2 \pi f \tau_c)^2)` before the
-    transmission path. A faster contact is shorter and gives a wider spectrum [1]_.
+    Asperities that are in contact for a time :math:`\tau_c` emit pulses of about this
+    duration. The source therefore has the low-pass spectrum :math:`1 / (1 + (2 \pi f
+    \tau_c)^2)` before the transmission path. A faster contact is shorter and gives a
+    wider spectrum [1]_.
 
     Parameters
     ----------

@@ -13,9 +13,9 @@ SAMPLING_RATE = 20_000.0
 def fetch_uestc() -> Source:
     """Fetch the UESTC bearing rig, cut into windows (download of 34 MB).
 
-    Vibration of normal bearings and of bearings with a fault of the ball, the inner or the outer
-    race, at four shaft speeds [1]_. Every recording was stored in five parts, of which only the
-    first is fetched.
+    Vibration of normal bearings and of bearings with a fault of the ball, the inner or
+    the outer race, at four shaft speeds [1]_. Every recording was stored in five parts,
+    of which only the first is fetched.
 
     ================   =====================
     Recordings                            16
@@ -25,8 +25,9 @@ def fetch_uestc() -> Source:
     Sampling rate                     20 kHz
     ================   =====================
 
-    The conditions are ``N`` (healthy), ``B`` (ball), ``I`` (inner race) and ``O`` (outer race). The
-    authors state neither the unit of the samples nor the dimensions of the bearing.
+    The conditions are ``N`` (healthy), ``B`` (ball), ``I`` (inner race) and ``O``
+    (outer race). The authors state neither the unit of the samples nor the dimensions
+    of the bearing.
 
     Parameters
     ----------
@@ -34,7 +35,8 @@ def fetch_uestc() -> Source:
 
     References
     ----------
-    .. [1] C. Liu et al., "A New Target Domain One-Class Learning Bearing Fault Detection
+    .. [1] C. Liu et al., "A New Target Domain One-Class Learning Bearing Fault
+           Detection
        Framework", IEEE Sensors Journal, 2025, doi 10.1109/JSEN.2025.3635217.
 
     Examples

@@ -1,9 +1,10 @@
 """ARX-Laguerre models on windows: sums for least squares, innovations, free run.
 
-In all functions, `windows` has the shape (n_windows, n_channels, n_samples), and channel 0 is the
-output y. The arrays `orders` and `poles` describe the networks, with one entry for each channel.
-The regressor x contains the Laguerre states of channel 0, then of channel 1, and so on. It is
-strictly causal: x(k) depends on samples before k only.
+In all functions, `windows` has the shape (n_windows, n_channels, n_samples), and
+channel 0 is the output y. The arrays `orders` and `poles` describe the networks, with
+one entry for each channel. The regressor x contains the Laguerre states of channel 0,
+then of channel 1, and so on. It is strictly causal: x(k) depends on samples before k
+only.
 """
 
 from typing import Any
@@ -38,7 +39,8 @@ def accumulate_sums(
     orders, poles : ndarray of shape (n_channels,)
         The networks.
     n_transient : int
-        Number of samples at the start of a window that drive the states but enter no sum.
+        Number of samples at the start of a window that drive the states but enter no
+        sum.
 
     Returns
     -------
@@ -53,8 +55,13 @@ def accumulate_sums(
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
     signals = windows[..., n_transient:]
     power = np.tensordot(weights, signals @ signals.transpose(0, 2, 1), axes=1)
-    states, driven = np.zeros((n_windows, orders.sum())), np.zeros((n_channels, orders.sum()))
-    _sum_driven_states(windows[..., :n_transient], weights, orders, poles, driven, states)
+    states, driven = (
+        np.zeros((n_windows, orders.sum())),
+        np.zeros((n_channels, orders.sum())),
+    )
+    _sum_driven_states(
+        windows[..., :n_transient], weights, orders, poles, driven, states
+    )
     first, driven[:] = states.copy(), 0.0
     _sum_driven_states(signals, weights, orders, poles, driven, states)
     moved = (states.T * weights) @ states - (first.T * weights) @ first
@@ -88,15 +95,16 @@ def sums_of_products(
 ) -> NDArray[Any]:
     r"""Compute the sums for least squares of y(k) on x(k).
 
-    The sums D of the products of states need not be formed sample by sample. The product of
-    :math:`x^+ = A x + B s` with itself, summed over time, gives
+    The sums D of the products of states need not be formed sample by sample. The
+    product of :math:`x^+ = A x + B s` with itself, summed over time, gives
 
     .. math::
 
         D + M = A D A^T + A C B^T + B C^T A^T + B R B^T
 
-    Here C are the sums of x s' and R those of s s'. M is the change of D if the sum began and ended
-    one sample later. This is a discrete Lyapunov equation, and A is stable, so it has one solution.
+    Here C are the sums of x s' and R those of s s'. M is the change of D if the sum
+    began and ended one sample later. This is a discrete Lyapunov equation, and A is
+    stable, so it has one solution.
 
     Parameters
     ----------
@@ -112,7 +120,9 @@ def sums_of_products(
     """
     A, B = network_matrices(orders, poles)
     mixed = A @ driven.T @ B.T
-    states = linalg.solve_discrete_lyapunov(A, mixed + mixed.T + B @ power @ B.T - moved)
+    states = linalg.solve_discrete_lyapunov(
+        A, mixed + mixed.T + B @ power @ B.T - moved
+    )
     return np.block([[states, driven[0][:, np.newaxis]], [driven[0], power[0, 0]]])
 
 
@@ -135,7 +145,8 @@ def innovations(
     coef : ndarray of shape (n_models, n_states)
         Fourier coefficients of each model.
     n_transient : int
-        Number of samples at the start of every window for which no innovation is returned.
+        Number of samples at the start of every window for which no innovation is
+        returned.
     out : ndarray of shape (n_windows, n_models, n_samples - n_transient)
         Array that receives the innovations.
 
@@ -148,14 +159,19 @@ def innovations(
     filled = -(-orders // TOGETHER) * TOGETHER
     is_used = [np.arange(n) < order for n, order in zip(filled, orders, strict=True)]
     padded = np.zeros((-(-len(coef) // _MODELS) * _MODELS, filled.sum()))
-    # The networks are driven by the signals themselves, so their gain is that of the coefficients.
-    padded[: len(coef), np.concatenate(is_used)] = coef * np.repeat(np.sqrt(1 - poles**2), orders)
+    # The networks are driven by the signals themselves, so their gain is that of the
+    # coefficients.
+    padded[: len(coef), np.concatenate(is_used)] = coef * np.repeat(
+        np.sqrt(1 - poles**2), orders
+    )
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
     states = aligned_zeros(filled.sum(), LANES)
     histories = aligned_zeros(TOGETHER, (TILE + 1) * LANES)
     blocks = aligned_zeros(1 + len(padded), TILE * LANES)
     networks = filled, poles, padded
-    _subtract_predictions(windows, *networks, n_transient, out, states, histories, blocks)
+    _subtract_predictions(
+        windows, *networks, n_transient, out, states, histories, blocks
+    )
     return out
 
 
@@ -165,9 +181,9 @@ def _subtract_predictions(
 ):
     """Fill `errors` with the innovations, block by block.
 
-    `orders` and `coef` are padded. The last three arrays are working memory, of which the fastest
-    holds all but the states. The caller allocates them, because their allocation in here would
-    take as long to compile as the rest of the function.
+    `orders` and `coef` are padded. The last three arrays are working memory, of which
+    the fastest holds all but the states. The caller allocates them, because their
+    allocation in here would take as long to compile as the rest of the function.
     """
     drive, remaining = blocks[0], blocks[1:]
     n_windows, n_channels, n_samples = windows.shape
@@ -198,7 +214,12 @@ def _subtract_block(coef, n, histories, errors):
         b0, b1 = coef[c + 1, n], coef[c + 1, n + 1]
         b2, b3 = coef[c + 1, n + 2], coef[c + 1, n + 3]
         for i in range(TILE * LANES):
-            x0, x1, x2, x3 = histories[0, i], histories[1, i], histories[2, i], histories[3, i]
+            x0, x1, x2, x3 = (
+                histories[0, i],
+                histories[1, i],
+                histories[2, i],
+                histories[3, i],
+            )
             errors[c, i] = errors[c, i] - a0 * x0 - a1 * x1 - a2 * x2 - a3 * x3
             errors[c + 1, i] = errors[c + 1, i] - b0 * x0 - b1 * x1 - b2 * x2 - b3 * x3
 
@@ -221,7 +242,8 @@ def free_run(
     coef : ndarray of shape (n_models, n_states)
         Fourier coefficients of each model.
     n_start : int
-        Number of measured output samples that drive the states before the simulation starts.
+        Number of measured output samples that drive the states before the simulation
+        starts.
 
     Returns
     -------

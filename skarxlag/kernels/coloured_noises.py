@@ -11,8 +11,9 @@ N_NOISES, N_COSINES = 16, 16
 def coloured_noises(shape: tuple[int, int]) -> NDArray[np.float64]:
     r"""Return Gaussian noises with random smooth spectra, the same at each call.
 
-    The log spectrum of a noise is :math:`\sum_{n=1}^{16} a_n \cos(\pi n f)` over the frequencies
-    f from 0 to 1, with normally distributed :math:`a_n` of standard deviation 1 / n nepers.
+    The log spectrum of a noise is :math:`\sum_{n=1}^{16} a_n \cos(\pi n f)` over the
+    frequencies f from 0 to 1, with normally distributed :math:`a_n` of standard
+    deviation 1 / n nepers.
 
     Parameters
     ----------

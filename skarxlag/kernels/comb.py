@@ -45,7 +45,9 @@ def comb_frequency(
     rows, _ = centred(samples[np.newaxis])
     n_fft = fft.next_fast_len(_PADDING * len(samples), real=True)
     power = np.abs(fft.rfft(rows[0] * np.hanning(len(samples)), n_fft)) ** 2
-    highest = min(int((n_harmonics + 1) * fundamental * np.exp(tolerance) * n_fft), len(power) - 1)
+    highest = min(
+        int((n_harmonics + 1) * fundamental * np.exp(tolerance) * n_fft), len(power) - 1
+    )
     level = np.log(power[: highest + 1] + _LEAST_POWER * max(power.mean(), 1.0))
     width = 2 * int(_FLOOR_WIDTH * fundamental * n_fft / 2) + 1
     contrast = np.maximum(level - running_median(level, width, "symmetric"), 0)
@@ -87,7 +89,7 @@ def running_median(
     array([1., 2., 3., 3.])
     """
     half = size // 2
-    # The filter of SciPy 1.15 to 1.17 writes outside its memory if there are fewer values than it
-    # has places.
+    # The filter of SciPy 1.15 to 1.17 writes outside its memory if there are fewer
+    # values than it has places.
     padded = np.pad(values, half, mode=beyond)
     return median_filter(padded, size)[half : half + len(values)]

@@ -10,8 +10,8 @@ from typing import Any
 class _LenientCache:
     """A cache on disk that is ignored if it cannot be read or written.
 
-    The cache only makes the next run faster. A full disk, a truncated file or a folder that became
-    read-only must therefore not abort a computation.
+    The cache only makes the next run faster. A full disk, a truncated file or a folder
+    that became read-only must therefore not abort a computation.
     """
 
     def __init__(self, cache: Any) -> None:
@@ -41,7 +41,8 @@ class _Kernel:
         self._options = options
 
     def __call__(self, *args: Any) -> Any:
-        # numba creates a million objects at the first call, and each collection would visit them.
+        # numba creates a million objects at the first call, and each collection would
+        # visit them.
         collects = gc.isenabled()
         gc.disable()
         try:
@@ -63,7 +64,8 @@ class _Kernel:
             if isinstance(known.get(name), _Kernel):
                 known[name] = known[name].dispatcher
         dispatcher = numba.njit(**self._options)(function)
-        # Without a folder for the cache there is none, and under NUMBA_DISABLE_JIT no dispatcher.
+        # Without a folder for the cache there is none, and under NUMBA_DISABLE_JIT no
+        # dispatcher.
         with contextlib.suppress(RuntimeError, OSError, AttributeError):
             dispatcher.enable_caching()
             dispatcher._cache = _LenientCache(dispatcher._cache)
@@ -73,15 +75,15 @@ class _Kernel:
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile `function` with numba at its first call, which also imports numba.
 
-    The machine code is cached on disk if numba finds a folder that it may write to. If there is no
-    such folder, the disk is full or the cache is damaged, the machine code is kept in memory until
-    the process ends.
+    The machine code is cached on disk if numba finds a folder that it may write to. If
+    there is no such folder, the disk is full or the cache is damaged, the machine code
+    is kept in memory until the process ends.
 
     Parameters
     ----------
     function : callable
-        A loop over arrays and plain numbers in numba's subset of Python. It allocates nothing, has
-        no expressions of whole arrays, and assigns no array to a slice.
+        A loop over arrays and plain numbers in numba's subset of Python. It allocates
+        nothing, has no expressions of whole arrays, and assigns no array to a slice.
 
     Returns
     -------
@@ -89,8 +91,8 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
         The compiled function. Its attribute ``__wrapped__`` is the original function.
     """
     options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
-    # A fifth of the time to compile would be spent on counting references to views of arrays, and
-    # on a search for expressions of whole arrays.
+    # A fifth of the time to compile would be spent on counting references to views of
+    # arrays, and on a search for expressions of whole arrays.
     return _Kernel(function, _nrt=False, no_rewrites=True, **options)
 
 

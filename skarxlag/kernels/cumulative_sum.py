@@ -14,16 +14,18 @@ _LARGEST_LIMIT = 2**16
 def reference_step(healthy_rate: float, faulty_rate: float) -> int:
     r"""Compute the step m of the cumulative sum from the rates of healthy and of faulty windows.
 
-    The log-likelihood ratio of two Bernoulli sequences increases by a fixed amount with a window
-    that exceeds the threshold. It decreases by another fixed amount with a window that does not. If
-    the ratio is scaled so that it decreases by 1, it increases by :math:`m - 1`. A share of
-    :math:`1 / m` of windows above the threshold thus leaves the sum unchanged in the mean. Here
+    The log-likelihood ratio of two Bernoulli sequences increases by a fixed amount with
+    a window that exceeds the threshold. It decreases by another fixed amount with a
+    window that does not. If the ratio is scaled so that it decreases by 1, it increases
+    by :math:`m - 1`. A share of :math:`1 / m` of windows above the threshold thus
+    leaves the sum unchanged in the mean. Here
 
     .. math::
 
         m = \ln\frac{p_1 (1 - p_0)}{p_0 (1 - p_1)} \Big/ \ln\frac{1 - p_0}{1 - p_1}
 
-    is rounded to an integer, so that the sum is an integer, too (Reynolds and Stoumbos 1999).
+    is rounded to an integer, so that the sum is an integer, too (Reynolds and Stoumbos
+    1999).
 
     Parameters
     ----------
@@ -58,12 +60,13 @@ def reference_step(healthy_rate: float, faulty_rate: float) -> int:
 def mean_run_length(limit: int, step: int, rate: float, persistence: float) -> float:
     r"""Compute the mean number of windows until the sum reaches its limit, starting from 0.
 
-    The sum changes to :math:`s + m - 1` with a window that exceeds the threshold, and to
-    :math:`\max(s - 1, 0)` with one that does not. Windows above the threshold occur in runs. They
-    are modelled as a Markov chain: `persistence` is the probability that a window exceeds the
-    threshold after one that did, and `rate` is the share of such windows in the long run. The sum
-    and the last window together are a Markov chain, too. The mean times until its absorption solve
-    a linear system (Brook and Evans 1972).
+    The sum changes to :math:`s + m - 1` with a window that exceeds the threshold, and
+    to :math:`\max(s - 1, 0)` with one that does not. Windows above the threshold occur
+    in runs. They are modelled as a Markov chain: `persistence` is the probability that
+    a window exceeds the threshold after one that did, and `rate` is the share of such
+    windows in the long run. The sum and the last window together are a Markov chain,
+    too. The mean times until its absorption solve a linear system (Brook and Evans
+    1972).
 
     Parameters
     ----------
@@ -90,12 +93,17 @@ def mean_run_length(limit: int, step: int, rate: float, persistence: float) -> f
     """
     after_quiet = rate * (1 - persistence) / (1 - rate)
     below, above = (
-        sparse.eye_array(limit + step, k=k, format="lil")[:limit, :limit] for k in (-1, step - 1)
+        sparse.eye_array(limit + step, k=k, format="lil")[:limit, :limit]
+        for k in (-1, step - 1)
     )
     below[0, 0] = 1
     chances = np.array([[after_quiet], [persistence]])
-    moves = sparse.hstack([sparse.kron(1 - chances, below), sparse.kron(chances, above)])
-    return float(spsolve((sparse.eye_array(2 * limit) - moves).tocsc(), np.ones(2 * limit))[0])
+    moves = sparse.hstack(
+        [sparse.kron(1 - chances, below), sparse.kron(chances, above)]
+    )
+    return float(
+        spsolve((sparse.eye_array(2 * limit) - moves).tocsc(), np.ones(2 * limit))[0]
+    )
 
 
 @lru_cache
@@ -107,7 +115,8 @@ def alarm_limit(run_length: float, step: float, rate: float, persistence: float)
     run_length : float
         Smallest acceptable mean number of healthy windows until an alarm.
     step, rate, persistence
-        Parameters of `mean_run_length`. The sum of healthy windows must decrease in the mean.
+        Parameters of `mean_run_length`. The sum of healthy windows must decrease in the
+        mean.
 
     Returns
     -------

@@ -9,10 +9,12 @@ from scipy import linalg
 from .compiled import compiled
 from .healthy_rows import N_COEFFICIENTS, log_spectra_cepstra
 
-#: What a change of speed by the unit distance does to cepstra of healthy rows: `smooth_variance` in
-#: squared nepers of power, and the weights of a scaled frequency axis and of a raised noise floor.
+#: What a change of speed by the unit distance does to cepstra of healthy rows:
+#: `smooth_variance` in squared nepers of power, and the weights of a scaled frequency
+#: axis and of a raised noise floor.
 SMOOTH, ROUGH, FREQUENCY, NOISE = 0.1, 0.01, 0.1, 0.5
-#: Relative shift of frequency by which all that a log spectrum shows is moved, both ways.
+#: Relative shift of frequency by which all that a log spectrum shows is moved, both
+#: ways.
 _LOG_SHIFT = 0.1
 #: Levels of white noise that is added, in dB of the mean power.
 _NOISE_DB = (-20.0, -26.0)
@@ -22,8 +24,8 @@ def smooth_variance(n_coefficients: int, smooth: float, rough: float) -> NDArray
     r"""Return the variance that a change of speed adds to each cepstral coefficient.
 
     A cepstral coefficient is a cosine coefficient of the log spectrum. Its variance is
-    :math:`c\,n^{-2} + f`. The first term describes changes that are smooth over frequency, and the
-    second term gives every coefficient some variance.
+    :math:`c\,n^{-2} + f`. The first term describes changes that are smooth over
+    frequency, and the second term gives every coefficient some variance.
 
     Parameters
     ----------
@@ -48,9 +50,9 @@ def smooth_variance(n_coefficients: int, smooth: float, rough: float) -> NDArray
 def scaled_frequency(log_spectra: NDArray[Any]) -> NDArray[Any]:
     r"""Compute the changes of log spectra when the frequency axis is scaled.
 
-    Components that follow the shaft move along the frequency axis with the speed, and resonances of
-    the structure do not. It is not known which components of a spectrum are of which kind, so the
-    whole spectrum is moved.
+    Components that follow the shaft move along the frequency axis with the speed, and
+    resonances of the structure do not. It is not known which components of a spectrum
+    are of which kind, so the whole spectrum is moved.
 
     Parameters
     ----------
@@ -60,8 +62,8 @@ def scaled_frequency(log_spectra: NDArray[Any]) -> NDArray[Any]:
     Returns
     -------
     ndarray of shape (2 * n_spectra, n_frequencies)
-        Changes when the frequency is multiplied by :math:`e^{0.1}` and by :math:`e^{-0.1}`. Beyond
-        the band, the last value is used.
+        Changes when the frequency is multiplied by :math:`e^{0.1}` and by
+        :math:`e^{-0.1}`. Beyond the band, the last value is used.
 
     Examples
     --------
@@ -78,8 +80,9 @@ def scaled_frequency(log_spectra: NDArray[Any]) -> NDArray[Any]:
 def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
     r"""Compute the changes of log spectra when white noise is added, 20 and 26 dB below mean power.
 
-    The emission of a bearing grows with the speed, and the noise of the sensor does not. Relative
-    to the emission, the noise floor in the valleys of the spectrum therefore changes with speed.
+    The emission of a bearing grows with the speed, and the noise of the sensor does
+    not. Relative to the emission, the noise floor in the valleys of the spectrum
+    therefore changes with speed.
 
     Parameters
     ----------
@@ -98,15 +101,20 @@ def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
            [0.0025, 0.0025]])
     """
     mean = np.log(np.mean(np.exp(log_spectra), axis=1, keepdims=True))
-    raised = [np.logaddexp(log_spectra, mean + level * np.log(10) / 10) for level in _NOISE_DB]
+    raised = [
+        np.logaddexp(log_spectra, mean + level * np.log(10) / 10) for level in _NOISE_DB
+    ]
     return np.concatenate(raised) - np.tile(log_spectra, (2, 1))
 
 
-def drift_covariance(colour: NDArray[Any], steadiness: NDArray[Any]) -> NDArray[Any]:
+def drift_covariance(
+    spectral_shape: NDArray[Any], steadiness: NDArray[Any]
+) -> NDArray[Any]:
     """Compute the covariance of the change of cepstra when the speed changes by the unit distance.
 
-    The model has three causes of change: smooth and rough drift over frequency, a scaled frequency
-    axis, and a rising noise floor. The last two are computed from the mean log spectra.
+    The model has three causes of change: smooth and rough drift over frequency, a
+    scaled frequency axis, and a rising noise floor. The last two are computed from the
+    mean log spectra.
 
     Parameters
     ----------
@@ -118,16 +126,20 @@ def drift_covariance(colour: NDArray[Any], steadiness: NDArray[Any]) -> NDArray[
     ndarray of shape (n_features, n_features)
         The covariance, which is positive definite.
     """
-    scaled = log_spectra_cepstra(scaled_frequency(colour), scaled_frequency(steadiness))
-    raised = raised_noise(colour)
+    scaled = log_spectra_cepstra(
+        scaled_frequency(spectral_shape), scaled_frequency(steadiness)
+    )
+    raised = raised_noise(spectral_shape)
     raised = log_spectra_cepstra(raised, np.zeros((len(raised), steadiness.shape[1])))
-    sizes = min(N_COEFFICIENTS, colour.shape[1] - 1), steadiness.shape[1] - 1
+    sizes = min(N_COEFFICIENTS, spectral_shape.shape[1] - 1), steadiness.shape[1] - 1
     change = np.diag(np.concatenate([smooth_variance(n, SMOOTH, ROUGH) for n in sizes]))
     change += FREQUENCY * scaled.T @ scaled / len(scaled)
     return change + NOISE * raised.T @ raised / len(raised)
 
 
-def joint_axes(scatter: NDArray[Any], drift: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+def joint_axes(
+    scatter: NDArray[Any], drift: NDArray[Any]
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Compute coordinates in which the scatter is diagonal and the drift is the identity.
 
     Parameters
@@ -145,7 +157,8 @@ def joint_axes(scatter: NDArray[Any], drift: NDArray[Any]) -> tuple[NDArray[Any]
         That diagonal, ascending, at least 0.
     """
     variances, axes = linalg.eigh(scatter, drift)
-    # A copy of a model may have this layout only, and in another one sums are rounded otherwise.
+    # A copy of a model may have this layout only, and in another one sums are rounded
+    # otherwise.
     return np.ascontiguousarray(axes), np.maximum(variances, 0.0)
 
 
@@ -168,7 +181,11 @@ def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
 
 
 def squared_distances(
-    rows: NDArray[Any], axes: NDArray[Any], references: Any, precisions: Any, places: Any
+    rows: NDArray[Any],
+    axes: NDArray[Any],
+    references: Any,
+    precisions: Any,
+    places: Any,
 ) -> NDArray[Any]:
     r"""Compute the mean of :math:`p_k (V^T x - m)_k^2` over the axes k, for each row x and group.
 
@@ -198,7 +215,9 @@ def squared_distances(
     array([[[[6.]]]])
     """
     squares = np.empty((*places.shape, *references.shape[1:3]))
-    _fill_squares(rows, axes, references, precisions, places, np.empty(axes.shape[2]), squares)
+    _fill_squares(
+        rows, axes, references, precisions, places, np.empty(axes.shape[2]), squares
+    )
     return squares
 
 

@@ -16,38 +16,43 @@ from .scaling import centred
 #: Orders at which contrasts are stored: from 0 to the highest, in these steps.
 ORDER_STEP, HIGHEST_ORDER = 0.01, 40.0
 N_ORDERS = round(HIGHEST_ORDER / ORDER_STEP) + 1
-#: Width of the running median that a spectrum is compared with: in orders, and at least so many
-#: cells of the plain spectrum, three main lobes of a Hann window.
+#: Width of the running median that a spectrum is compared with: in orders, and at least
+#: so many cells of the plain spectrum, three main lobes of a Hann window.
 _FLOOR_WIDTH, _FLOOR_CELLS = 0.75, 12
 #: Points of a zero-padded spectrum for each cell of the plain one.
 _PADDING = 4
 #: Bands of frequency with an envelope each, and length of the Hann window in seconds.
 _N_BANDS, _FRAME = 8, 2.5e-3
-#: Highest frequency in Hz that counts, if envelopes up to the highest order fit below it: lines of
-#: healthy machines that resemble combs are stronger above. Of seven values, it is best for the area
-#: under the curve and for the places alike, also if it is chosen without one of the rigs.
+#: Highest frequency in Hz that counts, if envelopes up to the highest order fit below
+#: it: lines of healthy machines that resemble combs are stronger above. Of seven
+#: values, it is best for the area under the curve and for the places alike, also if it
+#: is chosen without one of the rigs.
 _HIGHEST_FREQUENCY = 6.4e3
-#: A segment has this many seconds, but from 10 to 30 turns: the longer it is, the more do lines of
-#: the shaft stand out against impacts that slip. A long one takes five times as much.
-_SECONDS, _TURNS, _LONG = 1.0, (10, 30), 5
-#: Weights of the contrast of bands, of the prewhitened signal in segments, and in long segments.
+#: A segment has this many seconds, but from 10 to 30 turns: the longer it is, the more
+#: do lines of the shaft stand out against impacts that slip. A long one takes five
+#: times as much.
+_SECONDS, _REVOLUTIONS, _LONG = 1.0, (10, 30), 5
+#: Weights of the contrast of bands, of the prewhitened signal in segments, and in long
+#: segments.
 _WEIGHTS = np.array([1.0, 1.0, 0.4]) / 2.4
-#: ln ln 2 is the median of the logarithm of exponentially distributed power, less that of its mean.
+#: ln ln 2 is the median of the logarithm of exponentially distributed power, less that
+#: of its mean.
 _MEDIAN_OF_NOISE = math.log(math.log(2))
 #: Step of the logarithm of the factor on the speed.
 FACTOR_STEP = 0.002
 _LEAST_POWER = 1e-12
-#: Nepers that the largest slip costs a comb, and that an error of the speed of the same size costs
-#: all combs together.
+#: Nepers that the largest slip costs a comb, and that an error of the speed of the same
+#: size costs all combs together.
 _SLIP_COST, _SPEED_COST = 0.15, 0.6
 #: Multiples of each part of a fault's comb.
 RACE_MULTIPLES, SPIN_MULTIPLES, CAGE_MULTIPLES = 3, 4, 4
 #: Weight of the cage's comb in the score of a ball.
 CAGE_WEIGHT = 0.6
-#: Most of the cage's comb that counts, in nepers. Strong faults of a race show the cage, too.
+#: Most of the cage's comb that counts, in nepers. Strong faults of a race show the
+#: cage, too.
 MOST_OF_CAGE = 1.0
 #: Places in the order of the scores.
-PLACES = ("ball", "inner", "outer")
+FAULT_LOCATIONS = ("ball", "inner", "outer")
 #: Decibels of power in a neper of power.
 NEPER_IN_DB = 10 / math.log(10)
 
@@ -67,21 +72,24 @@ class Comb(NamedTuple):
     factors: NDArray[np.float64]
 
 
-def order_contrast(samples: NDArray[Any], turn: float | NDArray[Any], rate: float) -> NDArray[Any]:
+def order_contrast(
+    samples: NDArray[Any], turn: float | NDArray[Any], rate: float
+) -> NDArray[Any]:
     r"""Compute how far the envelope spectra of a signal rise above their surroundings.
 
-    Frequencies above 6.4 kHz do not count, or above 80 times that of the shaft if that is more. The
-    signal is cut into segments of 1 s, but from 10 to 30 turns. Three spectra contribute. The first
-    is the mean over eight frequency bands, each with the envelope of
-    :func:`band_envelopes <skarxlag.kernels.order_spectra.band_envelopes>`. The second is the
-    spectrum of the squared envelope after cepstrum prewhitening, which sets the magnitude of all
-    frequencies to 1. The third is the second in segments that are five times as long. The contrast
-    of a power spectrum P at order o is
+    Frequencies above 6.4 kHz do not count, or above 80 times that of the shaft if that
+    is more. The signal is cut into segments of 1 s, but from 10 to 30 turns. Three
+    spectra contribute. The first is the mean over eight frequency bands, each with the
+    envelope of :func:`band_envelopes <skarxlag.kernels.order_spectra.band_envelopes>`.
+    The second is the spectrum of the squared envelope after cepstrum prewhitening,
+    which sets the magnitude of all frequencies to 1. The third is the second in
+    segments that are five times as long. The contrast of a power spectrum P at order o
+    is
 
     .. math:: \max\left(\ln P(o) - \mathrm{median} \ln P + \ln \ln 2,\; 0\right)
 
-    with the running median over .75 order, or 12 divided by the turns of a segment if that is more.
-    The largest of three neighbouring cells counts.
+    with the running median over .75 order, or 12 divided by the turns of a segment if
+    that is more. The largest of three neighbouring cells counts.
 
     Parameters
     ----------
@@ -95,13 +103,15 @@ def order_contrast(samples: NDArray[Any], turn: float | NDArray[Any], rate: floa
     Returns
     -------
     ndarray of shape (4001,)
-        Contrast in nepers at the orders 0, .01, ... 40; the mean of segments. 0 at orders that the
-        signal cannot show.
+        Contrast in nepers at the orders 0, .01, ... 40; the mean of segments. 0 at
+        orders that the signal cannot show.
     """
     return _WEIGHTS @ contrast_parts(samples, turn, rate)
 
 
-def contrast_parts(samples: NDArray[Any], turn: float | NDArray[Any], rate: float) -> NDArray[Any]:
+def contrast_parts(
+    samples: NDArray[Any], turn: float | NDArray[Any], rate: float
+) -> NDArray[Any]:
     """Compute the three contrasts that `order_contrast` is the weighted mean of.
 
     Parameters
@@ -116,19 +126,23 @@ def contrast_parts(samples: NDArray[Any], turn: float | NDArray[Any], rate: floa
     Returns
     -------
     ndarray of shape (3, 4001)
-        Contrast of bands, of the prewhitened signal, and of the prewhitened signal in long
-        segments.
+        Contrast of bands, of the prewhitened signal, and of the prewhitened signal in
+        long segments.
     """
     samples, turn, rate = _without_high_frequencies(samples, turn, rate)
-    longest = np.clip(_SECONDS * rate, *np.multiply(_TURNS, np.mean(turn)))
+    longest = np.clip(_SECONDS * rate, *np.multiply(_REVOLUTIONS, np.mean(turn)))
     short = _segments(samples, turn, longest)
     long = [] if len(short) == 1 else _segments(samples, turn, _LONG * longest)
     frame = 2 ** max(round(math.log2(_FRAME * rate)), 2)
     n_bands = min(_N_BANDS, max(min(frame, len(short[0][0]) // 8) // 2 - 1, 1))
     bands = (frame, n_bands, HIGHEST_ORDER)
-    banded = [mean_contrast(*envelopes_over_angle(*segment, *bands)) for segment in short]
+    banded = [
+        mean_contrast(*envelopes_over_angle(*segment, *bands)) for segment in short
+    ]
     in_short = [mean_contrast(*prewhitened_envelope(*segment)) for segment in short]
-    in_long = [mean_contrast(*prewhitened_envelope(*segment)) for segment in long] or in_short
+    in_long = [
+        mean_contrast(*prewhitened_envelope(*segment)) for segment in long
+    ] or in_short
     return np.stack([np.mean(part, axis=0) for part in (banded, in_short, in_long)])
 
 
@@ -150,7 +164,9 @@ def _segments(samples, turn, longest):
     n_segments = max(int(len(samples) / longest + 1e-9), 1)
     length = len(samples) // n_segments
     parts = [slice(i * length, (i + 1) * length) for i in range(n_segments)]
-    return [(samples[part], turn if np.ndim(turn) == 0 else turn[part]) for part in parts]
+    return [
+        (samples[part], turn if np.ndim(turn) == 0 else turn[part]) for part in parts
+    ]
 
 
 def prewhitened_envelope(
@@ -168,12 +184,14 @@ def prewhitened_envelope(
     Returns
     -------
     envelopes : ndarray of shape (1, n_values)
-        Squared envelope over the angle of the shaft, averaged in blocks so that it shows orders
-        up to 40 and few more.
+        Squared envelope over the angle of the shaft, averaged in blocks so that it
+        shows orders up to 40 and few more.
     step : float
         Turns from one value to the next.
     """
-    squared = _squared_envelope(samples, fft.next_fast_len(len(samples)), (0.0, 0.5), True)
+    squared = _squared_envelope(
+        samples, fft.next_fast_len(len(samples)), (0.0, 0.5), True
+    )
     block = max(int(np.mean(turn) / (2.5 * HIGHEST_ORDER)), 1)
     n_values = len(squared) // block
     envelopes = squared[: n_values * block].reshape(1, n_values, block).mean(axis=2)
@@ -199,7 +217,8 @@ def squared_envelope_spectrum(
     Returns
     -------
     ndarray of shape (n_samples // 2 + 1,)
-        Power, with a Hann window, of the squared envelope over its mean; 0 for a constant signal.
+        Power, with a Hann window, of the squared envelope over its mean; 0 for a
+        constant signal.
     """
     squared = _squared_envelope(samples, len(samples), band, prewhiten)
     mean = squared.mean()
@@ -234,18 +253,24 @@ def mean_contrast(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
     Returns
     -------
     ndarray of shape (4001,)
-        In nepers, at the orders 0, .01, ... 40; 0 at orders that the envelopes cannot show.
+        In nepers, at the orders 0, .01, ... 40; 0 at orders that the envelopes cannot
+        show.
     """
     n_values = envelopes.shape[1]
     if n_values < 8:
         return np.zeros(N_ORDERS)
     n_fft = fft.next_fast_len(_PADDING * n_values, real=True)
     window = np.hanning(n_values + 2)[1:-1]
-    spectra = fft.rfft((envelopes - envelopes.mean(axis=1, keepdims=True)) * window, n_fft)
+    spectra = fft.rfft(
+        (envelopes - envelopes.mean(axis=1, keepdims=True)) * window, n_fft
+    )
     cell = 1 / (n_fft * step)
     spectra = spectra[:, : int((HIGHEST_ORDER + 1) / cell) + 2]
     power = spectra.real**2 + spectra.imag**2
-    floor = _LEAST_POWER * np.mean(envelopes**2, axis=1, keepdims=True) + np.finfo(float).tiny
+    floor = (
+        _LEAST_POWER * np.mean(envelopes**2, axis=1, keepdims=True)
+        + np.finfo(float).tiny
+    )
     width = max(_FLOOR_WIDTH, _FLOOR_CELLS / (n_values * step))
     level = np.log(power + floor * n_values)
     size = 2 * int(width / cell / 2) + 1
@@ -265,18 +290,18 @@ def fault_comb(
 ) -> Comb:
     r"""Compute how well the comb of each place fits a contrast.
 
-    An error of the nominal speed multiplies all orders by one factor :math:`e^d`. Slip of the
-    rolling elements multiplies each order by a factor :math:`e^t` of its own. The comb of order o
-    with K multiples is
+    An error of the nominal speed multiplies all orders by one factor :math:`e^d`. Slip
+    of the rolling elements multiplies each order by a factor :math:`e^t` of its own.
+    The comb of order o with K multiples is
 
     .. math:: \max_{|t| \le \sigma}\; \frac{1}{K} \sum_{k=1}^{K} C(k\, e^{d + t} o)
         - 0.15 \left(\frac{t}{\sigma}\right)^2
 
-    with the contrast C and the slip :math:`\sigma`. A race has the comb of its order with 3
-    multiples. A ball has half the sum of the combs of twice its spin (3) and of its spin (4), plus
-    .6 times the comb of the cage (4), but at most .6 nepers. The common d maximises the median of
-    the three scores less :math:`0.6\, (d / \sigma)^2`, so that a line that fits a single comb
-    does not move the speed.
+    with the contrast C and the slip :math:`\sigma`. A race has the comb of its order
+    with 3 multiples. A ball has half the sum of the combs of twice its spin (3) and of
+    its spin (4), plus .6 times the comb of the cage (4), but at most .6 nepers. The
+    common d maximises the median of the three scores less :math:`0.6\, (d / \sigma)^2`,
+    so that a line that fits a single comb does not move the speed.
 
     Parameters
     ----------
@@ -294,8 +319,8 @@ def fault_comb(
     Returns
     -------
     Comb
-        Scores and factors :math:`e^{d + t}` of ball, inner and outer race. The factor of the ball
-        is that of the better comb of its spin.
+        Scores and factors :math:`e^{d + t}` of ball, inner and outer race. The factor
+        of the ball is that of the better comb of its spin.
     """
     n_slip = int(slip / FACTOR_STEP + 1e-9)
     n_error = int(tolerance / FACTOR_STEP + 1e-9)
@@ -304,10 +329,16 @@ def fault_comb(
     first = np.array([orders[0], orders[1], 2 * orders[1], *orders[2:]])
     multiples = CAGE_MULTIPLES, SPIN_MULTIPLES, *3 * [RACE_MULTIPLES]
     heights = np.stack(
-        [_heights(contrast, *part, shifts) for part in zip(first, multiples, strict=True)]
+        [
+            _heights(contrast, *part, shifts)
+            for part in zip(first, multiples, strict=True)
+        ]
     )
     slips = FACTOR_STEP * np.arange(-n_slip, n_slip + 1)
-    slipped = sliding_window_view(heights, len(slips), axis=1) - _SLIP_COST * (slips / slip) ** 2
+    slipped = (
+        sliding_window_view(heights, len(slips), axis=1)
+        - _SLIP_COST * (slips / slip) ** 2
+    )
     cage, spin, twice, inner, outer = slipped.max(axis=2)
     ball = (spin + twice) / 2 + cage_weight * np.minimum(cage, MOST_OF_CAGE)
     scores = np.stack([ball, inner, outer])
@@ -324,7 +355,9 @@ def _heights(contrast, order, n_multiples, shifts):
     """Mean contrast at the multiples of an order, for each logarithm of a factor on the speed."""
     multiples = np.arange(1, n_multiples + 1) * order / ORDER_STEP
     positions = np.multiply.outer(np.exp(shifts), multiples)
-    return np.interp(positions, np.arange(len(contrast)), contrast, right=0.0).mean(axis=1)
+    return np.interp(positions, np.arange(len(contrast)), contrast, right=0.0).mean(
+        axis=1
+    )
 
 
 def _nearest_best(values, shifts):

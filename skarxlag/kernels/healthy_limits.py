@@ -1,7 +1,7 @@
 """Limits on the features of healthy bearings at any speed, from rows at some speeds.
 
-The features of a row are its mean cepstrum, its unsteadiness and, if the gain of the sensor is
-fixed, its level.
+The features of a row are its mean cepstrum, its unsteadiness and, if the gain of the
+sensor is fixed, its level.
 """
 
 from typing import Any, NamedTuple
@@ -12,24 +12,29 @@ from scipy.special import stdtr
 
 from .drift import along_axes, drift_covariance, joint_axes
 from .healthy_rows import Rows
-from .speed_references import SAME_SPEED, group_means, slope_against_speed, speed_distance
+from .speed_references import (
+    SAME_SPEED,
+    group_means,
+    slope_against_speed,
+    speed_distance,
+)
 
-#: Slope against log speed of log unsteadiness and of log level, beforehand: mean and deviation;
-#: and their drift over the unit distance.
+#: Slope against log speed of log unsteadiness and of log level, beforehand: mean and
+#: deviation; and their drift over the unit distance.
 SLOPES = (
     {"mean": -0.7, "deviation": 0.7, "drift": 0.4},
     {"mean": 1.5, "deviation": 0.75, "drift": 0.3},
 )
-#: Blocks of time that the rows of one speed are divided into: five, more where blocks have many
-#: rows, and never more than ten.
+#: Blocks of time that the rows of one speed are divided into: five, more where blocks
+#: have many rows, and never more than ten.
 FEWEST_BLOCKS, MOST_BLOCKS, MANY_ROWS = 5, 10, 30
 #: Scales of the drift that are tried, each sqrt(2) times the one before.
 SCALES = 2.0 ** np.arange(-3, 6.25, 0.5)
-#: The scale that holds at left-out speeds is multiplied by this: k speeds support only the rate
-#: 1 / (k + 1).
+#: The scale that holds at left-out speeds is multiplied by this: k speeds support only
+#: the rate 1 / (k + 1).
 SAFETY = 2.0
-#: Drift of a row after the recording that calibrates its speed, as a share of the drift over the
-#: unit distance.
+#: Drift of a row after the recording that calibrates its speed, as a share of the drift
+#: over the unit distance.
 SAME_RECORDING = 0.05
 #: Rates that every left-out speed must hold, whatever rate is stated later.
 HELD_RATES = (0.01, 0.05)
@@ -50,8 +55,8 @@ class HealthyRows(NamedTuple):
     at : ndarray of int of shape (n_rows,)
         Speed of each row. Rows of one speed are in the order of time.
     weights : ndarray of shape (n_rows,)
-        Weight of each row in means and covariances, above 0; only ratios count. A block of time
-        counts as one block whatever its rows weigh.
+        Weight of each row in means and covariances, above 0; only ratios count. A block
+        of time counts as one block whatever its rows weigh.
     """
 
     rows: Rows
@@ -62,7 +67,9 @@ class HealthyRows(NamedTuple):
     def take(self, chosen: NDArray[Any]) -> "HealthyRows":
         """Return some of the rows, and the speeds that they have."""
         speeds, at = np.unique(self.at[chosen], return_inverse=True)
-        return HealthyRows(self.rows.take(chosen), self.known[speeds], at, self.weights[chosen])
+        return HealthyRows(
+            self.rows.take(chosen), self.known[speeds], at, self.weights[chosen]
+        )
 
 
 class Limits(NamedTuple):
@@ -124,16 +131,18 @@ def time_blocks(at: NDArray[Any]) -> NDArray[Any]:
     for speed in range(at.max() + 1):
         rows = np.flatnonzero(at == speed)
         n_blocks = np.clip(len(rows) // MANY_ROWS, FEWEST_BLOCKS, MOST_BLOCKS)
-        block[rows] = np.arange(len(rows)) * min(n_blocks, len(rows)) // max(len(rows), 1)
+        block[rows] = (
+            np.arange(len(rows)) * min(n_blocks, len(rows)) // max(len(rows), 1)
+        )
     return block
 
 
 def parts_of_rows(at: NDArray[Any], n_windows: int) -> int:
     """Return the number of parts of long rows, so that few rows make enough blocks of time.
 
-    Two rows at one speed are two blocks. Student's t distribution for two blocks has one degree of
-    freedom, and its limit for a rate of 1 % is 32 deviations. A row of many windows is long enough
-    for several blocks.
+    Two rows at one speed are two blocks. Student's t distribution for two blocks has
+    one degree of freedom, and its limit for a rate of 1 % is 32 deviations. A row of
+    many windows is long enough for several blocks.
 
     Parameters
     ----------
@@ -159,12 +168,14 @@ def parts_of_rows(at: NDArray[Any], n_windows: int) -> int:
 def calibrate(healthy: HealthyRows) -> Limits:
     """Compute limits from healthy rows, of which at least two have one speed.
 
-    The scatter of rows about their expected values is measured on blocks of time. In turn, one
-    block of each speed is excluded from the means and covariances, and then compared with them.
+    The scatter of rows about their expected values is measured on blocks of time. In
+    turn, one block of each speed is excluded from the means and covariances, and then
+    compared with them.
     """
     rows, known, at, weights = healthy
     block = time_blocks(at)
-    # Score of the cepstra, and distances of the values, from what the other blocks predict.
+    # Score of the cepstra, and distances of the values, from what the other blocks
+    # predict.
     away = np.full((len(at), 1 + rows.values.shape[1]), np.nan)
     for number in range(block.max() + 1):
         # A speed all of whose rows are left out has nothing to be compared with.
@@ -175,11 +186,18 @@ def calibrate(healthy: HealthyRows) -> Limits:
         others = healthy.take(rest)
         expected = _expected(others)
         place = np.searchsorted(others.known, known[at[own]])
-        reference, spread = expected["references"][place], expected["variances"] + SAME_SPEED
-        away[own, 0] = _cepstral_score(rows.take(own), expected["axes"], reference, spread)
+        reference, spread = (
+            expected["references"][place],
+            expected["variances"] + SAME_SPEED,
+        )
+        away[own, 0] = _cepstral_score(
+            rows.take(own), expected["axes"], reference, spread
+        )
         away[own, 1:] = rows.values[own] - expected["means"][place]
     seen = ~np.isnan(away[:, 0])
-    code = np.unique((at * MOST_BLOCKS + block)[seen], return_inverse=True)[1].reshape(-1)
+    code = np.unique((at * MOST_BLOCKS + block)[seen], return_inverse=True)[1].reshape(
+        -1
+    )
     n_blocks = int(code.max()) + 1
     # Each block counts as one.
     share = weights[seen] / np.bincount(code, weights[seen])[code] / n_blocks
@@ -204,17 +222,32 @@ def _expected(healthy):
     references = group_means(rows.cepstra.mean(axis=1), at, weights)
     about = rows.cepstra - references[at][:, np.newaxis]
     # A covariance holds squares, so a weight counts by its root.
-    about = (about * np.sqrt(weights)[:, np.newaxis, np.newaxis]).reshape(-1, n_features)
+    about = (about * np.sqrt(weights)[:, np.newaxis, np.newaxis]).reshape(
+        -1, n_features
+    )
     n_free = max(len(about) - len(known), 1)
     scatter = about.T @ about / (n_free * weights.mean())
     # Few windows state the variances more precisely than the correlations.
     weight = n_features / (n_features + len(about))
     scatter = (1 - weight) * scatter + weight * np.diag(np.diag(scatter))
-    parts = rows.colour, rows.steadiness, rows.values
-    colour, steadiness, values = (group_means(part, at, weights) for part in parts)
-    axes, variances = joint_axes(scatter / n_windows, drift_covariance(colour, steadiness))
-    slopes = [slope_against_speed(each, known, **SLOPES[j]) for j, each in enumerate(values.T)]
-    fields = known, axes, variances, along_axes(references, axes), values, np.array(slopes)
+    parts = rows.spectral_shape, rows.steadiness, rows.values
+    spectral_shape, steadiness, values = (
+        group_means(part, at, weights) for part in parts
+    )
+    axes, variances = joint_axes(
+        scatter / n_windows, drift_covariance(spectral_shape, steadiness)
+    )
+    slopes = [
+        slope_against_speed(each, known, **SLOPES[j]) for j, each in enumerate(values.T)
+    ]
+    fields = (
+        known,
+        axes,
+        variances,
+        along_axes(references, axes),
+        values,
+        np.array(slopes),
+    )
     return dict(zip(Limits._fields, fields, strict=False))
 
 
@@ -225,7 +258,12 @@ def _cepstral_score(rows, axes, expected, variances):
 
 
 def log_p_values(
-    limits: Limits, rows: Rows, log_speed: NDArray[Any], scale: float, *, two_sided: bool = False
+    limits: Limits,
+    rows: Rows,
+    log_speed: NDArray[Any],
+    scale: float,
+    *,
+    two_sided: bool = False,
 ) -> NDArray[Any]:
     r"""Compute log p-values: the probability that a healthy row deviates at least as much.
 
@@ -235,13 +273,14 @@ def log_p_values(
         \qquad
         s_2 = \frac{g - \hat g}{\sqrt{s^2 + (\kappa v + 0.09) \sigma^2 + \kappa V_b e^2}}
 
-    with :math:`v = \sqrt b`, b the variance of the Brownian motion at the row's speed, the scale
-    :math:`\kappa` of the drift, and e the log speed beyond the known ones. The root is taken since
-    two recordings differ in load and mounting, however close their speeds are. The constant 0.09
-    covers the drift of one recording over time. Both scores are compared with Student's t
-    distribution over blocks of time. The result is the smallest probability, times their number
-    (Bonferroni). The test of the unsteadiness is one-sided. The test of the level is two-sided,
-    since a sensor may come loose.
+    with :math:`v = \sqrt b`, b the variance of the Brownian motion at the row's speed,
+    the scale :math:`\kappa` of the drift, and e the log speed beyond the known ones.
+    The root is taken since two recordings differ in load and mounting, however close
+    their speeds are. The constant 0.09 covers the drift of one recording over time.
+    Both scores are compared with Student's t distribution over blocks of time. The
+    result is the smallest probability, times their number (Bonferroni). The test of the
+    unsteadiness is one-sided. The test of the level is two-sided, since a sensor may
+    come loose.
 
     Parameters
     ----------
@@ -254,8 +293,8 @@ def log_p_values(
     scale : float
         Scale of the drift.
     two_sided : bool, default=False
-        Whether less than the expected unsteadiness counts as well: a row without impacts is no row
-        of a fault.
+        Whether less than the expected unsteadiness counts as well: a row without
+        impacts is no row of a fault.
 
     Returns
     -------
@@ -268,7 +307,9 @@ def log_p_values(
     # Blocks of one recording are not independent, however many speeds there are.
     freedom = min(limits.n_blocks, MOST_BLOCKS) - 1
     spread = limits.variances + drift[:, np.newaxis]
-    score = _cepstral_score(rows, limits.axes, at.interpolate(limits.references), spread)
+    score = _cepstral_score(
+        rows, limits.axes, at.interpolate(limits.references), spread
+    )
     score = (score - limits.score_mean) / (limits.score_deviation * np.sqrt(more))
     tails = [stdtr(freedom, -score)]
     for j, prior in enumerate(SLOPES[: rows.values.shape[1]]):
@@ -279,7 +320,9 @@ def log_p_values(
         score = (rows.values[:, j] - expected) / np.sqrt(spread)
         # The second value is the level.
         is_two_sided = two_sided or j == 1
-        tails.append(2 * stdtr(freedom, -abs(score)) if is_two_sided else stdtr(freedom, -score))
+        tails.append(
+            2 * stdtr(freedom, -abs(score)) if is_two_sided else stdtr(freedom, -score)
+        )
     least = np.maximum(np.min(tails, axis=0), _TINY)
     return np.minimum(np.log(least) + np.log(len(tails)), 0.0)
 
@@ -299,8 +342,8 @@ def drift_scale(healthy: HealthyRows, limits: Limits) -> tuple[float, NDArray[An
     scale : float
         Twice the smallest of the tried scales that holds the rates.
     log_p_values : ndarray of shape (n_rows,)
-        Log p-value of each row at that scale, if the means, covariances and slopes are those of
-        the other speeds.
+        Log p-value of each row at that scale, if the means, covariances and slopes are
+        those of the other speeds.
     """
     rows, known, at, weights = healthy
     left_out = [at == speed for speed in range(len(known))]
@@ -314,7 +357,10 @@ def drift_scale(healthy: HealthyRows, limits: Limits) -> tuple[float, NDArray[An
 
     def holds(scale):
         logs = found(scale)
-        return all((flagged_shares(logs, at, np.log(r), weights) <= r).all() for r in HELD_RATES)
+        return all(
+            (flagged_shares(logs, at, np.log(r), weights) <= r).all()
+            for r in HELD_RATES
+        )
 
     scale = SAFETY * float(next(filter(holds, SCALES), SCALES[-1]))
     return scale, found(scale)

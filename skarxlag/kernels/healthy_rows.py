@@ -35,7 +35,7 @@ class Rows(NamedTuple):
         Log unsteadiness, and log level if the level is used.
     """
 
-    colour: np.ndarray
+    spectral_shape: np.ndarray
     steadiness: np.ndarray
     cepstra: np.ndarray
     values: np.ndarray
@@ -45,7 +45,9 @@ class Rows(NamedTuple):
         return Rows(*(part[chosen] for part in self))
 
 
-def log_spectra_cepstra(colour: NDArray[Any], steadiness: NDArray[Any]) -> NDArray[Any]:
+def log_spectra_cepstra(
+    spectral_shape: NDArray[Any], steadiness: NDArray[Any]
+) -> NDArray[Any]:
     """Compute the cosine coefficients of colour and steadiness, without coefficient 0.
 
     Parameters
@@ -60,7 +62,10 @@ def log_spectra_cepstra(colour: NDArray[Any], steadiness: NDArray[Any]) -> NDArr
     ndarray of shape (n_signals, n_features)
         Coefficients of colour and of steadiness, side by side, in nepers of power.
     """
-    parts = spectra.cepstrum(colour)[:, :N_COEFFICIENTS], spectra.cepstrum(steadiness)
+    parts = (
+        spectra.cepstrum(spectral_shape)[:, :N_COEFFICIENTS],
+        spectra.cepstrum(steadiness),
+    )
     return np.concatenate(parts, axis=1)
 
 
@@ -120,15 +125,20 @@ def measure_rows(signals: NDArray[Any], n_windows: int, *, with_level: bool) -> 
     windows = spectra.unit_peak(unit.reshape(-1, length))
     segment = min(SEGMENT, length)
     n_cells = spectra.LOG_SPECTRUM_CELLS
-    colour = spectra.autoregressive_log_spectrum(windows, SPECTRUM_ORDER, n_cells)
+    spectral_shape = spectra.autoregressive_log_spectrum(
+        windows, SPECTRUM_ORDER, n_cells
+    )
     mean, median = spectra.short_time_log_spectra(windows, segment, min(HOP, segment))
     steadiness = median - mean
-    cepstra = log_spectra_cepstra(colour, steadiness)
+    cepstra = log_spectra_cepstra(spectral_shape, steadiness)
     shape = len(unit), n_windows
-    colour, cepstra = colour.reshape(*shape, -1).mean(axis=1), cepstra.reshape(*shape, -1)
+    spectral_shape, cepstra = (
+        spectral_shape.reshape(*shape, -1).mean(axis=1),
+        cepstra.reshape(*shape, -1),
+    )
     mean_steadiness = steadiness.reshape(*shape, -1).mean(axis=1)
     values = [log_unsteadiness(mean_steadiness)]
     if with_level:
         rms = np.maximum(root_mean_square(unit), np.finfo(np.float64).tiny)
         values.append(np.log(rms) + np.log(peak[:, 0]))
-    return Rows(colour, mean_steadiness, cepstra, np.column_stack(values))
+    return Rows(spectral_shape, mean_steadiness, cepstra, np.column_stack(values))

@@ -17,7 +17,8 @@ _TIE = 1e-9
 def rows_that_hold(rate: float) -> int:
     """Return the number of rows that hold a false-alarm rate without any assumption.
 
-    A further row of the same kind exceeds all of n rows with the probability 1 / (n + 1).
+    A further row of the same kind exceeds all of n rows with the probability 1 / (n +
+    1).
 
     Parameters
     ----------
@@ -38,13 +39,15 @@ def rows_that_hold(rate: float) -> int:
     return math.ceil(round(1 / rate - 1, 6))
 
 
-def false_alarm_threshold(levels: NDArray[Any], weights: NDArray[Any], rate: float) -> float:
+def false_alarm_threshold(
+    levels: NDArray[Any], weights: NDArray[Any], rate: float
+) -> float:
     """Return the level that a healthy window exceeds with at most the stated probability.
 
-    The threshold is the order statistic ceil((n + 1)(1 - rate)) of n healthy levels. If the windows
-    are exchangeable, a new window exceeds it with a probability of at most `rate` (conformal
-    prediction). With fewer than 1 / rate - 1 levels, the threshold is the largest level, and the
-    probability is 1 / (n + 1).
+    The threshold is the order statistic ceil((n + 1)(1 - rate)) of n healthy levels. If
+    the windows are exchangeable, a new window exceeds it with a probability of at most
+    `rate` (conformal prediction). With fewer than 1 / rate - 1 levels, the threshold is
+    the largest level, and the probability is 1 / (n + 1).
 
     Parameters
     ----------
@@ -111,8 +114,8 @@ def log_level(levels: NDArray[Any]) -> NDArray[Any]:
 def rung_scores(levels: NDArray[Any], cuts: NDArray[Any]) -> NDArray[Any]:
     """Compute the signed log distance of levels to the bounds of each rung, positive inside.
 
-    Rung i contains the levels in (cuts[i-1], cuts[i]]. This is Eq. (32), with a rule for equality,
-    which the paper does not state.
+    Rung i contains the levels in (cuts[i-1], cuts[i]]. This is Eq. (32), with a rule
+    for equality, which the paper does not state.
 
     Parameters
     ----------
@@ -160,12 +163,15 @@ def relative_scores(levels: NDArray[Any]) -> NDArray[Any]:
     return level.mean(axis=1, keepdims=True) - level
 
 
-def confidence_scale(scores: NDArray[Any], target: NDArray[Any], weights: NDArray[Any]) -> float:
+def confidence_scale(
+    scores: NDArray[Any], target: NDArray[Any], weights: NDArray[Any]
+) -> float:
     r"""Fit the factor :math:`\beta` for which softmax of the scaled scores is a confidence.
 
-    The factor maximises the likelihood of the targets. The targets are smoothed as in Platt (1999):
-    the probability of the true class is set to (n + 1)/(n + 2) for a class of n windows. The factor
-    therefore stays finite even if all scores are correct.
+    The factor maximises the likelihood of the targets. The targets are smoothed as in
+    Platt (1999): the probability of the true class is set to (n + 1)/(n + 2) for a
+    class of n windows. The factor therefore stays finite even if all scores are
+    correct.
 
     Parameters
     ----------
@@ -190,7 +196,9 @@ def confidence_scale(scores: NDArray[Any], target: NDArray[Any], weights: NDArra
     wanted[np.arange(len(target)), target] = 1 - doubt
 
     def loss(log_factor):
-        likelihood = np.sum(wanted * log_softmax(np.exp(log_factor) * scores, axis=1), axis=1)
+        likelihood = np.sum(
+            wanted * log_softmax(np.exp(log_factor) * scores, axis=1), axis=1
+        )
         return -np.average(likelihood, weights=weights)
 
     return float(np.exp(minimize_scalar(loss, bounds=(-10, 10), method="bounded").x))

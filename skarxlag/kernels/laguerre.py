@@ -18,11 +18,11 @@ TOGETHER = 4
 def laguerre_matrices(order: int, pole: float) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""Return the state space of one Laguerre network, Eqs. (13)-(15).
 
-    :math:`x(k+1) = A x(k) + b s(k)` realises the filters
-    :math:`L_n(z) = \frac{\sqrt{1-\zeta^2}}{z-\zeta}\left(\frac{1-\zeta z}{z-\zeta}\right)^n`
-    for n = 0 .. order - 1. The exponent in the corner of the printed matrix is wrong by one. Here
-    :math:`A_{nj} = (-\zeta)^{n-j-1}(1-\zeta^2)` for n > j. The network is input-balanced:
-    :math:`A A^T + b b^T = I`.
+    :math:`x(k+1) = A x(k) + b s(k)` realises the filters :math:`L_n(z) =
+    \frac{\sqrt{1-\zeta^2}}{z-\zeta}\left(\frac{1-\zeta z}{z-\zeta}\right)^n` for n = 0
+    .. order - 1. The exponent in the corner of the printed matrix is wrong by one. Here
+    :math:`A_{nj} = (-\zeta)^{n-j-1}(1-\zeta^2)` for n > j. The network is
+    input-balanced: :math:`A A^T + b b^T = I`.
 
     Parameters
     ----------
@@ -51,7 +51,9 @@ def laguerre_matrices(order: int, pole: float) -> tuple[NDArray[Any], NDArray[An
     return toeplitz(column, pole * np.eye(order)[0]), math.sqrt(1 - pole**2) * powers
 
 
-def network_matrices(orders: Sequence[int], poles: Any) -> tuple[NDArray[Any], NDArray[Any]]:
+def network_matrices(
+    orders: Sequence[int], poles: Any
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return the state space of several parallel networks, Eq. (12).
 
     Parameters
@@ -66,7 +68,8 @@ def network_matrices(orders: Sequence[int], poles: Any) -> tuple[NDArray[Any], N
     A : ndarray of shape (n_states, n_states)
         Block diagonal.
     b : ndarray of shape (n_states, n_channels)
-        Input matrix with one column for each channel, which is zero outside the channel's block.
+        Input matrix with one column for each channel, which is zero outside the
+        channel's block.
 
     Examples
     --------
@@ -74,7 +77,9 @@ def network_matrices(orders: Sequence[int], poles: Any) -> tuple[NDArray[Any], N
     array([[1. , 0. ],
            [0. , 0.8]])
     """
-    matrices = [laguerre_matrices(n, pole) for n, pole in zip(orders, poles, strict=True)]
+    matrices = [
+        laguerre_matrices(n, pole) for n, pole in zip(orders, poles, strict=True)
+    ]
     A = block_diag(*[A for A, _ in matrices])
     return A, block_diag(*[b[:, np.newaxis] for _, b in matrices])
 
@@ -97,15 +102,16 @@ def advance_block(
     r"""The same cascade on a block of signals, see `lanes`: the next `TOGETHER` all-passes.
 
     Each state n follows :math:`x_n(k+1) = \zeta x_n(k) + d_n(k)`, with the drive
-    :math:`d_{n+1}(k) = x_n(k) - \zeta x_n(k+1)`. If the first drive is the signal itself, the
-    states are those of the network divided by :math:`\sqrt{1-\zeta^2}`.
+    :math:`d_{n+1}(k) = x_n(k) - \zeta x_n(k+1)`. If the first drive is the signal
+    itself, the states are those of the network divided by :math:`\sqrt{1-\zeta^2}`.
 
     Parameters
     ----------
     states : ndarray of shape (TOGETHER, LANES)
         States at the first sample. They are replaced by those after the last one.
     drive : ndarray of shape (TILE * LANES,)
-        Drive of the first of these states. It is replaced by that of the state after them.
+        Drive of the first of these states. It is replaced by that of the state after
+        them.
     pole : float
         The shared pole.
     histories : ndarray of shape (TOGETHER, (TILE + 1) * LANES)
@@ -121,7 +127,9 @@ def advance_block(
             driven = histories[n - 1, i] - pole * histories[n - 1, i + LANES]
             histories[n, i + LANES] = pole * histories[n, i] + driven
     for i in range(TILE * LANES):
-        drive[i] = histories[TOGETHER - 1, i] - pole * histories[TOGETHER - 1, i + LANES]
+        drive[i] = (
+            histories[TOGETHER - 1, i] - pole * histories[TOGETHER - 1, i + LANES]
+        )
     for n in range(TOGETHER):
         for lane in range(LANES):
             states[n, lane] = histories[n, TILE * LANES + lane]

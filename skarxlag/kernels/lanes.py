@@ -1,12 +1,12 @@
 """Storage of several signals side by side in one block, for vector instructions.
 
-A recursion over time cannot be vectorised, but the same recursion on many signals can. A block is a
-flat array that holds `LANES` signals sample by sample: sample k of the signal in lane l has the
-index ``k * LANES + l``. A loop over this index can read the value that it wrote `LANES` places
-before and still use vector instructions. The compiler needs three conditions for this: it knows the
-length of the loop, it knows the distance `LANES`, and the loop writes each array in one place
-only. A history is a block with one additional sample in front, which is the last sample before the
-block.
+A recursion over time cannot be vectorised, but the same recursion on many signals can.
+A block is a flat array that holds `LANES` signals sample by sample: sample k of the
+signal in lane l has the index ``k * LANES + l``. A loop over this index can read the
+value that it wrote `LANES` places before and still use vector instructions. The
+compiler needs three conditions for this: it knows the length of the loop, it knows the
+distance `LANES`, and the loop writes each array in one place only. A history is a block
+with one additional sample in front, which is the last sample before the block.
 """
 
 import math
@@ -17,17 +17,19 @@ from numpy.typing import NDArray
 
 from .compiled import inlined
 
-#: Signals in a block. All lanes go through the same instructions, so no result depends on its lane.
+#: Signals in a block. All lanes go through the same instructions, so no result depends
+#: on its lane.
 LANES = 16
-#: Samples in a block: short enough for the states of a network to stay in the fastest memory.
+#: Samples in a block: short enough for the states of a network to stay in the fastest
+#: memory.
 TILE = 16
 
 
 def aligned_zeros(*shape: int) -> NDArray[Any]:
     """Allocate working memory that begins at a multiple of 64 bytes, a line of the cache.
 
-    A vector that crosses lines takes up to twice as long to read and write. NumPy aligns to 16
-    bytes.
+    A vector that crosses lines takes up to twice as long to read and write. NumPy
+    aligns to 16 bytes.
 
     Examples
     --------
@@ -52,9 +54,11 @@ def interleave(
     first, channel, start : int
         First signal, channel and first sample.
     block : ndarray of shape (TILE * LANES,)
-        The block to write. Positions without a signal or a sample receive the nearest one.
+        The block to write. Positions without a signal or a sample receive the nearest
+        one.
     """
-    # Loops of constant lengths. For others, the compiler takes gather instructions, which are slow.
+    # Loops of constant lengths. For others, the compiler takes gather instructions,
+    # which are slow.
     for k in range(TILE):
         sample = min(start + k, signals.shape[2] - 1)
         for lane in range(LANES):
@@ -71,16 +75,18 @@ def deinterleave(
     Parameters
     ----------
     block : ndarray of shape (TILE * LANES,)
-        A block that began as a copy of these signals, or of signals in the same positions.
+        A block that began as a copy of these signals, or of signals in the same
+        positions.
     signals : ndarray of shape (n_signals, n_channels, n_samples)
         The signals to write.
     first, channel, start : int
-        First signal, channel and place of the block's first sample. If it is negative, down to
-        ``1 - TILE``, the signals begin within the block.
+        First signal, channel and place of the block's first sample. If it is negative,
+        down to ``1 - TILE``, the signals begin within the block.
     """
     for k in range(TILE):
         sample = min(max(start + k, 0), signals.shape[2] - 1)
         for lane in range(LANES):
-            # Where there is no signal, the lane holds the last one, which is written once more.
+            # Where there is no signal, the lane holds the last one, which is written
+            # once more.
             signal = min(first + lane, signals.shape[0] - 1)
             signals[signal, channel, sample] = block[(sample - start) * LANES + lane]

@@ -14,17 +14,17 @@ _N_KEYS = 8
 def solve_sums(sums: NDArray[Any], alpha: float) -> tuple[NDArray[Any], float]:
     r"""Solve ridge least squares from :math:`\sum [x; y][x; y]^T`.
 
-    The coefficients minimise :math:`\sum (y - g^T x)^2 + \alpha |g|^2`. The recursion of Eq. (16),
-    with its sign and its missing X(k) corrected, gives the same coefficients if it starts from
-    :math:`P_0 = I / \alpha`.
+    The coefficients minimise :math:`\sum (y - g^T x)^2 + \alpha |g|^2`. The recursion
+    of Eq. (16), with its sign and its missing X(k) corrected, gives the same
+    coefficients if it starts from :math:`P_0 = I / \alpha`.
 
     Parameters
     ----------
     sums : ndarray of shape (n_states + 1, n_states + 1)
         The sums, with y last.
     alpha : float
-        Ridge parameter, at least 0. If it is 0 and x does not excite every state, the coefficients
-        of least norm are returned.
+        Ridge parameter, at least 0. If it is 0 and x does not excite every state, the
+        coefficients of least norm are returned.
 
     Returns
     -------
@@ -50,9 +50,9 @@ def distinct_windows(
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return the rows of the distinct windows, and the weight of each.
 
-    Sums in floating point depend on the order of the summands. If windows are repeated or
-    weighted, they are therefore sorted by a digest of their samples. One window of weight 2 and two
-    equal windows then give the same sums to the last bit.
+    Sums in floating point depend on the order of the summands. If windows are repeated
+    or weighted, they are therefore sorted by a digest of their samples. One window of
+    weight 2 and two equal windows then give the same sums to the last bit.
 
     Parameters
     ----------
@@ -66,7 +66,8 @@ def distinct_windows(
     Returns
     -------
     rows : ndarray of int of shape (n_distinct,)
-        Distinct windows. If no window is repeated or weighted, these are all rows in their order.
+        Distinct windows. If no window is repeated or weighted, these are all rows in
+        their order.
     weights : ndarray of shape (n_distinct,)
         Sums of the weights.
 

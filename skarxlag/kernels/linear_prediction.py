@@ -1,15 +1,15 @@
 """The autoregressive model of a signal by the covariance method, in O(order^2).
 
-The samples s(m) ... s(m + p - 1) predict s(m + p). With coefficients in that order, oldest sample
-first, the normal equations are made of
+The samples s(m) ... s(m + p - 1) predict s(m + p). With coefficients in that order,
+oldest sample first, the normal equations are made of
 
     R(a, b) = sum_m s(m + a) s(m + b),  m = 0 .. n_samples - p - 1,  a, b = 0 .. p.
 
-R is nearly Toeplitz: R(a, b) - R(a - 1, b - 1) = e(a) e(b) - l(a) l(b). The samples that enter the
-sum are e(a) = s(n_samples - p - 1 + a), and those that leave it are l(a) = s(a - 1). The triangular
-factor of such a matrix follows from its first row, e and l by Schur's algorithm as generalised
-in T. Kailath and A. H. Sayed (1995), "Displacement structure: theory and applications", SIAM
-Review 37(3), 297-386.
+R is nearly Toeplitz: R(a, b) - R(a - 1, b - 1) = e(a) e(b) - l(a) l(b). The samples
+that enter the sum are e(a) = s(n_samples - p - 1 + a), and those that leave it are l(a)
+= s(a - 1). The triangular factor of such a matrix follows from its first row, e and l
+by Schur's algorithm as generalised in T. Kailath and A. H. Sayed (1995), "Displacement
+structure: theory and applications", SIAM Review 37(3), 297-386.
 """
 
 from typing import Any
@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 from .compiled import compiled
 
 _EPS = np.finfo(np.float64).eps
-#: Entries of a row, or samples, that are worked on together: rows are filled up with zeros to a
-#: multiple, since a loop over the entries that remain would take half as long as all others.
+#: Entries of a row, or samples, that are worked on together: rows are filled up with
+#: zeros to a multiple, since a loop over the entries that remain would take half as
+#: long as all others.
 _LANES = 16
 
 
@@ -60,11 +61,11 @@ def predictors(signals: NDArray[Any], order: int, alpha: float) -> NDArray[Any]:
 def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
     r"""Solve :math:`\sum_b (R(a, b) + \rho\,\delta_{ab})\,c_b = R(a, p)`, a, b = 0 .. p - 1.
 
-    The difference between R and R shifted by one place along its diagonal is
-    :math:`u u^T + e e^T - v v^T - l l^T`. At each step, rotations of (u, e) and (v, l) set the
-    first entries of e and l to 0. A hyperbolic rotation of (u, v) sets the first entry of v to 0.
-    Then u is a row of the triangular factor, and it is shifted by one place. If the ridge
-    :math:`\rho` is 0, the solution is not written.
+    The difference between R and R shifted by one place along its diagonal is :math:`u
+    u^T + e e^T - v v^T - l l^T`. At each step, rotations of (u, e) and (v, l) set the
+    first entries of e and l to 0. A hyperbolic rotation of (u, v) sets the first entry
+    of v to 0. Then u is a row of the triangular factor, and it is shifted by one place.
+    If the ridge :math:`\rho` is 0, the solution is not written.
 
     Parameters
     ----------
@@ -75,7 +76,8 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
     padded : ndarray of shape (2, n_samples + width + _LANES)
         Working memory for the first factors s(m) and for the signal; zero on entry.
     generators, factor : ndarray of shape (4, width + _LANES) and (order, width)
-        Working memory for u, e, v and l, and for the rows of the factor, from the diagonal on.
+        Working memory for u, e, v and l, and for the rows of the factor, from the
+        diagonal on.
     solutions : ndarray of shape (n_signals, order + _LANES)
         Receives the solutions; zero on entry.
     """
@@ -90,11 +92,30 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
             padded[1, m] = signals[w, m]
         for b in range(width):
             t0[b] = t1[b] = t2[b] = t3[b] = 0.0
-        # Loads take longer than products, so each sample that is loaded goes into four sums.
+        # Loads take longer than products, so each sample that is loaded goes into four
+        # sums.
         for m in range(0, n_products, _LANES):
             r, s = padded[0, m:], padded[1, m:]
-            r0, r1, r2, r3, r4, r5, r6, r7 = r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7]
-            r8, r9, ra, rb, rc, rd, re, rf = r[8], r[9], r[10], r[11], r[12], r[13], r[14], r[15]
+            r0, r1, r2, r3, r4, r5, r6, r7 = (
+                r[0],
+                r[1],
+                r[2],
+                r[3],
+                r[4],
+                r[5],
+                r[6],
+                r[7],
+            )
+            r8, r9, ra, rb, rc, rd, re, rf = (
+                r[8],
+                r[9],
+                r[10],
+                r[11],
+                r[12],
+                r[13],
+                r[14],
+                r[15],
+            )
             for b in range(width):
                 s0, s4, s8, sc = s[b], s[b + 4], s[b + 8], s[b + 12]
                 t0[b] += (r0 * s0 + r4 * s4) + (r8 * s8 + rc * sc)
@@ -120,12 +141,18 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
         t0[0], t1[0], t2[0], t3[0] = 1 / scale, 0.0, 0.0, 0.0
         plus = t0
         for a in range(order):
-            enters, minus, leaves = generators[1, a:], generators[2, a:], generators[3, a:]
+            enters, minus, leaves = (
+                generators[1, a:],
+                generators[2, a:],
+                generators[3, a:],
+            )
             factor_row = factor[a]
             gain = np.sqrt(plus[0] * plus[0] + enters[0] * enters[0])
             loss = np.sqrt(minus[0] * minus[0] + leaves[0] * leaves[0])
             cos_plus, sin_plus = plus[0] / gain, enters[0] / gain
-            cos_minus, sin_minus = (minus[0] / loss, leaves[0] / loss) if loss > 0 else (1.0, 0.0)
+            cos_minus, sin_minus = (
+                (minus[0] / loss, leaves[0] / loss) if loss > 0 else (1.0, 0.0)
+            )
             tanh = loss / gain
             # Above 0 by the ridge, but for rounding.
             sech = np.sqrt(max((1 - tanh) * (1 + tanh), _EPS))

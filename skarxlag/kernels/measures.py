@@ -1,7 +1,8 @@
 """Measures of a signal: log spectra on common bands, by name.
 
-A measure is a function from signals, a segment length and a model order to log spectra by name,
-each of shape (n_signals, n_bands). A new one is such a function and its names in `MEASURES`.
+A measure is a function from signals, a segment length and a model order to log spectra
+by name, each of shape (n_signals, n_bands). A new one is such a function and its names
+in `MEASURES`.
 """
 
 from collections.abc import Sequence
@@ -12,8 +13,9 @@ from numpy.typing import NDArray
 
 from .spectra import autoregressive_log_spectrum, short_time_log_spectra, unit_peak
 
-#: Frequencies at which a signal's own model is evaluated, at least. Their logarithms are averaged
-#: over each band, so that a sharp line counts wherever in its band it lies.
+#: Frequencies at which a signal's own model is evaluated, at least. Their logarithms
+#: are averaged over each band, so that a sharp line counts wherever in its band it
+#: lies.
 _LEAST_CELLS = 252
 
 #: Segments of the short-time spectrum start this share of a segment apart.
@@ -28,25 +30,28 @@ def own_model(signals: NDArray[Any], segment: int, order: int) -> dict[str, Any]
     signals : ndarray of shape (n_signals, n_samples)
         Signals as `unit_peak` returns them.
     segment : int
-        Length of a segment of the short-time spectrum, which determines the number of bands.
+        Length of a segment of the short-time spectrum, which determines the number of
+        bands.
     order : int
         Order of the model, at least 1.
 
     Returns
     -------
     dict of str to ndarray of shape (n_signals, n_bands)
-        "colour".
+        "spectral_shape".
 
     Examples
     --------
     >>> noise = np.random.default_rng(0).normal(size=(2, 1200))
-    >>> own_model(noise, 128, 16)["colour"].shape
+    >>> own_model(noise, 128, 16)["spectral_shape"].shape
     (2, 63)
     """
     bands = max(segment // 2 - 1, 1)
     cells = -(-_LEAST_CELLS // bands)
     fine = autoregressive_log_spectrum(signals, order, bands * cells)
-    return {"colour": np.einsum("wbc->wb", fine.reshape(-1, bands, cells)) / cells}
+    return {
+        "spectral_shape": np.einsum("wbc->wb", fine.reshape(-1, bands, cells)) / cells
+    }
 
 
 def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any]:
@@ -64,7 +69,8 @@ def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any
     Returns
     -------
     dict of str to ndarray of shape (n_signals, n_bands)
-        "power" is the log mean, "floor" the log median, and "steadiness" is floor minus power.
+        "power" is the log mean, "floor" the log median, and "steadiness" is floor minus
+        power.
 
     Examples
     --------
@@ -78,11 +84,13 @@ def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any
 
 
 #: The function that takes each measure.
-MEASURES: dict[str, Any] = {"colour": own_model}
+MEASURES: dict[str, Any] = {"spectral_shape": own_model}
 MEASURES |= dict.fromkeys(("power", "floor", "steadiness"), short_time)
 
 
-def measure(signals: NDArray[Any], names: Sequence[str], segment: int, order: int) -> NDArray[Any]:
+def measure(
+    signals: NDArray[Any], names: Sequence[str], segment: int, order: int
+) -> NDArray[Any]:
     """Compute the log spectra of each signal by the named measures.
 
     Parameters
@@ -102,7 +110,7 @@ def measure(signals: NDArray[Any], names: Sequence[str], segment: int, order: in
     Examples
     --------
     >>> noise = np.random.default_rng(0).normal(size=(2, 1200))
-    >>> measure(noise, ["floor", "colour"], 128, 16).shape
+    >>> measure(noise, ["floor", "spectral_shape"], 128, 16).shape
     (2, 2, 63)
     """
     found, signals = {}, unit_peak(signals)

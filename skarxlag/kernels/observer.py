@@ -13,12 +13,14 @@ from .lanes import LANES, TILE, aligned_zeros, deinterleave, interleave
 INNOVATION, ERROR, CORRECTION, INTEGRAL, ESTIMATE, POWER = range(6)
 
 
-def observe(innovations: NDArray[Any], loop: tuple[Any, ...]) -> tuple[NDArray[Any], NDArray[Any]]:
+def observe(
+    innovations: NDArray[Any], loop: tuple[Any, ...]
+) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""Compute the output error and the fault estimate of the extended-state observer, Form A.
 
-    The fault direction E and the output correction K_p of the full-state observer are chosen so
-    that both act on the output through :math:`1/(z - \zeta)`. The error of the observer then
-    depends on the innovations alone:
+    The fault direction E and the output correction K_p of the full-state observer are
+    chosen so that both act on the output through :math:`1/(z - \zeta)`. The error of
+    the observer then depends on the innovations alone:
 
     .. math::
 
@@ -27,7 +29,8 @@ def observe(innovations: NDArray[Any], loop: tuple[Any, ...]) -> tuple[NDArray[A
         S &= p + k_{Ib} e, \qquad
         \hat\delta^+ = K_c\,(1 + \min(|S|, M)^\kappa)\, p^+ .
 
-    With :math:`K_c = 1` and :math:`M = 0`, this is the linear proportional-integral observer.
+    With :math:`K_c = 1` and :math:`M = 0`, this is the linear proportional-integral
+    observer.
 
     Parameters
     ----------
@@ -69,7 +72,12 @@ def _record_trajectories(innovations, loop, histories, error, fault_estimate):
 
 @inlined
 def observe_block(
-    innovations: Any, first: int, model: int, start: int, loop: tuple[Any, ...], histories: Any
+    innovations: Any,
+    first: int,
+    model: int,
+    start: int,
+    loop: tuple[Any, ...],
+    histories: Any,
 ) -> None:
     """Run the loop through one block of windows, see `lanes`.
 
@@ -82,7 +90,8 @@ def observe_block(
     loop : tuple of 7 floats
         As in `observe`.
     histories : ndarray of shape (6, (TILE + 1) * LANES)
-        Innovations, error, correction, integral, fault estimate and sum of squared errors.
+        Innovations, error, correction, integral, fault estimate and sum of squared
+        errors.
     """
     _, _, _, _, _, exponent, _ = loop
     interleave(innovations, first, model, start, histories[INNOVATION])
@@ -90,7 +99,8 @@ def observe_block(
         for i in range(TILE * LANES):
             _close_loop(histories, i, _surface(histories, i, loop), loop)
     else:
-        # A power in a loop, even one that is never taken, keeps it from running on vectors.
+        # A power in a loop, even one that is never taken, keeps it from running on
+        # vectors.
         for i in range(TILE * LANES):
             _close_loop(histories, i, _surface(histories, i, loop) ** exponent, loop)
 
@@ -136,8 +146,9 @@ def loop_matrix(pole: float, kp: float, ki: float, gain: float = 1.0) -> NDArray
     Returns
     -------
     ndarray of shape (2, 2)
-        The matrix. The loop is stable if its spectral radius is below 1. With a = pole - kp and
-        k = ki gain, Jury's conditions for this are k > 0, a + k < 1 and 2 (1 + a) + k > 0.
+        The matrix. The loop is stable if its spectral radius is below 1. With a = pole
+        - kp and k = ki gain, Jury's conditions for this are k > 0, a + k < 1 and 2 (1 +
+        a) + k > 0.
 
     Examples
     --------
@@ -152,10 +163,10 @@ def common_lyapunov(slow: NDArray[Any], fast: NDArray[Any]) -> NDArray[Any] | No
     r"""Find a quadratic Lyapunov function that two loops share, or None if there is none.
 
     The loops differ in the gain from integral to estimate. A common function
-    :math:`V(x) = x^T P x` also decreases for any gain between theirs, even if the gain changes
-    from sample to sample. P solves the Riccati equation of the discrete positive-real lemma, which
-    is the matrix form of the circle criterion. The function checks P on both loops before it
-    returns it.
+    :math:`V(x) = x^T P x` also decreases for any gain between theirs, even if the gain
+    changes from sample to sample. P solves the Riccati equation of the discrete
+    positive-real lemma, which is the matrix form of the circle criterion. The function
+    checks P on both loops before it returns it.
 
     Parameters
     ----------
@@ -184,7 +195,9 @@ def common_lyapunov(slow: NDArray[Any], fast: NDArray[Any]) -> NDArray[Any] | No
         enter, leave = np.array([[1.0], [0.0]]), np.array([[0.0], [1.0]])
         slack = 1e-9 * np.eye(2)
         try:
-            P = -linalg.solve_discrete_are(slow, enter, -slack, [[2.0]], s=-spread * leave)
+            P = -linalg.solve_discrete_are(
+                slow, enter, -slack, [[2.0]], s=-spread * leave
+            )
         except (linalg.LinAlgError, ValueError):
             return None
     falls = [np.linalg.eigvalsh(A.T @ P @ A - P)[-1] < 0 for A in (slow, fast)]

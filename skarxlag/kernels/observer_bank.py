@@ -1,9 +1,9 @@
 """A bank of observers over frequency: levels of each member's fault estimate.
 
-Every member runs the recursion of `observer.observe` on the same innovations, with its own gains.
-The members are independent, so the loops over them use vector instructions. They compute in single
-precision. A fault estimate is the output of a filter with two poles, and the relative rounding
-error of this filter is less than 1e-5.
+Every member runs the recursion of `observer.observe` on the same innovations, with its
+own gains. The members are independent, so the loops over them use vector instructions.
+They compute in single precision. A fault estimate is the output of a filter with two
+poles, and the relative rounding error of this filter is less than 1e-5.
 """
 
 from typing import Any
@@ -14,21 +14,22 @@ from numpy.typing import NDArray
 from .compiled import compiled, inlined
 from .spectra import frequency_grid
 
-#: Members that are worked on together: each has to wait for its own sample before, and the state of
-#: so many fits in the fastest memory.
+#: Members that are worked on together: each has to wait for its own sample before, and
+#: the state of so many fits in the fastest memory.
 _TOGETHER = 64
 #: Samples between loads and stores of the state.
 _AT_ONCE = 4
-#: Groups of `_AT_ONCE` samples in which the switching gain settles: it can cross 11 decades of
-#: power at a step of 0.05.
+#: Groups of `_AT_ONCE` samples in which the switching gain settles: it can cross 11
+#: decades of power at a step of 0.05.
 _SETTLING = 64
-#: Groups after which sums of steps go to double precision. Sums of so many samples are exact.
+#: Groups after which sums of steps go to double precision. Sums of so many samples are
+#: exact.
 _EXACT = 4096
-#: Share of the innovations' power by which the square of every estimate is raised: an estimate that
-#: is nothing but rounding is steady.
+#: Share of the innovations' power by which the square of every estimate is raised: an
+#: estimate that is nothing but rounding is steady.
 _FLOOR = 1e-12
-#: Limits of the largest sample. Beyond them, the bound has no effect or is reached at once, and
-#: single precision has no room.
+#: Limits of the largest sample. Beyond them, the bound has no effect or is reached at
+#: once, and single precision has no room.
 _SMALLEST, _LARGEST = 1e-9, 1e9
 
 
@@ -52,8 +53,8 @@ def member_gains(
     n_members : int
         Number M of members.
     bandwidth : float
-        The bandwidth b, above 0. At b = 1, the power of a member's response has fallen to one half
-        at the boundary to its neighbour's cell.
+        The bandwidth b, above 0. At b = 1, the power of a member's response has fallen
+        to one half at the boundary to its neighbour's cell.
 
     Returns
     -------
@@ -89,17 +90,18 @@ def bank_levels(
         e = \varepsilon - c, \qquad c^+ = \zeta c + k_p e + d, \qquad p^+ = p + k_i e, \qquad
         d^+ = (1 + \min(|p^+|, M))\,p^+ .
 
-    This is the extended-state observer with two equal integral gains. With :math:`M = 0` it is
-    linear. The loop computes c by way of the error, since all members then share the terms in
-    the innovations:
+    This is the extended-state observer with two equal integral gains. With :math:`M =
+    0` it is linear. The loop computes c by way of the error, since all members then
+    share the terms in the innovations:
 
     .. math::
 
         e^+ = (\varepsilon^+ - \zeta\varepsilon) + (\zeta - k_p)\,e - d .
 
-    The fault estimate is the sliding surface: :math:`\ln K` changes by ``step * sign(|d| - K)`` per
-    sample. The gain K starts at the root mean square of d. It settles in a first pass over 253 to
-    256 samples, or over a shorter window, and is averaged in a second pass over all samples.
+    The fault estimate is the sliding surface: :math:`\ln K` changes by ``step *
+    sign(|d| - K)`` per sample. The gain K starts at the root mean square of d. It
+    settles in a first pass over 253 to 256 samples, or over a shorter window, and is
+    averaged in a second pass over all samples.
 
     Parameters
     ----------
@@ -115,8 +117,9 @@ def bank_levels(
     Returns
     -------
     power, switching_gain : ndarray of shape (n_windows, n_members)
-        Natural logarithms of the mean of :math:`d^2` and of the square of K, in units of the
-        window's largest value. They are not below -27.6, which stands for no power.
+        Natural logarithms of the mean of :math:`d^2` and of the square of K, in units
+        of the window's largest value. They are not below -27.6, which stands for no
+        power.
     """
     n_windows, n_samples = innovations.shape
     peak = np.abs(innovations).max(axis=1)
@@ -126,8 +129,11 @@ def bank_levels(
     # A member with gains of zero does nothing: such members fill the last block.
     members = np.zeros((7, len(kp) + -len(kp) % _TOGETHER), dtype=np.float32)
     members[4:, : len(kp)] = pole - kp, ki, bound
-    members = members.reshape(7, -1, _TOGETHER).swapaxes(0, 1).reshape(-1, 7 * _TOGETHER)
-    # Zeros before the first sample leave a member at rest. They make the last group whole.
+    members = (
+        members.reshape(7, -1, _TOGETHER).swapaxes(0, 1).reshape(-1, 7 * _TOGETHER)
+    )
+    # Zeros before the first sample leave a member at rest. They make the last group
+    # whole.
     padding = -n_samples % _AT_ONCE
     signal = np.zeros(padding + n_samples, dtype=np.float32)
     n_states, n_squares = members.shape[1], len(signal) * _TOGETHER
@@ -138,7 +144,16 @@ def bank_levels(
     ratios = np.exp(2 * step * np.array([1, -1, padding])).astype(np.float32)
     levels = np.empty((3, n_windows, len(members), _TOGETHER))
     _fill_levels(
-        innovations, pole, scale, floor, members, ratios, signal, work[:n_states], squares, levels
+        innovations,
+        pole,
+        scale,
+        floor,
+        members,
+        ratios,
+        signal,
+        work[:n_states],
+        squares,
+        levels,
     )
     levels = levels.reshape(3, n_windows, -1)[..., : len(kp)]
     power, settled = np.log(levels[:2] / size[:, np.newaxis] ** 2)
@@ -146,7 +161,9 @@ def bank_levels(
 
 
 @compiled
-def _fill_levels(innovations, pole, scale, floor, members, ratios, signal, state, squares, levels):
+def _fill_levels(
+    innovations, pole, scale, floor, members, ratios, signal, state, squares, levels
+):
     """Write the mean square, the square of the settled gain, and the sum of the steps from there.
 
     The sum is over all samples, of the number of steps up minus that of steps down.
@@ -170,7 +187,8 @@ def _fill_levels(innovations, pole, scale, floor, members, ratios, signal, state
             for sizes in (squares[:_SETTLING], squares):
                 for i in range(n):
                     levels[1, w, block, i] = state[i]
-                    # The zeros before the first sample vote, too: these steps make up for them.
+                    # The zeros before the first sample vote, too: these steps make up
+                    # for them.
                     state[i] *= lift
                     state[i + n] = padding
                     levels[2, w, block, i] = -padding * (padding - 1) / 2
@@ -186,8 +204,8 @@ def _fill_levels(innovations, pole, scale, floor, members, ratios, signal, state
 def _estimate(signal, floor, state, squares):
     """Compute the squares of the fault estimates, and their sum.
 
-    `state` holds, of `_TOGETHER` members each: the next error but for its sample, integral,
-    estimate and sum; feedback of the error, ki and bound.
+    `state` holds, of `_TOGETHER` members each: the next error but for its sample,
+    integral, estimate and sum; feedback of the error, ki and bound.
     """
     n = _TOGETHER
     for group in range(len(squares)):
@@ -195,7 +213,12 @@ def _estimate(signal, floor, state, squares):
         samples = signal[k], signal[k + 1], signal[k + 2], signal[k + 3]
         out = squares[group]
         for i in range(n):
-            rest, p, d, total = state[i], state[i + n], state[i + 2 * n], state[i + 3 * n]
+            rest, p, d, total = (
+                state[i],
+                state[i + n],
+                state[i + 2 * n],
+                state[i + 3 * n],
+            )
             a, ki, bound = state[i + 4 * n], state[i + 5 * n], state[i + 6 * n]
             for j in range(_AT_ONCE):
                 e = samples[j] + rest
@@ -205,15 +228,20 @@ def _estimate(signal, floor, state, squares):
                 size = d * d + floor
                 total = total + size
                 out[i + j * n] = size
-            state[i], state[i + n], state[i + 2 * n], state[i + 3 * n] = rest, p, d, total
+            state[i], state[i + n], state[i + 2 * n], state[i + 3 * n] = (
+                rest,
+                p,
+                d,
+                total,
+            )
 
 
 @inlined
 def _vote(squares, up, down, state):
     """Run the switching gains over `squares` once.
 
-    `state` holds the squared gain, its steps up minus its steps down, and the sum of these over the
-    samples.
+    `state` holds the squared gain, its steps up minus its steps down, and the sum of
+    these over the samples.
     """
     n = _TOGETHER
     for group in range(len(squares)):

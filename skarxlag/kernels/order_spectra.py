@@ -10,19 +10,23 @@ from scipy import fft
 from .scaling import centred
 from .short_time import windowed_segments
 
-#: Share of a signal's power that is added to the power of each of its frequencies, so that
-#: frequencies which hold nothing but rounding errors do not count.
+#: Share of a signal's power that is added to the power of each of its frequencies, so
+#: that frequencies which hold nothing but rounding errors do not count.
 _FLOOR = 1e-14
-#: Power of a normalised envelope that is added before the logarithm, for constant envelopes.
+#: Power of a normalised envelope that is added before the logarithm, for constant
+#: envelopes.
 _LEAST_POWER = 1e-9
 #: Points of a zero-padded spectrum for each cell of the plain one: they are then
 #: so close that a straight line between two neighbours is within .03 neper.
 _PADDING = 4
-#: Frames of the short-time spectrum start half a frame apart, or down to this share of a frame.
+#: Frames of the short-time spectrum start half a frame apart, or down to this share of
+#: a frame.
 _MOST_OVERLAP = 8
-#: Step of the logarithm of the factor on the speed, and the largest one in standard deviations.
+#: Step of the logarithm of the factor on the speed, and the largest one in standard
+#: deviations.
 _FACTOR_STEP, _MOST_DEVIATIONS = 0.02, 2
-#: Independent values that an order spectrum is worth, beside which an unlikely factor weighs.
+#: Independent values that an order spectrum is worth, beside which an unlikely factor
+#: weighs.
 _INDEPENDENT_VALUES = 50
 #: Logarithm of the factor up to which segments of one length do.
 _GROUP_WIDTH = 0.2
@@ -30,19 +34,23 @@ _GROUP_WIDTH = 0.2
 _OVERLAP = 4
 
 
-def band_envelopes(samples: NDArray[Any], frame: int, hop: int, n_bands: int) -> NDArray[Any]:
+def band_envelopes(
+    samples: NDArray[Any], frame: int, hop: int, n_bands: int
+) -> NDArray[Any]:
     r"""Compute the power of a whitened signal over time, in bands of frequency.
 
-    The short-time power :math:`P(t, f)` at each frequency is divided by its mean over time,
-    :math:`\bar P(f)`. This whitens the signal, so that loud resonances do not mask the rest. The
-    envelope of a band is the mean of :math:`P(t, f) / \bar P(f)` over the frequencies of the band.
+    The short-time power :math:`P(t, f)` at each frequency is divided by its mean over
+    time, :math:`\bar P(f)`. This whitens the signal, so that loud resonances do not
+    mask the rest. The envelope of a band is the mean of :math:`P(t, f) / \bar P(f)`
+    over the frequencies of the band.
 
     Parameters
     ----------
     samples : ndarray of shape (n_samples,)
         A signal in any unit.
     frame : int
-        Samples in the Hann window of the short-time spectrum, at least 4 and at most n_samples.
+        Samples in the Hann window of the short-time spectrum, at least 4 and at most
+        n_samples.
     hop : int
         Samples from one window to the next.
     n_bands : int
@@ -55,7 +63,9 @@ def band_envelopes(samples: NDArray[Any], frame: int, hop: int, n_bands: int) ->
     """
     rows, _ = centred(samples[np.newaxis])
     window = np.hanning(frame + 2)[1:-1]
-    spectra = fft.rfft(windowed_segments(rows, window, hop)[0])[:, 1 : max(frame // 2, 2)]
+    spectra = fft.rfft(windowed_segments(rows, window, hop)[0])[
+        :, 1 : max(frame // 2, 2)
+    ]
     power = spectra.real**2 + spectra.imag**2
     mean = power.mean(axis=0)
     floor = _FLOOR * frame * np.mean(rows**2)
@@ -65,7 +75,11 @@ def band_envelopes(samples: NDArray[Any], frame: int, hop: int, n_bands: int) ->
 
 
 def envelopes_over_angle(
-    samples: NDArray[Any], turn: float | NDArray[Any], frame: int, n_bands: int, max_order: float
+    samples: NDArray[Any],
+    turn: float | NDArray[Any],
+    frame: int,
+    n_bands: int,
+    max_order: float,
 ) -> tuple[NDArray[Any], float]:
     """Compute the envelopes of a signal at equal steps of the shaft's angle.
 
@@ -74,19 +88,22 @@ def envelopes_over_angle(
     samples : ndarray of shape (n_samples,)
         A signal in any unit.
     turn : float or ndarray of shape (n_samples,)
-        Samples in a turn of the shaft; one number for each sample where the speed varies.
+        Samples in a turn of the shaft; one number for each sample where the speed
+        varies.
     frame : int
-        Samples in a window of the short-time spectrum; an eighth of the signal is enough.
+        Samples in a window of the short-time spectrum; an eighth of the signal is
+        enough.
     n_bands : int
         Number of bands.
     max_order : float
-        Highest order that the envelopes shall show. Frames overlap the more the higher it is, up to
-        seven eighths.
+        Highest order that the envelopes shall show. Frames overlap the more the higher
+        it is, up to seven eighths.
 
     Returns
     -------
     envelopes : ndarray of shape (n_bands, n_values)
-        Envelopes, see :func:`band_envelopes`. A signal of less than 32 samples has one value of 0.
+        Envelopes, see :func:`band_envelopes`. A signal of less than 32 samples has one
+        value of 0.
     step : float
         Turns from one value to the next.
     """
@@ -95,7 +112,9 @@ def envelopes_over_angle(
         return np.zeros((n_bands, 1)), 1.0
     hop = frame // 2
     # The highest frequency of the envelope is half a cycle a hop.
-    while hop > max(frame // _MOST_OVERLAP, 1) and np.mean(turn) / (2 * hop) < max_order:
+    while (
+        hop > max(frame // _MOST_OVERLAP, 1) and np.mean(turn) / (2 * hop) < max_order
+    ):
         hop //= 2
     envelopes = band_envelopes(samples, frame, hop, n_bands)
     if np.ndim(turn) == 0:
@@ -136,7 +155,8 @@ def order_spectrum(
 ) -> tuple[NDArray[Any], float]:
     """Compute the log power spectra of envelopes over orders by Welch's method.
 
-    Segments overlap by three quarters and have a Hann window; their spectra are zero-padded.
+    Segments overlap by three quarters and have a Hann window; their spectra are
+    zero-padded.
 
     Parameters
     ----------
@@ -159,9 +179,12 @@ def order_spectrum(
     n_segment = min(max(round(n_turns / step), 2), envelopes.shape[1])
     n_fft = fft.next_fast_len(_PADDING * n_segment, real=True)
     n_fft += n_fft % 2
-    # As scipy.signal.welch, whose own checks and bookkeeping take longer than the transforms.
+    # As scipy.signal.welch, whose own checks and bookkeeping take longer than the
+    # transforms.
     hop = math.ceil(n_segment / _OVERLAP)
-    segments = np.lib.stride_tricks.sliding_window_view(envelopes, n_segment, axis=1)[:, ::hop]
+    segments = np.lib.stride_tricks.sliding_window_view(envelopes, n_segment, axis=1)[
+        :, ::hop
+    ]
     window = np.hanning(n_segment + 2)[1:-1]
     centred_segments = (segments - segments.mean(axis=2, keepdims=True)) * window
     spectra = fft.rfft(centred_segments, n_fft)
@@ -189,7 +212,8 @@ def at_orders(
     Returns
     -------
     spectra : ndarray of shape (n_factors, n_bands, n_orders)
-        Log spectra, less their median over the orders that are inside the spectrum; 0 outside.
+        Log spectra, less their median over the orders that are inside the spectrum; 0
+        outside.
     inside : ndarray of bool of shape (n_factors, n_orders)
         Which orders lie below the highest frequency of the spectrum.
     """
@@ -197,16 +221,28 @@ def at_orders(
     position = np.multiply.outer(factors, orders) / step
     inside = position <= n_frequencies - 1
     places = np.arange(n_frequencies)
-    spectra = np.stack([np.interp(position, places, band) for band in log_power], axis=1)
-    # Sorting puts the orders outside last. A masked array would take most of the time of `match`.
-    counted, count = inside[:, np.newaxis], inside.sum(axis=1)[:, np.newaxis, np.newaxis]
+    spectra = np.stack(
+        [np.interp(position, places, band) for band in log_power], axis=1
+    )
+    # Sorting puts the orders outside last. A masked array would take most of the time
+    # of `match`.
+    counted, count = (
+        inside[:, np.newaxis],
+        inside.sum(axis=1)[:, np.newaxis, np.newaxis],
+    )
     ascending = np.sort(np.where(counted, spectra, np.inf), axis=2)
-    middle = [np.take_along_axis(ascending, place // 2, axis=2) for place in (count - 1, count)]
+    middle = [
+        np.take_along_axis(ascending, place // 2, axis=2)
+        for place in (count - 1, count)
+    ]
     return np.where(counted, spectra - np.mean(middle, axis=0), 0.0), inside
 
 
 def distances(
-    spectra: NDArray[Any], inside: NDArray[Any], references: NDArray[Any], variances: NDArray[Any]
+    spectra: NDArray[Any],
+    inside: NDArray[Any],
+    references: NDArray[Any],
+    variances: NDArray[Any],
 ) -> NDArray[Any]:
     """Root-mean-square distance of order spectra from references, in standard deviations.
 
@@ -229,7 +265,9 @@ def distances(
     count = inside.sum(axis=1)[:, np.newaxis] * references.shape[1]
     away = (spectra[:, np.newaxis] - references) ** 2 / variances
     squares = np.einsum("frbo,fo->fr", away, inside)
-    return np.sqrt(np.divide(squares, count, out=np.ones_like(squares), where=count > 0))
+    return np.sqrt(
+        np.divide(squares, count, out=np.ones_like(squares), where=count > 0)
+    )
 
 
 def match(
@@ -243,15 +281,16 @@ def match(
 ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     r"""Compute the distance of a stretch from each reference, at the best-fitting speed.
 
-    The logarithm of the factor s, true speed over nominal speed, is taken to be normally
-    distributed, with standard deviation :math:`\tau`. So an unlikely factor adds to the mean square
-    distance d, over values that are worth some 50 independent ones,
+    The logarithm of the factor s, true speed over nominal speed, is taken to be
+    normally distributed, with standard deviation :math:`\tau`. So an unlikely factor
+    adds to the mean square distance d, over values that are worth some 50 independent
+    ones,
 
     .. math:: r^2 = \min_s d_s^2 + \tfrac{1}{50} (\ln s / \tau)^2, \qquad |\ln s| \le 2 \tau .
 
-    A line of a spectrum is as wide as segments are short, so that segments must hold the same
-    number of turns at every speed. The factors are tried in groups, each with segments of its
-    own length.
+    A line of a spectrum is as wide as segments are short, so that segments must hold
+    the same number of turns at every speed. The factors are tried in groups, each with
+    segments of its own length.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 r"""The Laguerre pole of each channel, by separable least squares on correlations.
 
-For given poles the fit is linear, and it depends on the data only through the correlations of the
-channels. These are summed once, as cross-spectra, so the cost of trying a pole does not depend on
-the amount of data.
+For given poles the fit is linear, and it depends on the data only through the
+correlations of the channels. These are summed once, as cross-spectra, so the cost of
+trying a pole does not depend on the amount of data.
 """
 
 from collections.abc import Sequence
@@ -21,9 +21,9 @@ LONGEST_SEGMENT = 2**14
 def cross_spectra(windows: NDArray[Any]) -> NDArray[Any]:
     """Sum the cross-spectra of the channels over the windows.
 
-    Windows longer than `LONGEST_SEGMENT` are cut into segments of equal length, and the last one is
-    filled with zeros. Segments are padded to twice their length, so that their correlations do not
-    wrap around.
+    Windows longer than `LONGEST_SEGMENT` are cut into segments of equal length, and the
+    last one is filled with zeros. Segments are padded to twice their length, so that
+    their correlations do not wrap around.
 
     Parameters
     ----------
@@ -33,8 +33,9 @@ def cross_spectra(windows: NDArray[Any]) -> NDArray[Any]:
     Returns
     -------
     ndarray of shape (n_channels, n_channels, length + 1), complex
-        Entry (a, b) is the sum of the spectrum of channel a times the conjugate of that of channel
-        b, at ``length + 1`` frequencies from 0 to pi. The length is that of a segment.
+        Entry (a, b) is the sum of the spectrum of channel a times the conjugate of that
+        of channel b, at ``length + 1`` frequencies from 0 to pi. The length is that of
+        a segment.
 
     Examples
     --------
@@ -46,7 +47,9 @@ def cross_spectra(windows: NDArray[Any]) -> NDArray[Any]:
     n_segments = -(-n_samples // LONGEST_SEGMENT)
     length = -(-n_samples // n_segments)
     padded = np.pad(windows, [(0, 0), (0, 0), (0, n_segments * length - n_samples)])
-    spectra = fft.rfft(padded.reshape(n_windows, n_channels, n_segments, length), 2 * length)
+    spectra = fft.rfft(
+        padded.reshape(n_windows, n_channels, n_segments, length), 2 * length
+    )
     return np.einsum("wasf,wbsf->abf", spectra, spectra.conj())
 
 
@@ -55,9 +58,9 @@ def fit_errors(
 ) -> NDArray[Any]:
     r"""Compute the least error of each model for given poles.
 
-    With the frequency responses :math:`L_i` of all filters and the cross-spectra S, the sums for
-    least squares are integrals such as :math:`\int L_i S_{ab} \bar L_j`. They are those of windows
-    that are followed by as many zeros and repeated.
+    With the frequency responses :math:`L_i` of all filters and the cross-spectra S, the
+    sums for least squares are integrals such as :math:`\int L_i S_{ab} \bar L_j`. They
+    are those of windows that are followed by as many zeros and repeated.
 
     Parameters
     ----------
@@ -73,8 +76,8 @@ def fit_errors(
     Returns
     -------
     ndarray of shape (n_models,)
-        Sum of squared errors plus ridge, as a share of the output's power. It is 0 for an output
-        without power.
+        Sum of squared errors plus ridge, as a share of the output's power. It is 0 for
+        an output without power.
 
     Examples
     --------
@@ -101,8 +104,11 @@ def fit_errors(
     sums = np.empty((len(spectra), len(filters), len(filters)))
     for b in range(len(orders)):
         crossed = filters * (weights * spectra[:, channel, b])
-        # Real and imaginary parts side by side: their product is the real part of the sums.
-        sums[..., channel == b] = crossed.view(float) @ filters[channel == b].view(float).T
+        # Real and imaginary parts side by side: their product is the real part of the
+        # sums.
+        sums[..., channel == b] = (
+            crossed.view(float) @ filters[channel == b].view(float).T
+        )
     gram, cross, power = sums[:, :-1, :-1], sums[:, :-1, -1], sums[:, -1, -1]
     size = np.einsum("mii->m", gram) / gram.shape[-1]
     ridge = alpha + 1e-12 * size + (size == 0)
@@ -113,14 +119,17 @@ def fit_errors(
 
 
 def search_poles(
-    spectra: NDArray[Any], orders: Sequence[int], poles: Sequence[float | None], alpha: float
+    spectra: NDArray[Any],
+    orders: Sequence[int],
+    poles: Sequence[float | None],
+    alpha: float,
 ) -> NDArray[Any]:
     """Find the poles with the smallest prediction error, summed over the models.
 
-    Each free channel moves to the best place of a grid, the others fixed; several free channels do
-    so twice. A bounded quasi-Newton search then moves all free poles together. The error has
-    ripples, so another pole may be better by a fraction of a percent. A pole is only tried if its
-    network settles within a segment.
+    Each free channel moves to the best place of a grid, the others fixed; several free
+    channels do so twice. A bounded quasi-Newton search then moves all free poles
+    together. The error has ripples, so another pole may be better by a fraction of a
+    percent. A pole is only tried if its network settles within a segment.
 
     Parameters
     ----------
@@ -157,6 +166,8 @@ def search_poles(
         found[channel] = np.tanh(places[np.argmin(errors)])
     start, bounds = np.arctanh(found[free]), [(-limits[c], limits[c]) for c in free]
     options = {"ftol": 1e-12, "gtol": 1e-8, "eps": 1e-6}
-    refined = optimize.minimize(error, start, (free,), "L-BFGS-B", bounds=bounds, options=options)
+    refined = optimize.minimize(
+        error, start, (free,), "L-BFGS-B", bounds=bounds, options=options
+    )
     found[free] = np.tanh(refined.x)
     return found

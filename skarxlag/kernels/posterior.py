@@ -1,9 +1,10 @@
 """Probabilities of places, conditions and "unknown" from residuals, for this and other specimens.
 
-Residuals separate the conditions best for the specimens that were recorded. Another specimen of the
-same fault resembles the recorded one less, and it resembles other faults nearly as much. These
-functions ask two questions: whether there is a fault, and which place it has. For each question
-they mix two answers: that for a specimen that was recorded, and that for another one.
+Residuals separate the conditions best for the specimens that were recorded. Another
+specimen of the same fault resembles the recorded one less, and it resembles other
+faults nearly as much. These functions ask two questions: whether there is a fault, and
+which place it has. For each question they mix two answers: that for a specimen that was
+recorded, and that for another one.
 """
 
 from typing import Any, NamedTuple
@@ -14,27 +15,31 @@ from scipy.special import expit, log_expit, log_softmax, logit
 
 from .speed_references import LEAST_DRIFT
 
-#: Exponents of the residuals in the probabilities of the answers. They are chosen by leaving rigs
-#: out, as all constants of this module are, see ``python -m benchmarks.another_bearing constants``.
-#: The first is that of a specimen that was recorded. The others are those of another specimen, for
-#: the question whether there is a fault, and for the question at which place.
+#: Exponents of the residuals in the probabilities of the answers. They are chosen by
+#: leaving rigs out, as all constants of this module are, see ``python -m
+#: benchmarks.another_bearing constants``. The first is that of a specimen that was
+#: recorded. The others are those of another specimen, for the question whether there is
+#: a fault, and for the question at which place.
 RECORDED_EXPONENT = 32.0
 FAULT_EXPONENT, PLACE_EXPONENT = 8.0, 4.0
-#: Log odds of a recorded specimen for each neper by which the gap of the residuals exceeds that of
-#: noise. The gap is the logarithm of the second smallest residual over the smallest.
+#: Log odds of a recorded specimen for each neper by which the gap of the residuals
+#: exceeds that of noise. The gap is the logarithm of the second smallest residual over
+#: the smallest.
 GAP_ODDS = 5.0
-#: Least gap of noise that is assumed, in the questions about the fault and about its place.
+#: Least gap of noise that is assumed, in the questions about the fault and about its
+#: place.
 LEAST_FAULT_GAP, LEAST_PLACE_GAP = 0.4, 0.2
 #: Range of these log odds: a gap is never proof.
 _GAP_RANGE = (-6.0, 8.0)
-#: Log odds against a recorded specimen for each neper by which the smallest residual exceeds the
-#: second number.
+#: Log odds against a recorded specimen for each neper by which the smallest residual
+#: exceeds the second number.
 FAR_ODDS, FAR = 8.0, 1.6
-#: Odds of an unknown condition against another specimen of a known one, if the row is no farther
-#: than other specimens are.
+#: Odds of an unknown condition against another specimen of a known one, if the row is
+#: no farther than other specimens are.
 UNKNOWN_SHARE = 0.2
-#: Log odds of an unknown condition for each neper by which the smallest residual exceeds the second
-#: number, at a training speed. The drift of another speed hides a part of the distance.
+#: Log odds of an unknown condition for each neper by which the smallest residual
+#: exceeds the second number, at a training speed. The drift of another speed hides a
+#: part of the distance.
 UNKNOWN_ODDS, UNLIKE = 6.0, 3.2
 
 
@@ -44,8 +49,8 @@ class Posterior(NamedTuple):
     Parameters
     ----------
     log_probability : ndarray of shape (n_rows, n_conditions + 1)
-        Natural logarithms of the probabilities of the conditions, and in the last column of an
-        unknown condition.
+        Natural logarithms of the probabilities of the conditions, and in the last
+        column of an unknown condition.
     recorded : ndarray of shape (n_rows,)
         Probability that the row is of a specimen that was recorded.
     """
@@ -80,10 +85,10 @@ def recorded_log_odds(
         \ln\frac{\pi}{1 - \pi} + 5\,(g - g_0)
         - 8 \max\bigl(\ln (r_1 / 1.6), 0\bigr)
 
-    with the prior :math:`\pi`, the smallest residual :math:`r_1`, the gap
-    :math:`g = \ln (r_2 / r_1)` to the second one, and the gap :math:`g_0` that noise reaches. The
-    second term is limited to the range from -6 to 8. A row of a recorded specimen resembles one
-    answer much more than any other.
+    with the prior :math:`\pi`, the smallest residual :math:`r_1`, the gap :math:`g =
+    \ln (r_2 / r_1)` to the second one, and the gap :math:`g_0` that noise reaches. The
+    second term is limited to the range from -6 to 8. A row of a recorded specimen
+    resembles one answer much more than any other.
 
     Parameters
     ----------
@@ -118,7 +123,8 @@ def answer_log_probabilities(
 
     .. math:: q\,\frac{r_a^{-32}}{\sum r^{-32}} + (1 - q)\,\frac{r_a^{-k}}{\sum r^{-k}}
 
-    with the probability q that the row is of a recorded specimen, and the exponent k of others.
+    with the probability q that the row is of a recorded specimen, and the exponent k of
+    others.
 
     Parameters
     ----------
@@ -160,9 +166,9 @@ def unknown_log_odds(
         \ln (1 - q) + \ln\frac{0.2}{0.8}
         + 6 \max\left(\ln \frac{r_1 \sqrt{f / 0.2}}{3.2},\; 0\right)
 
-    with the probability q of a recorded specimen, the smallest residual :math:`r_1`, and the factor
-    f on the drift, 0.2 at a training speed. The residual of a row that no drift explains falls with
-    the root of f.
+    with the probability q of a recorded specimen, the smallest residual :math:`r_1`,
+    and the factor f on the drift, 0.2 at a training speed. The residual of a row that
+    no drift explains falls with the root of f.
 
     Parameters
     ----------
@@ -188,7 +194,9 @@ def unknown_log_odds(
     return log_expit(-recorded) + logit(UNKNOWN_SHARE) + UNKNOWN_ODDS * beyond
 
 
-def question_gaps(residuals: NDArray[Any], places: NDArray[Any], healthy: int) -> NDArray[Any]:
+def question_gaps(
+    residuals: NDArray[Any], places: NDArray[Any], healthy: int
+) -> NDArray[Any]:
     """Compute the gaps between the two nearest answers to both questions.
 
     Parameters
@@ -199,7 +207,8 @@ def question_gaps(residuals: NDArray[Any], places: NDArray[Any], healthy: int) -
     Returns
     -------
     ndarray of shape (n_rows, 2)
-        Of the question whether there is a fault, and at which place; 0 if there is one answer.
+        Of the question whether there is a fault, and at which place; 0 if there is one
+        answer.
 
     Examples
     --------
@@ -231,14 +240,15 @@ def condition_log_probabilities(
     drift: NDArray[Any],
     noise_gaps: tuple[float, float] = (0.0, 0.0),
     prior: float = 0.5,
-    place_exponent: float = PLACE_EXPONENT,
+    location_exponent: float = PLACE_EXPONENT,
 ) -> Posterior:
     r"""Compute the log probability of each condition, and that of an unknown one.
 
-    Three questions are asked in turn: whether there is a fault, at which place, and which of the
-    conditions of the place it is. The residual of an answer is the smallest residual of its
-    conditions. The first two questions are answered by `answer_log_probabilities`. The conditions
-    of a place differ by specimen, so the third has the exponent of a recorded specimen.
+    Three questions are asked in turn: whether there is a fault, at which place, and
+    which of the conditions of the place it is. The residual of an answer is the
+    smallest residual of its conditions. The first two questions are answered by
+    `answer_log_probabilities`. The conditions of a place differ by specimen, so the
+    third has the exponent of a recorded specimen.
 
     Parameters
     ----------
@@ -251,11 +261,11 @@ def condition_log_probabilities(
     drift : ndarray of shape (n_rows,)
         Factors on the drift at the speeds of the rows.
     noise_gaps : tuple of two floats, default=(0.0, 0.0)
-        Largest gaps of noise in the questions about the fault and about its place. At least .4 and
-        .2 are used.
+        Largest gaps of noise in the questions about the fault and about its place. At
+        least .4 and .2 are used.
     prior : float, default=0.5
         Probability that a row is of a recorded specimen, in (0, 1).
-    place_exponent : float, default=4.0
+    location_exponent : float, default=4.0
         Exponent of the residuals of places for other specimens, at least 0.
 
     Returns
@@ -279,12 +289,16 @@ def condition_log_probabilities(
     of_faults = nearest[:, is_fault]
     recorded = np.full(len(residuals), -np.inf)
     if of_faults.shape[1] > 0:
-        recorded = recorded_log_odds(of_faults, max(noise_gaps[1], LEAST_PLACE_GAP), prior)
-        answers = answer_log_probabilities(of_faults, place_exponent, recorded)
+        recorded = recorded_log_odds(
+            of_faults, max(noise_gaps[1], LEAST_PLACE_GAP), prior
+        )
+        answers = answer_log_probabilities(of_faults, location_exponent, recorded)
         of_place[:, is_fault] = answers
     if healthy >= 0 and of_faults.shape[1] > 0:
         question = np.stack([nearest[:, healthy], of_faults.min(axis=1)], axis=1)
-        of_question = recorded_log_odds(question, max(noise_gaps[0], LEAST_FAULT_GAP), prior)
+        of_question = recorded_log_odds(
+            question, max(noise_gaps[0], LEAST_FAULT_GAP), prior
+        )
         answers = answer_log_probabilities(question, FAULT_EXPONENT, of_question)
         of_place[:, healthy] = answers[:, 0]
         of_place[:, is_fault] += answers[:, 1:]
@@ -303,8 +317,8 @@ def decided_condition(
 ) -> NDArray[np.intp]:
     """Return the condition that each row is decided for: healthy or not, place, condition.
 
-    The most probable single condition need not be that one: a fault that is more probable than a
-    healthy condition may be divided among several places.
+    The most probable single condition need not be that one: a fault that is more
+    probable than a healthy condition may be divided among several places.
 
     Parameters
     ----------
@@ -324,7 +338,8 @@ def decided_condition(
     array([1])
     """
     of_places = np.stack(
-        [probability[:, places == p].sum(axis=1) for p in range(places.max() + 1)], axis=1
+        [probability[:, places == p].sum(axis=1) for p in range(places.max() + 1)],
+        axis=1,
     )
     if healthy >= 0:
         is_faulty = 2 * of_places[:, healthy] < of_places.sum(axis=1)
@@ -337,9 +352,9 @@ def decided_condition(
 def with_largest(probability: NDArray[Any], chosen: NDArray[np.intp]) -> NDArray[Any]:
     r"""Return the nearest probabilities of which a chosen one is the largest in each row.
 
-    Where another condition is more probable than the chosen one, both get the level t, which all
-    others are limited to:
-    :math:`\sum_{c \ne c^*} \min(p_c, t) + t = 1`. This is the smallest change.
+    Where another condition is more probable than the chosen one, both get the level t,
+    which all others are limited to: :math:`\sum_{c \ne c^*} \min(p_c, t) + t = 1`. This
+    is the smallest change.
 
     Parameters
     ----------
@@ -351,7 +366,8 @@ def with_largest(probability: NDArray[Any], chosen: NDArray[np.intp]) -> NDArray
     Returns
     -------
     ndarray of shape (n_rows, n_conditions)
-        Rows that sum to 1; the chosen condition exceeds the others by at least 1e-9 of itself.
+        Rows that sum to 1; the chosen condition exceeds the others by at least 1e-9 of
+        itself.
 
     Examples
     --------
@@ -379,7 +395,10 @@ def with_largest(probability: NDArray[Any], chosen: NDArray[np.intp]) -> NDArray
 
 
 def decided(
-    log_probability: NDArray[Any], classes: NDArray[Any], places: NDArray[Any], healthy: int
+    log_probability: NDArray[Any],
+    classes: NDArray[Any],
+    places: NDArray[Any],
+    healthy: int,
 ) -> dict[str, NDArray[Any]]:
     """Return verdict, probability and score from the log probabilities of conditions.
 
@@ -395,10 +414,10 @@ def decided(
     Returns
     -------
     dict of str to ndarray
-        "verdict", the class that is decided for; "probability" of shape (n_rows, n_classes), in
-        which the probability of an unknown condition is divided equally and the verdict is the
-        largest; and "score", the logarithm of the probability, for two classes the second's less
-        the first's.
+        "verdict", the class that is decided for; "probability" of shape (n_rows,
+        n_classes), in which the probability of an unknown condition is divided equally
+        and the verdict is the largest; and "score", the logarithm of the probability,
+        for two classes the second's less the first's.
     """
     every = np.exp(log_probability)
     chosen = decided_condition(every[:, :-1], places, healthy)

@@ -8,11 +8,19 @@ from numpy.typing import NDArray
 
 from .compiled import compiled
 from .lanes import LANES, TILE
-from .observer import CORRECTION, POWER, carry_loop, loop_histories, observe, observe_block
+from .observer import (
+    CORRECTION,
+    POWER,
+    carry_loop,
+    loop_histories,
+    observe,
+    observe_block,
+)
 from .scaling import root_mean_square
 from .spectra import cepstrum
 
-#: Share of a window over which the switching gain is averaged, at its end, once it has settled.
+#: Share of a window over which the switching gain is averaged, at its end, once it has
+#: settled.
 _SETTLED = 0.5
 
 
@@ -67,17 +75,17 @@ def switching_gain(surface: NDArray[Any], step: float) -> NDArray[Any]:
 def adapt_switching_gain(sizes: NDArray[Any], gain: NDArray[Any], step: float) -> None:
     r"""Replace the sizes of the sliding surface by the switching gain, which follows them.
 
-    The gain changes by :math:`\ln K_s^+ = \ln K_s + \mathrm{step}\,\mathrm{sgn}(|S| - K_s)`. It
-    settles at the median of :math:`|S|`, where :math:`|S|` is above and below the gain equally
-    often.
+    The gain changes by :math:`\ln K_s^+ = \ln K_s + \mathrm{step}\,\mathrm{sgn}(|S| -
+    K_s)`. It settles at the median of :math:`|S|`, where :math:`|S|` is above and below
+    the gain equally often.
 
     Parameters
     ----------
     sizes : ndarray of shape (n_samples, n_signals)
         Sizes :math:`|S|` of the sliding surface. Receives the gain after each sample.
     gain : ndarray of shape (n_signals,)
-        Gain before the first sample, above 0. A gain that starts at 0 stays at 0. Receives the gain
-        after the last sample.
+        Gain before the first sample, above 0. A gain that starts at 0 stays at 0.
+        Receives the gain after the last sample.
     step : float
         Step of the logarithm, above 0.
     """
@@ -96,7 +104,8 @@ def settled_level(gain: NDArray[Any]) -> NDArray[Any]:
     """Return the geometric mean of a gain over the last half of the window; 0 if the gain is 0."""
     tail = gain[:, int(_SETTLED * gain.shape[1]) :]
     with np.errstate(divide="ignore"):
-        # A sum's order follows the order in memory, and may not depend on the number of signals.
+        # A sum's order follows the order in memory, and may not depend on the number of
+        # signals.
         return np.exp(np.mean(np.log(tail, order="C"), axis=1))
 
 
@@ -141,9 +150,9 @@ def _fill_power_levels(innovations, loop, histories, levels):
 def cepstral_norm(log_spectra: NDArray[Any], exponent: float) -> NDArray[Any]:
     r"""Compute the weighted cepstral norm :math:`\sum_{n \ge 1} n^p d_n^2` of log spectra.
 
-    Here :math:`d_n` are the cosine coefficients over frequency. Coefficient 0, which is the gain,
-    is excluded. With p = 1, the norm is Martin's metric between autoregressive models (Martin
-    2000).
+    Here :math:`d_n` are the cosine coefficients over frequency. Coefficient 0, which is
+    the gain, is excluded. With p = 1, the norm is Martin's metric between
+    autoregressive models (Martin 2000).
 
     Parameters
     ----------

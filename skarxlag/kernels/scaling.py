@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: A channel whose largest and smallest value differ by less than twice this times the largest
-#: absolute value is rounding, not signal.
+#: A channel whose largest and smallest value differ by less than twice this times the
+#: largest absolute value is rounding, not signal.
 ROUNDING = 8 * np.finfo(np.float64).eps
 
 
@@ -23,10 +23,14 @@ def centred(signals: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     unit : ndarray of shape (..., n_samples)
         Centred rows divided by `peak`.
     peak : ndarray of shape (..., 1)
-        Largest absolute value of the row, in the unit of the signal; 1 if the row is zero.
+        Largest absolute value of the row, in the unit of the signal; 1 if the row is
+        zero.
     """
     signals = np.ascontiguousarray(signals, dtype=np.float64)
-    highest, lowest = signals.max(axis=-1, keepdims=True), signals.min(axis=-1, keepdims=True)
+    highest, lowest = (
+        signals.max(axis=-1, keepdims=True),
+        signals.min(axis=-1, keepdims=True),
+    )
     peak = np.maximum(highest, -lowest)
     peak[peak == 0] = 1.0
     # Dividing in two steps: the reciprocal of a subnormal peak is infinite.
@@ -38,14 +42,16 @@ def centred(signals: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
 
 def largest(signals: NDArray[Any]) -> NDArray[Any]:
     """Return the largest absolute value over the last axis, which is kept, without a copy."""
-    return np.maximum(signals.max(axis=-1, keepdims=True), -signals.min(axis=-1, keepdims=True))
+    return np.maximum(
+        signals.max(axis=-1, keepdims=True), -signals.min(axis=-1, keepdims=True)
+    )
 
 
 def unit_rms_windows(windows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Centre every channel of each window, and divide it by the root mean square of the output.
 
-    All channels of a window are divided by the same number, so that a linear model between the
-    channels keeps its coefficients.
+    All channels of a window are divided by the same number, so that a linear model
+    between the channels keeps its coefficients.
 
     Parameters
     ----------
@@ -55,7 +61,8 @@ def unit_rms_windows(windows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]
     Returns
     -------
     scaled : ndarray of shape (n_windows, n_channels, n_samples)
-        Scaled windows. The output has a root mean square of 1, or is zero if it was constant.
+        Scaled windows. The output has a root mean square of 1, or is zero if it was
+        constant.
     rms : ndarray of shape (n_windows,)
         The divisor of each window, in the unit of the output; 1 for a constant output.
     """
@@ -78,8 +85,8 @@ def root_mean_square(signals: NDArray[Any]) -> NDArray[Any]:
 def fit_percentage(output: NDArray[Any], predicted: NDArray[Any]) -> NDArray[Any]:
     r"""Return one minus the normalised root mean square error, in percent.
 
-    :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)` is the usual measure of fit in system
-    identification.
+    :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)` is the usual measure of fit in
+    system identification.
 
     Parameters
     ----------
@@ -89,8 +96,8 @@ def fit_percentage(output: NDArray[Any], predicted: NDArray[Any]) -> NDArray[Any
     Returns
     -------
     ndarray of shape (...)
-        100 if the prediction is exact, 0 if it is no better than the mean, and negative if it is
-        worse. For a constant output it is 100.
+        100 if the prediction is exact, 0 if it is no better than the mean, and negative
+        if it is worse. For a constant output it is 100.
 
     Examples
     --------
@@ -102,4 +109,6 @@ def fit_percentage(output: NDArray[Any], predicted: NDArray[Any]) -> NDArray[Any
     spread = np.linalg.norm(unit, axis=-1)
     constant = spread == 0
     error = np.linalg.norm((output - predicted) / peak, axis=-1)
-    return np.where(constant, 100.0, 100 * (1 - error / np.where(constant, 1.0, spread)))
+    return np.where(
+        constant, 100.0, 100 * (1 - error / np.where(constant, 1.0, spread))
+    )

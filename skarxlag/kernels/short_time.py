@@ -1,8 +1,8 @@
 """Mean and median power of each band over the segments of a signal, in one pass.
 
-Segments of `LENGTH` samples are transformed side by side, by a Fourier transform that is compiled
-for this length, and the spectra of one signal fit the nearest caches. Its arithmetic is in single
-precision, whose rounding is 140 dB below the signal.
+Segments of `LENGTH` samples are transformed side by side, by a Fourier transform that
+is compiled for this length, and the spectra of one signal fit the nearest caches. Its
+arithmetic is in single precision, whose rounding is 140 dB below the signal.
 """
 
 from typing import Any
@@ -13,15 +13,17 @@ from scipy import fft
 
 from .compiled import compiled, inlined
 
-#: Samples of a segment for which the transform is compiled. Two samples make one complex number.
+#: Samples of a segment for which the transform is compiled. Two samples make one
+#: complex number.
 LENGTH = 128
 _HALF = LENGTH // 2
 #: Segments that are transformed together.
 _LANES = 72
-#: Distances in a block of complex numbers: real to imaginary parts, and a quarter of either.
+#: Distances in a block of complex numbers: real to imaginary parts, and a quarter of
+#: either.
 _IMAGINARY, _STEP = _HALF * _LANES, _HALF // 4 * _LANES
 _PHASES = -2 * np.pi * np.arange(_HALF) / LENGTH
-_TURNS = np.array([np.cos(_PHASES), np.sin(_PHASES)], dtype=np.float32)
+_REVOLUTIONS = np.array([np.cos(_PHASES), np.sin(_PHASES)], dtype=np.float32)
 
 
 def band_levels(
@@ -43,7 +45,8 @@ def band_levels(
     Returns
     -------
     ndarray of shape (2, n_signals, segment // 2 - 1)
-        Mean and median power of the bands above frequency 0, without the Nyquist frequency.
+        Mean and median power of the bands above frequency 0, without the Nyquist
+        frequency.
 
     Examples
     --------
@@ -54,7 +57,9 @@ def band_levels(
     """
     n_segments = (signals.shape[1] - len(window)) // hop + 1
     if len(window) != LENGTH:
-        bands = fft.rfft(windowed_segments(signals, window, hop))[..., 1 : len(window) // 2]
+        bands = fft.rfft(windowed_segments(signals, window, hop))[
+            ..., 1 : len(window) // 2
+        ]
         power = bands.real**2 + bands.imag**2 + floor[:, np.newaxis, np.newaxis]
         return np.stack([power.mean(axis=1), np.median(power, axis=1)])
     n_columns = -(-n_segments // _LANES) * _LANES + -(-LENGTH // hop)
@@ -64,7 +69,7 @@ def band_levels(
         # The join of the spectra of even and odd samples doubles them.
         (window / 2).astype(np.float32),
         floor.astype(np.float32),
-        _TURNS,
+        _REVOLUTIONS,
         np.zeros((hop, n_columns), dtype=np.float32),
         np.empty((2, 2 * _IMAGINARY), dtype=np.float32),
         np.zeros(n_segments * _HALF, dtype=np.float32),
@@ -73,7 +78,9 @@ def band_levels(
     return levels[..., 1:]
 
 
-def windowed_segments(signals: NDArray[Any], window: NDArray[Any], hop: int) -> NDArray[Any]:
+def windowed_segments(
+    signals: NDArray[Any], window: NDArray[Any], hop: int
+) -> NDArray[Any]:
     """Cut signals into segments, and multiply each segment by a window.
 
     Parameters
@@ -98,7 +105,10 @@ def windowed_segments(signals: NDArray[Any], window: NDArray[Any], hop: int) -> 
 def _fill_levels(signals, window, floor, turns, phases, blocks, rows, levels):
     """Fill mean and median; the arrays from `phases` to `rows` are working memory."""
     hop, n_segments = len(phases), len(rows) // _HALF
-    lower, upper = rows[(n_segments - 1) // 2 * _HALF :], rows[n_segments // 2 * _HALF :]
+    lower, upper = (
+        rows[(n_segments - 1) // 2 * _HALF :],
+        rows[n_segments // 2 * _HALF :],
+    )
     for w in range(len(signals)):
         mean, median = levels[0, w], levels[1, w]
         mean[:] = np.float32(0.0)
@@ -145,9 +155,18 @@ def _quarters(source, target, turns, stride):
         c, d = source[(4 * p + 2) * n :], source[(4 * p + 3) * n :]
         out = target[p * n :]
         for i in range(n):
-            br, bi = b[i] * c1 - b[i + _IMAGINARY] * s1, b[i] * s1 + b[i + _IMAGINARY] * c1
-            cr, ci = c[i] * c2 - c[i + _IMAGINARY] * s2, c[i] * s2 + c[i + _IMAGINARY] * c2
-            dr, di = d[i] * c3 - d[i + _IMAGINARY] * s3, d[i] * s3 + d[i + _IMAGINARY] * c3
+            br, bi = (
+                b[i] * c1 - b[i + _IMAGINARY] * s1,
+                b[i] * s1 + b[i + _IMAGINARY] * c1,
+            )
+            cr, ci = (
+                c[i] * c2 - c[i + _IMAGINARY] * s2,
+                c[i] * s2 + c[i + _IMAGINARY] * c2,
+            )
+            dr, di = (
+                d[i] * c3 - d[i + _IMAGINARY] * s3,
+                d[i] * s3 + d[i + _IMAGINARY] * c3,
+            )
             er, ei = a[i] + cr, a[i + _IMAGINARY] + ci
             fr, fi = a[i] - cr, a[i + _IMAGINARY] - ci
             gr, gi = br + dr, bi + di
@@ -182,9 +201,9 @@ def _fill_power(block, turns, floor, power):
 def sort_columns(rows: NDArray[Any], n_columns: int) -> None:
     """Sort each column in place, by merge exchange.
 
-    The sequence of comparisons does not depend on the values, so all columns are sorted together.
-    See K. E. Batcher (1968), "Sorting networks and their applications", AFIPS 32, 307-314, and
-    algorithm 5.2.2M in Knuth, "The Art of Computer Programming".
+    The sequence of comparisons does not depend on the values, so all columns are sorted
+    together. See K. E. Batcher (1968), "Sorting networks and their applications", AFIPS
+    32, 307-314, and algorithm 5.2.2M in Knuth, "The Art of Computer Programming".
 
     Parameters
     ----------
@@ -201,9 +220,13 @@ def sort_columns(rows: NDArray[Any], n_columns: int) -> None:
     while p > 0:
         q, first, distance = top, 0, p
         while distance > 0:
-            # Rows first, first + 1, ... first + p - 1 of every 2 p meet those at the distance.
+            # Rows first, first + 1, ... first + p - 1 of every 2 p meet those at the
+            # distance.
             for row in range(first, n_rows - distance, 2 * p):
-                lower, upper = rows[row * n_columns :], rows[(row + distance) * n_columns :]
+                lower, upper = (
+                    rows[row * n_columns :],
+                    rows[(row + distance) * n_columns :],
+                )
                 for i in range(min(p, n_rows - distance - row) * n_columns):
                     low, high = lower[i], upper[i]
                     lower[i] = low if low < high else high

@@ -1,6 +1,7 @@
 """Log spectrum of a signal, and mean and median power of its bands.
 
-Every signal is processed separately, so that its result does not depend on the other signals.
+Every signal is processed separately, so that its result does not depend on the other
+signals.
 """
 
 import math
@@ -21,11 +22,11 @@ LOG_SPECTRUM_CELLS = 256
 _TINY = np.finfo(np.float64).tiny
 #: Share of the power of a segment that stays in an empty band in single precision.
 _ROUNDING = 1e-12
-#: Least number of samples for each coefficient of a signal's own model: with fewer it describes the
-#: noise of the signal rather than its spectrum.
+#: Least number of samples for each coefficient of a signal's own model: with fewer it
+#: describes the noise of the signal rather than its spectrum.
 _SAMPLES_A_COEFFICIENT = 8
-#: Ridge parameter of this model, relative to the power of the signal: a tone without noise has a
-#: model, too.
+#: Ridge parameter of this model, relative to the power of the signal: a tone without
+#: noise has a model, too.
 _RIDGE = 1e-9
 
 
@@ -39,9 +40,10 @@ def autoregressive_log_spectrum(
 ) -> NDArray[Any]:
     r"""Compute the log power spectrum of each signal from a model identified on this signal alone.
 
-    The spectrum is :math:`-\log|1 - \sum_n g_n e^{-j\omega(n+1)}|^2`, where g is found by least
-    squares. The model is a Laguerre network with its pole at 0, which is an autoregressive model.
-    The constant that the power of the innovations would add is omitted.
+    The spectrum is :math:`-\log|1 - \sum_n g_n e^{-j\omega(n+1)}|^2`, where g is found
+    by least squares. The model is a Laguerre network with its pole at 0, which is an
+    autoregressive model. The constant that the power of the innovations would add is
+    omitted.
 
     Parameters
     ----------
@@ -78,12 +80,14 @@ def _hann_window(segment):
     return np.hanning(segment + 2)[1:-1]
 
 
-def short_time_log_spectra(signals: NDArray[Any], segment: int, hop: int) -> NDArray[Any]:
+def short_time_log_spectra(
+    signals: NDArray[Any], segment: int, hop: int
+) -> NDArray[Any]:
     r"""Compute the logarithms of the mean and of the median power of each band over time.
 
-    The bands are those of a short-time Fourier transform with a Hann window. The median is the
-    power between impacts, and a switching gain settles at it. In a band in which impacts ring, the
-    mean is far above the median.
+    The bands are those of a short-time Fourier transform with a Hann window. The median
+    is the power between impacts, and a switching gain settles at it. In a band in which
+    impacts ring, the mean is far above the median.
 
     Parameters
     ----------
@@ -97,16 +101,20 @@ def short_time_log_spectra(signals: NDArray[Any], segment: int, hop: int) -> NDA
     Returns
     -------
     ndarray of shape (2, n_signals, max(segment // 2 - 1, 1))
-        Natural logarithms of mean and median, up to a constant that depends on the signal and is
-        the same for both. They are 0 for a signal of zeros, and if a segment is shorter than 4
-        samples.
+        Natural logarithms of mean and median, up to a constant that depends on the
+        signal and is the same for both. They are 0 for a signal of zeros, and if a
+        segment is shorter than 4 samples.
     """
     if segment < 4:
         return np.zeros((2, len(signals), 1))
     # A band without power is steady: what rounding leaves in it must not count.
-    floor = _ROUNDING * segment / signals.shape[1] * np.einsum("wk,wk->w", signals, signals)
+    floor = (
+        _ROUNDING * segment / signals.shape[1] * np.einsum("wk,wk->w", signals, signals)
+    )
     floor[floor == 0] = 1.0
-    return np.log(band_levels(signals, _hann_window(segment), hop, floor), dtype=np.float64)
+    return np.log(
+        band_levels(signals, _hann_window(segment), hop, floor), dtype=np.float64
+    )
 
 
 def unit_peak(signals: NDArray[Any]) -> NDArray[Any]:
@@ -137,9 +145,9 @@ def unit_peak(signals: NDArray[Any]) -> NDArray[Any]:
 def cepstrum(log_spectra: NDArray[Any]) -> NDArray[Any]:
     r"""Compute the cosine coefficients of log spectra, without coefficient 0, which is the gain.
 
-    The coefficients :math:`d_n` satisfy
-    :math:`\log P(\omega) = d_0 + \sum_{n \ge 1} d_n \cos n\omega` on the midpoints of equal cells
-    on (0, pi). They are computed with the orthonormal DCT-II.
+    The coefficients :math:`d_n` satisfy :math:`\log P(\omega) = d_0 + \sum_{n \ge 1}
+    d_n \cos n\omega` on the midpoints of equal cells on (0, pi). They are computed with
+    the orthonormal DCT-II.
 
     Parameters
     ----------

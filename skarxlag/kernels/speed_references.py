@@ -1,8 +1,9 @@
 """References of conditions as functions of the shaft's speed, and the variance of their drift.
 
-Features are modelled as Brownian motion over x, the logarithm of the speed. Between two speeds with
-known recordings this is a Brownian bridge, and outside them it is free Brownian motion. Variances
-are stated for a change of speed by the factor 1.3, which is called the unit distance.
+Features are modelled as Brownian motion over x, the logarithm of the speed. Between two
+speeds with known recordings this is a Brownian bridge, and outside them it is free
+Brownian motion. Variances are stated for a change of speed by the factor 1.3, which is
+called the unit distance.
 """
 
 from typing import Any, NamedTuple
@@ -12,11 +13,11 @@ from numpy.typing import NDArray
 
 #: A change of log speed in which the drift has its stated variance.
 UNIT_DISTANCE = float(np.log(1.3))
-#: Drift between two recordings at one and the same speed, as a share of the drift over the unit
-#: distance.
+#: Drift between two recordings at one and the same speed, as a share of the drift over
+#: the unit distance.
 SAME_SPEED = 0.04
-#: A change of log speed over which log spectra drift as `smooth_variance` states, and the least
-#: share of that drift, for recordings at one and the same speed.
+#: A change of log speed over which log spectra drift as `smooth_variance` states, and
+#: the least share of that drift, for recordings at one and the same speed.
 _SPECTRAL_DISTANCE, LEAST_DRIFT = 0.4, 0.2
 #: Speeds within this distance of each other count as one.
 SAME_LOG_SPEED = 0.02
@@ -28,8 +29,8 @@ class Distance(NamedTuple):
     Attributes
     ----------
     lower, upper : ndarray of int of shape (n_rows,)
-        Indices of the known speeds on either side. Outside the known range, both are the index of
-        the nearest known speed.
+        Indices of the known speeds on either side. Outside the known range, both are
+        the index of the nearest known speed.
     share : ndarray of shape (n_rows,)
         Weight of the upper one in a linear interpolation, from 0 to 1.
     variance : ndarray of shape (n_rows,)
@@ -53,10 +54,10 @@ class Distance(NamedTuple):
 def speed_distance(log_speed: NDArray[Any], known: NDArray[Any]) -> Distance:
     r"""Compute the position of speeds relative to the known speeds, and the variance of the drift.
 
-    Let h be the distance between two neighbouring known speeds, and t the position between them as
-    a share of h. The Brownian bridge has the variance :math:`t (1 - t)\,h / L`, where L is the unit
-    distance. Outside the known range, the variance of the Brownian motion is the distance from the
-    nearest known speed, divided by L.
+    Let h be the distance between two neighbouring known speeds, and t the position
+    between them as a share of h. The Brownian bridge has the variance :math:`t (1 -
+    t)\,h / L`, where L is the unit distance. Outside the known range, the variance of
+    the Brownian motion is the distance from the nearest known speed, divided by L.
 
     Parameters
     ----------
@@ -83,17 +84,21 @@ def speed_distance(log_speed: NDArray[Any], known: NDArray[Any]) -> Distance:
     lower = np.maximum(upper - 1, 0)
     step = known[upper] - known[lower]
     # There is no step if only one speed is known.
-    share = np.divide(inside - known[lower], step, out=np.zeros(len(inside)), where=step > 0)
+    share = np.divide(
+        inside - known[lower], step, out=np.zeros(len(inside)), where=step > 0
+    )
     variance = share * (1 - share) * step
     beyond = log_speed - inside
-    return Distance(lower, upper, share, (variance + np.abs(beyond)) / UNIT_DISTANCE, beyond)
+    return Distance(
+        lower, upper, share, (variance + np.abs(beyond)) / UNIT_DISTANCE, beyond
+    )
 
 
 def drift_factor(variance: NDArray[Any]) -> NDArray[Any]:
     """Return the factor on the prior drift of log spectra, from the variance of the motion.
 
-    The prior is stated for a change of log speed by 0.4. At least 20 % of it remain at a training
-    speed, since two recordings at one speed differ, too.
+    The prior is stated for a change of log speed by 0.4. At least 20 % of it remain at
+    a training speed, since two recordings at one speed differ, too.
 
     Parameters
     ----------
@@ -144,14 +149,19 @@ def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def slope_against_speed(
-    values: NDArray[Any], known: NDArray[Any], *, mean: float, deviation: float, drift: float
+    values: NDArray[Any],
+    known: NDArray[Any],
+    *,
+    mean: float,
+    deviation: float,
+    drift: float,
 ) -> tuple[float, float]:
     r"""Estimate the slope of a value against log speed, and the variance of this slope.
 
-    For Brownian motion with a trend, only the two end points contain information about the trend.
-    The estimate is :math:`(g_k - g_1) / (x_k - x_1)` with the variance
-    :math:`\sigma^2 / (L\,(x_k - x_1))`. Bayes' rule for normal distributions combines it with the
-    prior of the slope.
+    For Brownian motion with a trend, only the two end points contain information about
+    the trend. The estimate is :math:`(g_k - g_1) / (x_k - x_1)` with the variance
+    :math:`\sigma^2 / (L\,(x_k - x_1))`. Bayes' rule for normal distributions combines
+    it with the prior of the slope.
 
     Parameters
     ----------
@@ -180,7 +190,9 @@ def slope_against_speed(
     return float(seen / precision), float(1 / precision)
 
 
-def group_means(values: NDArray[Any], group: NDArray[Any], weights: NDArray[Any]) -> NDArray[Any]:
+def group_means(
+    values: NDArray[Any], group: NDArray[Any], weights: NDArray[Any]
+) -> NDArray[Any]:
     """Compute the weighted mean of each group of rows.
 
     Parameters
@@ -203,11 +215,16 @@ def group_means(values: NDArray[Any], group: NDArray[Any], weights: NDArray[Any]
     array([3., 1.])
     """
     own = [group == number for number in range(group.max() + 1)]
-    return np.stack([np.average(values[rows], axis=0, weights=weights[rows]) for rows in own])
+    return np.stack(
+        [np.average(values[rows], axis=0, weights=weights[rows]) for rows in own]
+    )
 
 
 def mean_by_speed(
-    values: NDArray[Any], speed: NDArray[Any], group: NDArray[Any], weights: NDArray[Any]
+    values: NDArray[Any],
+    speed: NDArray[Any],
+    group: NDArray[Any],
+    weights: NDArray[Any],
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Compute the weighted mean of each group of rows at each speed.
 
@@ -247,9 +264,9 @@ def reference_weights(
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""Compute the weights that interpolate the means of each condition at speeds.
 
-    The mean of a condition is linear in the logarithm of the speed between two speeds at which the
-    condition was recorded, and constant outside. The variance of its drift is that of
-    :func:`speed_distance`.
+    The mean of a condition is linear in the logarithm of the speed between two speeds
+    at which the condition was recorded, and constant outside. The variance of its drift
+    is that of :func:`speed_distance`.
 
     Parameters
     ----------
@@ -275,7 +292,10 @@ def reference_weights(
     array([[[0.5, 1. ],
             [0.5, 0. ]]])
     """
-    weights, variance = np.zeros((len(log_speed), *recorded.shape)), np.zeros(len(log_speed))
+    weights, variance = (
+        np.zeros((len(log_speed), *recorded.shape)),
+        np.zeros(len(log_speed)),
+    )
     for pattern in map(np.array, set(map(tuple, recorded.T.tolist()))):
         own = (recorded == pattern[:, np.newaxis]).all(axis=0)
         at = speed_distance(log_speed, known[pattern])
@@ -286,11 +306,14 @@ def reference_weights(
     return weights, variance
 
 
-def drift_learned(known: NDArray[Any], means: NDArray[Any], recorded: NDArray[Any]) -> NDArray[Any]:
+def drift_learned(
+    known: NDArray[Any], means: NDArray[Any], recorded: NDArray[Any]
+) -> NDArray[Any]:
     r"""Compute by how much each mean misses what the other training speeds predict.
 
-    Each difference is divided by the standard deviation that the Brownian motion states for its
-    distance, so that its square is an observation of the drift over the unit distance.
+    Each difference is divided by the standard deviation that the Brownian motion states
+    for its distance, so that its square is an observation of the drift over the unit
+    distance.
 
     Parameters
     ----------

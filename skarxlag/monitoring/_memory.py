@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._state import expect
+from ..core.state import expect
 from ..kernels.cumulative_sum import alarm_limit, mean_run_length, reference_step
 
 _COUNTS = ("n_samples", "next_start", "n_gaps", "n_steps_back")
@@ -25,7 +25,12 @@ def check_count(value: Any) -> int:
     >>> check_count(7)
     7
     """
-    expect(type(value) is int and 0 <= value < 2**62, "count", value, "an integer of at least 0")
+    expect(
+        type(value) is int and 0 <= value < 2**62,
+        "count",
+        value,
+        "an integer of at least 0",
+    )
     return value
 
 
@@ -41,8 +46,8 @@ class WindowStream:
     sampling_rate : float
         In Hz.
     gap_tolerance : float
-        Seconds by which the time of a block may differ from the end of the block before. Beyond
-        it there is a gap, and a new window starts.
+        Seconds by which the time of a block may differ from the end of the block
+        before. Beyond it there is a gap, and a new window starts.
 
     Attributes
     ----------
@@ -59,7 +64,12 @@ class WindowStream:
     """
 
     def __init__(
-        self, n_rows: int, window_length: int, hop: int, sampling_rate: float, gap_tolerance: float
+        self,
+        n_rows: int,
+        window_length: int,
+        hop: int,
+        sampling_rate: float,
+        gap_tolerance: float,
     ) -> None:
         self._length, self._hop = window_length, hop
         self._rate, self._tolerance = sampling_rate, gap_tolerance
@@ -153,7 +163,8 @@ class FadingEvidence:
     Parameters
     ----------
     n_values : int
-        Number of values that a window contributes, such as one logarithm for each condition.
+        Number of values that a window contributes, such as one logarithm for each
+        condition.
     half_life : float
         T in seconds; infinity for no fading.
 
@@ -174,7 +185,12 @@ class FadingEvidence:
 
     def __init__(self, n_values: int, half_life: float) -> None:
         self._half_life = half_life
-        self.weight, self._time, self._age, self._sums = 0.0, 0.0, 0.0, np.zeros(n_values)
+        self.weight, self._time, self._age, self._sums = (
+            0.0,
+            0.0,
+            0.0,
+            np.zeros(n_values),
+        )
 
     def move_to(self, time: float) -> None:
         """Reduce the weights by the time since the last call; a clock may be set back."""
@@ -206,8 +222,16 @@ class FadingEvidence:
         """Continue from a state, or raise a ValueError if its numbers cannot be."""
         weight, age, time = (float(state[name]) for name in ("weight", "age", "time"))
         sums = np.array(state["sums"], dtype=np.float64)
-        fits = sums.shape == self._sums.shape and np.isfinite([weight, age, time, *sums]).all()
-        expect(fits and min(weight, age) >= 0, "evidence", state, f"{len(self._sums)} finite sums")
+        fits = (
+            sums.shape == self._sums.shape
+            and np.isfinite([weight, age, time, *sums]).all()
+        )
+        expect(
+            fits and min(weight, age) >= 0,
+            "evidence",
+            state,
+            f"{len(self._sums)} finite sums",
+        )
         self.weight, self._age, self._time, self._sums = weight, age, time, sums
 
 
@@ -221,9 +245,9 @@ class CumulativeSumAlarm:
         s \leftarrow \min(\max(s + m - 1, 0), h) \text{ if the window exceeds,} \qquad
         s \leftarrow \max(s - 1, 0) \text{ otherwise.}
 
-    The alarm goes on when s reaches its limit h, and off when s is back at 0: this is its
-    hysteresis. h is the smallest limit at which the mean number of healthy windows until an alarm
-    is at least the stated one. The windows that exceed may come in runs.
+    The alarm goes on when s reaches its limit h, and off when s is back at 0: this is
+    its hysteresis. h is the smallest limit at which the mean number of healthy windows
+    until an alarm is at least the stated one. The windows that exceed may come in runs.
 
     Parameters
     ----------
@@ -234,8 +258,8 @@ class CumulativeSumAlarm:
     persistence : float
         Probability that a healthy window exceeds after one that did.
     delay : int or None, default=None
-        Windows in a row that exceed, after which the alarm goes on. None: by `run_length`, which is
-        not used otherwise.
+        Windows in a row that exceed, after which the alarm goes on. None: by
+        `run_length`, which is not used otherwise.
 
     Attributes
     ----------
@@ -254,11 +278,11 @@ class CumulativeSumAlarm:
     ----------
     E. S. Page (1954), "Continuous inspection schemes", Biometrika 41, 100-115.
 
-    M. R. Reynolds and Z. G. Stoumbos (1999), "A CUSUM chart for monitoring a proportion when
-    inspecting continuously", Journal of Quality Technology 31(1), 87-108.
+    M. R. Reynolds and Z. G. Stoumbos (1999), "A CUSUM chart for monitoring a proportion
+    when inspecting continuously", Journal of Quality Technology 31(1), 87-108.
 
-    D. Brook and D. A. Evans (1972), "An approach to the probability distribution of cusum run
-    length", Biometrika 59(3), 539-549.
+    D. Brook and D. A. Evans (1972), "An approach to the probability distribution of
+    cusum run length", Biometrika 59(3), 539-549.
 
     Examples
     --------
@@ -272,7 +296,11 @@ class CumulativeSumAlarm:
     """
 
     def __init__(
-        self, run_length: float, rate: float, persistence: float, delay: int | None = None
+        self,
+        run_length: float,
+        rate: float,
+        persistence: float,
+        delay: int | None = None,
     ) -> None:
         self.step = reference_step(rate, _FAULTY_RATE)
         if delay is None:
@@ -304,7 +332,10 @@ class CumulativeSumAlarm:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Continue from a state, or raise a ValueError if its sum exceeds the limit."""
-        self.sum, self.n_raised = check_count(state["sum"]), check_count(state["n_raised"])
+        self.sum, self.n_raised = (
+            check_count(state["sum"]),
+            check_count(state["n_raised"]),
+        )
         expect(self.sum <= self.limit, "alarm", state, f"a sum from 0 to {self.limit}")
         self.active = bool(state["active"])
 
@@ -320,8 +351,9 @@ def runs_of(exceeds: list[bool]) -> NDArray[np.int64]:
     Returns
     -------
     ndarray of shape (4,)
-        Numbers of windows; of exceeding ones; of exceeding ones that another window follows; and of
-        those that another exceeding one follows. None exceeds the one before.
+        Numbers of windows; of exceeding ones; of exceeding ones that another window
+        follows; and of those that another exceeding one follows. None exceeds the one
+        before.
 
     Examples
     --------
@@ -352,4 +384,7 @@ def healthy_shares(counts: NDArray[np.int64]) -> dict[str, float]:
     {'rate': 0.01, 'persistence': 0.5}
     """
     n, exceeding, followed, runs = counts.tolist()
-    return {"rate": (exceeding + 1) / (n + 2), "persistence": (runs + 1) / (followed + 2)}
+    return {
+        "rate": (exceeding + 1) / (n + 2),
+        "persistence": (runs + 1) / (followed + 2),
+    }

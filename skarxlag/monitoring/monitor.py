@@ -11,9 +11,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from .._answers import answers, offers, unfolded_steps
-from .._state import expect
-from .._validation import (
+from ..core.capabilities import capabilities, offers, unfolded_steps
+from ..core.speeds import speeds_of_rows
+from ..core.state import expect
+from ..core.validation import (
     ABOVE_0,
     as_samples,
     check_count,
@@ -21,16 +22,21 @@ from .._validation import (
     check_rate,
     check_real,
 )
-from ..evidence import SMALLEST_PROBABILITY, combined_score, effective_number, p_value_score
+from ..kernels.evidence import (
+    SMALLEST_PROBABILITY,
+    combined_score,
+    effective_number,
+    p_value_score,
+)
 from ..kernels.fault_orders import N_ORDERS
-from ..speeds import speeds_of_rows
-from ..verdict_names import NO_VERDICT
-from ..verdicts import Judge
+from ..verdicts.names import NO_VERDICT
+from ..verdicts.recordings import Judge
 from . import _memory
 
 #: Largest number of windows that are diagnosed together.
 _BATCH = 256
-#: Largest delay of an alarm in windows; the mean time between false alarms is computed from it.
+#: Largest delay of an alarm in windows; the mean time between false alarms is computed
+#: from it.
 _LONGEST_DELAY = 1000
 
 
@@ -42,40 +48,46 @@ class MonitorVerdict(NamedTuple):
     start : int
         Number of samples before the window.
     time : float
-        Time in seconds at the end of the window: on the clock of the blocks' times, or since the
-        first sample if there are none.
+        Time in seconds at the end of the window: on the clock of the blocks' times, or
+        since the first sample if there are none.
     rpm : float
         Stated shaft speed in the middle of the window; NaN if there is none.
     quality : str
-        ``"good"``; why the window carries no signal, see `signal_quality`; or ``"no verdict"``.
+        ``"good"``; why the window carries no signal, see `signal_quality`; or ``"no
+        verdict"``.
     quality_share : float
         Share in [0, 1] of the window that this affects, as `signal_quality` returns it.
     window_verdict : object
-        Condition of this window alone; ``"no verdict: ..."`` with the reason, such as an
-        implausible speed; None if the window carries no signal or there is no classifier.
+        Condition of this window alone; ``"no verdict: ..."`` with the reason, such as
+        an implausible speed; None if the window carries no signal or there is no
+        classifier.
     verdict : object
-        Condition by the evidence of all recent windows; ``"changed"`` if this is the healthy
-        condition, or there is no classifier, while windows keep the alarm on; ``"not
-        identifiable"`` if two places fit the combs of recent windows; ``"no verdict: ..."`` as for
-        the window; None if no window within the half-life had a verdict.
+        Condition by the evidence of all recent windows; ``"changed"`` if this is the
+        healthy condition, or there is no classifier, while windows keep the alarm on;
+        ``"not identifiable"`` if two places fit the combs of recent windows; ``"no
+        verdict: ..."`` as for the window; None if no window within the half-life had a
+        verdict.
     probability : float
         Probability of `verdict`; NaN if it is no condition.
     exceeds : bool or None
-        Whether this window alone exceeds the healthy limits; None if they do not hold at its speed,
-        or the window carries no signal.
+        Whether this window alone exceeds the healthy limits; None if they do not hold
+        at its speed, or the window carries no signal.
     alarm : bool or None
-        Whether the alarm is on, also one that is latched; None if there are no healthy limits.
+        Whether the alarm is on, also one that is latched; None if there are no healthy
+        limits.
     alarm_level : float
         Cumulative sum over its limit, from 0 to 1; NaN if there are no healthy limits.
     p_value : float
-        Probability that recent windows of the healthy machine deviate as much, from those for which
-        the healthy limits hold; NaN without a detector, or if there was none within the half-life.
+        Probability that recent windows of the healthy machine deviate as much, from
+        those for which the healthy limits hold; NaN without a detector, or if there was
+        none within the half-life.
     limits : str
         ``"hold"``, or why the healthy limits do not hold at the speed of the window.
     alarm_state : str
-        ``"off"``; ``"not yet an alarm"`` if recent windows exceed the limits, but the cumulative
-        sum has not reached its limit; ``"on"``; ``"latched"`` if recent windows do not exceed any
-        more, but the alarm was not acknowledged; ``"none"`` if there are no healthy limits.
+        ``"off"``; ``"not yet an alarm"`` if recent windows exceed the limits, but the
+        cumulative sum has not reached its limit; ``"on"``; ``"latched"`` if recent
+        windows do not exceed any more, but the alarm was not acknowledged; ``"none"``
+        if there are no healthy limits.
     """
 
     start: int
@@ -97,59 +109,65 @@ class MonitorVerdict(NamedTuple):
 class ConditionMonitor:
     """Diagnoser of a running sensor, from blocks of samples to verdicts.
 
-    Blocks of any length are cut into windows across their borders. Each window that carries a
-    signal is diagnosed by itself. Fading evidence turns the probabilities of the windows into a
-    verdict. With a bearing, the contrasts of the windows are gathered: combs of their mean decide,
-    together with the probabilities by spectra if the model learned several conditions. Page's
-    cumulative sum turns windows that exceed the healthy limits into an alarm with a stated rate of
-    false alarms. Windows without a signal (NaN, a dead channel, dropouts), windows at an
-    implausible speed and gaps between blocks are counted. Meanwhile the evidence grows older, and
-    the cumulative sum stays.
+    Blocks of any length are cut into windows across their borders. Each window that
+    carries a signal is diagnosed by itself. Fading evidence turns the probabilities of
+    the windows into a verdict. With a bearing, the contrasts of the windows are
+    gathered: combs of their mean decide, together with the probabilities by spectra if
+    the model learned several conditions. Page's cumulative sum turns windows that
+    exceed the healthy limits into an alarm with a stated rate of false alarms. Windows
+    without a signal (NaN, a dead channel, dropouts), windows at an implausible speed
+    and gaps between blocks are counted. Meanwhile the evidence grows older, and the
+    cumulative sum stays.
 
-    The same samples in other blocks give the same verdicts, to the last bit. The monitor keeps less
-    than one window of samples and a few numbers, for any time.
+    The same samples in other blocks give the same verdicts, to the last bit. The
+    monitor keeps less than one window of samples and a few numbers, for any time.
 
     Use :func:`recording_verdicts` instead for a recording that is complete.
 
     Parameters
     ----------
     diagnoser : fitted classifier or None
-        Classifier with probabilities, such as the result of `make_diagnoser`. None: there is only a
-        detector.
+        Classifier with probabilities, such as the result of `make_diagnoser`. None:
+        there is only a detector.
     sampling_rate : float
         In Hz.
     conditions : sequence of label, default=None
-        Order of the conditions, the healthy one first: a permutation of those of the diagnoser. For
-        a detector alone, the name of the healthy condition. None: sorted, or ``["healthy"]``.
+        Order of the conditions, the healthy one first: a permutation of those of the
+        diagnoser. For a detector alone, the name of the healthy condition. None:
+        sorted, or ``["healthy"]``.
     detector : fitted Pipeline or None, default=None
-        Detector with the healthy limits, such as the result of `make_detector`, fitted on windows
-        of the same length. None: the detection threshold of the diagnoser, which holds at its
-        training speeds only. Without a stated speed, the machine is taken to run at one of these.
+        Detector with the healthy limits, such as the result of `make_detector`, fitted
+        on windows of the same length. None: the detection threshold of the diagnoser,
+        which holds at its training speeds only. Without a stated speed, the machine is
+        taken to run at one of these.
     window_length : int, default=1200
         Samples in a window of `fit`.
     hop : int or None, default=None
-        Samples from the start of one window to the start of the next. None: `window_length`.
+        Samples from the start of one window to the start of the next. None:
+        `window_length`.
     half_life : float, default=10.0
         Seconds in which the weight of evidence halves, above 0; infinity for no fading.
     false_alarm_interval : float, default=1000.0
         Smallest mean number of hours of signal between false alarms, above 0.
     alarm_delay : int or None, default=None
-        Windows in a row that exceed the healthy limits, after which the alarm goes on, from 1 to
+        Windows in a row that exceed the healthy limits, after which the alarm goes on,
+        from 1 to
         1000. The mean time between false alarms follows from it. None: the smallest delay that
         `false_alarm_interval` allows.
     latch : bool, default=False
-        Whether an alarm stays on until `acknowledge` is called, also if windows do not exceed the
-        limits any more.
+        Whether an alarm stays on until `acknowledge` is called, also if windows do not
+        exceed the limits any more.
     persistence : float, default=0.5
-        Probability in (0, 1) that a healthy window exceeds the limits after one that did, for
-        windows that do not overlap. Such windows come in runs, because load and speed of a machine
-        last longer than a window; 0.5 means runs of two. `calibrate` measures it.
+        Probability in (0, 1) that a healthy window exceeds the limits after one that
+        did, for windows that do not overlap. Such windows come in runs, because load
+        and speed of a machine last longer than a window; 0.5 means runs of two.
+        `calibrate` measures it.
     gap_tolerance : float or None, default=None
-        Seconds by which the stated time of a block may differ from the end of the block before.
-        Beyond it there is a gap, and a new window starts. None: half a window.
+        Seconds by which the stated time of a block may differ from the end of the block
+        before. Beyond it there is a gap, and a new window starts. None: half a window.
     train_rpm : sequence of float, default=()
-        Training speeds. Empty: those that the models state. Windows whose stated speed lies farther
-        than a factor of 5 outside them get no verdict.
+        Training speeds. Empty: those that the models state. Windows whose stated speed
+        lies farther than a factor of 5 outside them get no verdict.
 
     Attributes
     ----------
@@ -158,13 +176,14 @@ class ConditionMonitor:
     healthy : label or None
         The healthy condition; None if it is not known.
     counts : dict
-        Numbers of samples, windows by their quality, gaps, missing seconds, clock steps back and
-        alarms.
+        Numbers of samples, windows by their quality, gaps, missing seconds, clock steps
+        back and alarms.
     alarm_delay : int or None
-        Windows in a row that exceed the healthy limits, after which the alarm goes on, if no window
-        before exceeded; None if there are no healthy limits.
+        Windows in a row that exceed the healthy limits, after which the alarm goes on,
+        if no window before exceeded; None if there are no healthy limits.
     false_alarm_interval : float or None
-        Mean number of hours of signal between false alarms; None if there are no healthy limits.
+        Mean number of hours of signal between false alarms; None if there are no
+        healthy limits.
     alarm_state : str
         As in the latest `MonitorVerdict`.
     latched : bool
@@ -173,8 +192,8 @@ class ConditionMonitor:
     Raises
     ------
     ValueError
-        If a parameter is out of its range, the diagnoser has no probabilities, or no alarm can be
-        as rare as stated.
+        If a parameter is out of its range, the diagnoser has no probabilities, or no
+        alarm can be as rare as stated.
 
     See Also
     --------
@@ -231,18 +250,33 @@ class ConditionMonitor:
             gap_tolerance = 0.5 * window_length / sampling_rate
         check_real(gap_tolerance, "gap_tolerance", min_val=0)
         check_rate(persistence, "persistence")
-        options = {"conditions": conditions, "detector": detector, "train_rpm": train_rpm}
-        self._judge = Judge(diagnoser, same_speed=True, sampling_rate=sampling_rate, **options)
+        options = {
+            "conditions": conditions,
+            "detector": detector,
+            "train_rpm": train_rpm,
+        }
+        self._judge = Judge(
+            diagnoser, same_speed=True, sampling_rate=sampling_rate, **options
+        )
         model = detector if diagnoser is None else diagnoser
-        can, last = answers(model), unfolded_steps(model)[-1]
-        self.conditions: list[Any] = [] if can.conditions is None else self._judge.conditions
+        can, last = capabilities(model), unfolded_steps(model)[-1]
+        self.conditions: list[Any] = (
+            [] if can.conditions is None else self._judge.conditions
+        )
         self.healthy: Any = self._judge.healthy
         self._n_channels, self._half_life = can.n_channels, float(half_life)
         self._length, self._hop = int(window_length), int(hop)
         self._combs = last if offers(last, "diagnose_gathered") else None
         # The shaft speed is one more channel.
-        sizes = {"n_rows": can.n_channels + 1, "window_length": self._length, "hop": self._hop}
-        times = {"sampling_rate": float(sampling_rate), "gap_tolerance": float(gap_tolerance)}
+        sizes = {
+            "n_rows": can.n_channels + 1,
+            "window_length": self._length,
+            "hop": self._hop,
+        }
+        times = {
+            "sampling_rate": float(sampling_rate),
+            "gap_tolerance": float(gap_tolerance),
+        }
         self._windowing = sizes | times
         # Windows that share samples exceed together.
         persistence = max(float(persistence), 1 - hop / window_length)
@@ -297,7 +331,11 @@ class ConditionMonitor:
     @property
     def false_alarm_interval(self) -> float | None:
         """Return the mean number of hours between false alarms: see the class."""
-        return None if self._alarm is None else self._alarm.run_length() / self._windows_an_hour
+        return (
+            None
+            if self._alarm is None
+            else self._alarm.run_length() / self._windows_an_hour
+        )
 
     @property
     def alarm_state(self) -> str:
@@ -313,28 +351,32 @@ class ConditionMonitor:
     def acknowledge(self) -> None:
         """Release a latched alarm.
 
-        The alarm goes off if windows do not keep it on. Otherwise it goes off as without `latch`.
-        The next alarm is latched again.
+        The alarm goes off if windows do not keep it on. Otherwise it goes off as
+        without `latch`. The next alarm is latched again.
         """
         self.latched = False
 
     def update(
-        self, samples: ArrayLike, *, time: float | None = None, rpm: ArrayLike | None = None
+        self,
+        samples: ArrayLike,
+        *,
+        time: float | None = None,
+        rpm: ArrayLike | None = None,
     ) -> list[MonitorVerdict]:
         """Add the next block, and return a verdict for each window that is complete now.
 
         Parameters
         ----------
         samples : array-like of shape (n_samples,) or (n_channels, n_samples)
-            Any number of real samples in the unit of `fit`. Of several channels, the first is the
-            output. NaN is a missing sample, and so is a masked one.
+            Any number of real samples in the unit of `fit`. Of several channels, the
+            first is the output. NaN is a missing sample, and so is a masked one.
         time : float or None, default=None
-            Time of the first sample, in seconds on any clock. None: the block follows the block
-            before.
+            Time of the first sample, in seconds on any clock. None: the block follows
+            the block before.
         rpm : float, array-like of shape (n_samples,) or None, default=None
-            Shaft speed from here on, or at each sample; NaN within an array is the speed before.
-            None: as before. A verdict states the speed at the middle of its window. Orders follow
-            an array of speeds, see :func:`rpm_from_tacho`.
+            Shaft speed from here on, or at each sample; NaN within an array is the
+            speed before. None: as before. A verdict states the speed at the middle of
+            its window. Orders follow an array of speeds, see :func:`rpm_from_tacho`.
 
         Returns
         -------
@@ -344,8 +386,8 @@ class ConditionMonitor:
         Raises
         ------
         ValueError
-            If the samples are not real numbers, or have another number of channels than the model;
-            if there is not one speed, or one for each sample.
+            If the samples are not real numbers, or have another number of channels than
+            the model; if there is not one speed, or one for each sample.
         """
         signal = self._checked(samples)
         if time is not None:
@@ -354,14 +396,17 @@ class ConditionMonitor:
         start, windows = self._stream.push(np.vstack([signal, speeds]), time)
         verdicts = []
         for first in range(0, len(windows), _BATCH):
-            verdicts += self._judged(windows[first : first + _BATCH], start + first * self._hop)
+            verdicts += self._judged(
+                windows[first : first + _BATCH], start + first * self._hop
+            )
         return verdicts
 
     def calibrate(self, samples: ArrayLike, *, rpm: float | None = None) -> Self:
         """Measure how often, and in what runs, healthy windows exceed the limits.
 
-        Both numbers are means of a Beta(1, 1) posterior: with few windows, the estimates stay near
-        1/2. Several recordings add up. The monitor starts again without samples.
+        Both numbers are means of a Beta(1, 1) posterior: with few windows, the
+        estimates stay near 1/2. Several recordings add up. The monitor starts again
+        without samples.
 
         Parameters
         ----------
@@ -378,12 +423,19 @@ class ConditionMonitor:
         Raises
         ------
         ValueError
-            If there are no healthy limits, or healthy windows exceed them so often that no alarm
-            can be as rare as stated.
+            If there are no healthy limits, or healthy windows exceed them so often that
+            no alarm can be as rare as stated.
         """
-        expect(self._judge.detects, "detector", None, "a detector, or a diagnoser with limits")
+        expect(
+            self._judge.detects,
+            "detector",
+            None,
+            "a detector, or a diagnoser with limits",
+        )
         self._start_afresh()
-        exceeds = [v.exceeds for v in self.update(samples, rpm=rpm) if v.exceeds is not None]
+        exceeds = [
+            v.exceeds for v in self.update(samples, rpm=rpm) if v.exceeds is not None
+        ]
         self._start_afresh()
         seen = self._seen + _memory.runs_of(exceeds)
         self._alarm = self._new_alarm(seen)
@@ -396,8 +448,16 @@ class ConditionMonitor:
         if signal.ndim == 1 and (n == 1 or signal.size == 0):
             signal = signal.reshape(n, -1)
         is_right = signal.dtype.kind in "iuf" and signal.ndim == 2 and len(signal) == n
-        found, expected = f"{signal.dtype} of shape {signal.shape}", f"{n} channels as in fit"
-        expect(is_right, "samples", found, f"{expected}: real numbers of shape ({n}, n_samples)")
+        found, expected = (
+            f"{signal.dtype} of shape {signal.shape}",
+            f"{n} channels as in fit",
+        )
+        expect(
+            is_right,
+            "samples",
+            found,
+            f"{expected}: real numbers of shape ({n}, n_samples)",
+        )
         return signal
 
     def _speeds(self, rpm, n_samples):
@@ -405,7 +465,10 @@ class ConditionMonitor:
         before = np.nan if self._rpm is None else self._rpm
         if rpm is None:
             return np.full(n_samples, before)
-        speeds, expected = speeds_of_rows(rpm, n_samples), f"one for each of {n_samples} samples"
+        speeds, expected = (
+            speeds_of_rows(rpm, n_samples),
+            f"one for each of {n_samples} samples",
+        )
         expect(speeds.shape == (n_samples,), "rpm", rpm, f"one number, or {expected}")
         if np.ndim(rpm) == 1:
             stated = pd.Series([before, *speeds]).ffill().to_numpy()
@@ -414,14 +477,23 @@ class ConditionMonitor:
         return speeds
 
     def _judged(self, windows, start):
-        rows = np.ascontiguousarray(windows[:, 0] if self._n_channels == 1 else windows[:, :-1])
+        rows = np.ascontiguousarray(
+            windows[:, 0] if self._n_channels == 1 else windows[:, :-1]
+        )
         speeds = windows[:, -1, windows.shape[2] // 2]
         rpm = None if self._rpm is None else speeds
         if self._varies:
-            rpm = np.where(np.isnan(windows[:, -1]), speeds[:, np.newaxis], windows[:, -1])
-        found = self._judge.opinions(rows, rpm)
-        names, columns = found.table.keys(), map(np.ndarray.tolist, found.table.values())
-        tables = [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
+            rpm = np.where(
+                np.isnan(windows[:, -1]), speeds[:, np.newaxis], windows[:, -1]
+            )
+        found = self._judge.window_results(rows, rpm)
+        names, columns = (
+            found.table.keys(),
+            map(np.ndarray.tolist, found.table.values()),
+        )
+        tables = [
+            dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)
+        ]
         return [
             self._verdict(found, i, tables[i], start + i * self._hop, rpm)
             for i, rpm in enumerate(speeds.tolist())
@@ -487,12 +559,18 @@ class ConditionMonitor:
             gathered = np.append(np.zeros(N_ORDERS), np.nan)
         *contrast, rpm = gathered
         logs = effective_number(self._evidence.weight) * mean
-        found = self._combs.diagnose_gathered(contrast, self._contrasts.weight, rpm, logs)
+        found = self._combs.diagnose_gathered(
+            contrast, self._contrasts.weight, rpm, logs
+        )
         return self._judge.gathered(found, alarm)[:2]
 
     def _p_value(self):
         mean = self._p_values.mean()
-        return np.nan if mean is None else combined_score(float(mean[0]), self._p_values.weight)
+        return (
+            np.nan
+            if mean is None
+            else combined_score(float(mean[0]), self._p_values.weight)
+        )
 
     def state(self) -> dict[str, Any]:
         """Return the state that `restore` continues from after a restart.
@@ -500,9 +578,14 @@ class ConditionMonitor:
         Returns
         -------
         dict
-            Plain numbers, texts, lists and dicts. `save_monitor_state` writes it to a file.
+            Plain numbers, texts, lists and dicts. `save_monitor_state` writes it to a
+            file.
         """
-        own = {"settings": dict(self._settings), "seen": self._seen.tolist(), "rpm": self._rpm}
+        own = {
+            "settings": dict(self._settings),
+            "seen": self._seen.tolist(),
+            "rpm": self._rpm,
+        }
         own |= {"qualities": dict(self._qualities), "varies": self._varies}
         own["latched"] = self.latched
         return own | {name: part.state() for name, part in self._parts().items()}
@@ -528,8 +611,8 @@ class ConditionMonitor:
         Raises
         ------
         ValueError
-            If the state has other settings, conditions, channels or training speeds, or is damaged.
-            The monitor is then as after its construction.
+            If the state has other settings, conditions, channels or training speeds, or
+            is damaged. The monitor is then as after its construction.
         """
         before = self._seen
         try:
@@ -538,7 +621,9 @@ class ConditionMonitor:
                 expect(found == value, name, found, f"{value!r}, as this monitor")
             self._seen = np.array([_memory.check_count(n) for n in state["seen"]])
             is_right = self._seen.shape == (4,) and np.all(np.diff(self._seen) <= 0)
-            expect(is_right, "seen", state["seen"], "as many windows as exceed, or more")
+            expect(
+                is_right, "seen", state["seen"], "as many windows as exceed, or more"
+            )
             self._start_afresh()
             for name, part in self._parts().items():
                 part.restore(state[name])
@@ -551,5 +636,7 @@ class ConditionMonitor:
         except Exception as error:
             self._seen = before
             self._start_afresh()
-            raise ValueError(f"state of another monitor, or damaged: {error}") from error
+            raise ValueError(
+                f"state of another monitor, or damaged: {error}"
+            ) from error
         return self

@@ -3,17 +3,19 @@
 from collections.abc import Sequence
 from typing import Any
 
-from .._answers import answers, unfolded_steps
-from .._state import expect
+from ..core.capabilities import capabilities, unfolded_steps
+from ..core.state import expect
 
 
 def known_conditions(estimator: Any) -> list[Any]:
     """Return the conditions of a fitted classifier, the healthy one first and the others sorted."""
-    can = answers(estimator)
+    can = capabilities(estimator)
     return sorted(can.conditions or (), key=lambda name: name != can.healthy)
 
 
-def ordered_conditions(known: Sequence[Any], conditions: Sequence[Any] | None) -> list[str]:
+def ordered_conditions(
+    known: Sequence[Any], conditions: Sequence[Any] | None
+) -> list[str]:
     """Return the conditions in the order that determines their colours.
 
     Parameters
@@ -50,8 +52,8 @@ def chosen_model(estimator: Any, model: Any) -> tuple[int, list[str]]:
     estimator : ARXLaguerre or Pipeline
         The fitted estimator.
     model : label or None
-        Condition of the requested model. If None, the healthy condition if it has a model, and
-        otherwise the first model.
+        Condition of the requested model. If None, the healthy condition if it has a
+        model, and otherwise the first model.
 
     Returns
     -------
@@ -67,7 +69,7 @@ def chosen_model(estimator: Any, model: Any) -> tuple[int, list[str]]:
     """
     names = [str(name) for name in unfolded_steps(estimator)[0].classes_]
     if model is None:
-        healthy = str(answers(estimator).healthy)
+        healthy = str(capabilities(estimator).healthy)
         model = healthy if healthy in names else names[0]
     expect(str(model) in names, "model", model, f"a model of the diagnoser: {names}")
     return names.index(str(model)), names

@@ -14,20 +14,46 @@ if TYPE_CHECKING:
 else:
     Axes = Any
 
-#: Grey with similar contrast to white and to a dark page, for elements that are not a condition.
+#: Grey with similar contrast to white and to a dark page, for elements that are not a
+#: condition.
 NEUTRAL = "#7a7a7a"
 
-#: Colours of the conditions. Each has a contrast of at least 3 with white and with a dark page.
-#: They differ from each other and from `NEUTRAL` in normal, deuteranopic and protanopic vision.
-#: A random search that maximised the smallest distance between two colours found them. The tests
-#: check these properties.
-PALETTE = ("#2aa564", "#6982ff", "#cb7207", "#960efc", "#c82b31", "#f839bd", "#336d8e", "#b304c0")
-_INKS = ("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color")
+#: Colours of the conditions. Each has a contrast of at least 3 with white and with a
+#: dark page. They differ from each other and from `NEUTRAL` in normal, deuteranopic and
+#: protanopic vision. A random search that maximised the smallest distance between two
+#: colours found them. The tests check these properties.
+PALETTE = (
+    "#2aa564",
+    "#6982ff",
+    "#cb7207",
+    "#960efc",
+    "#c82b31",
+    "#f839bd",
+    "#336d8e",
+    "#b304c0",
+)
+_INKS = (
+    "text.color",
+    "axes.edgecolor",
+    "axes.labelcolor",
+    "xtick.color",
+    "ytick.color",
+)
 _PAPERS = ("figure.facecolor", "axes.facecolor", "savefig.facecolor")
-#: matplotlib settings for images without a background, readable on a white and on a dark page.
+#: matplotlib settings for images without a background, readable on a white and on a
+#: dark page.
 ANY_PAGE = dict.fromkeys(_INKS, NEUTRAL) | dict.fromkeys(_PAPERS, "none")
 #: Line styles that can be distinguished without colour.
-LINE_STYLES = "-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (3, 1)), (0, (8, 3)), (0, (1, 1))
+LINE_STYLES = (
+    "-",
+    "--",
+    "-.",
+    ":",
+    (0, (6, 1, 1, 1, 1, 1)),
+    (0, (3, 1)),
+    (0, (8, 3)),
+    (0, (1, 1)),
+)
 #: Properties of a condition that a line without markers has.
 LINE = ("color", "linestyle")
 LEGEND = {"fontsize": "small", "frameon": False}
@@ -40,14 +66,15 @@ def condition_styles(conditions: Sequence[Any]) -> dict[str, Any]:
     Parameters
     ----------
     conditions : sequence of label
-        Conditions in the order of the rig's ``target_names``, the healthy one first. From the
-        ninth condition on, the colours repeat with another line style and marker.
+        Conditions in the order of the rig's ``target_names``, the healthy one first.
+        From the ninth condition on, the colours repeat with another line style and
+        marker.
 
     Returns
     -------
     dict of str to dict of str to object
-        The properties ``color``, ``linestyle`` and ``marker`` of each condition, with the names
-        and values that matplotlib uses.
+        The properties ``color``, ``linestyle`` and ``marker`` of each condition, with
+        the names and values that matplotlib uses.
 
     Examples
     --------
@@ -66,7 +93,11 @@ def condition_styles(conditions: Sequence[Any]) -> dict[str, Any]:
 
 def color_of(condition: Any, conditions: Sequence[Any], other: str = NEUTRAL) -> str:
     """Return the colour of a condition, or another colour if the condition is None."""
-    return other if condition is None else condition_styles(conditions)[str(condition)]["color"]
+    return (
+        other
+        if condition is None
+        else condition_styles(conditions)[str(condition)]["color"]
+    )
 
 
 def ink() -> str:
@@ -87,7 +118,9 @@ class Display:
             except ImportError as error:
                 fix = "pip install 'skarxlag[plot]'"
                 raise ImportError(f"Plotting needs matplotlib: {fix}") from error
-            _, axes = pyplot.subplots(n_rows, sharex=True, squeeze=False, layout="constrained")
+            _, axes = pyplot.subplots(
+                n_rows, sharex=True, squeeze=False, layout="constrained"
+            )
         self.axes_: NDArray[Any] = np.asarray(axes, dtype=object).reshape(n_rows)
         self.ax_: Any = self.axes_[0]
         self.figure_: Any = self.ax_.figure

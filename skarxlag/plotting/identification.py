@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._answers import unfolded_steps
+from ..core.capabilities import unfolded_steps
 from ..kernels.scaling import fit_percentage
 from ._fitted import chosen_model, known_conditions, ordered_conditions
 from ._style import LEGEND, Display, color_of, ink
@@ -30,16 +30,19 @@ class IdentificationDisplay(Display):
     condition : label or None, default=None
         True condition of the window.
     conditions : sequence of label or None, default=None
-        All conditions. Their order determines their colours. If None, `condition` alone.
+        All conditions. Their order determines their colours. If None, `condition`
+        alone.
     sampling_rate : float or None, default=None
-        Sampling rate in Hz. If given, the time axis is in ms; if None, it counts samples.
+        Sampling rate in Hz. If given, the time axis is in ms; if None, it counts
+        samples.
 
     Attributes
     ----------
     fit_percentage : float
-        :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)`, where :math:`y` is the output,
-        :math:`\hat y` the prediction and :math:`\bar y` the mean of the output. A value of 100
-        means an exact prediction. A value of 0 means one that is no better than the mean.
+        :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)`, where :math:`y` is the
+        output, :math:`\hat y` the prediction and :math:`\bar y` the mean of the output.
+        A value of 100 means an exact prediction. A value of 0 means one that is no
+        better than the mean.
     output_line_, prediction_line_, error_line_ : matplotlib Line2D
         The lines that were drawn.
     axes_ : ndarray of matplotlib Axes of shape (2,)
@@ -63,7 +66,10 @@ class IdentificationDisplay(Display):
     sampling_rate: float | None = None
 
     def __post_init__(self) -> None:
-        self.output, self.prediction = np.asarray(self.output), np.asarray(self.prediction)
+        self.output, self.prediction = (
+            np.asarray(self.output),
+            np.asarray(self.prediction),
+        )
         self.conditions = ordered_conditions([self.condition], self.conditions)
 
     @property
@@ -92,15 +98,16 @@ class IdentificationDisplay(Display):
         window : array-like of shape (n_samples,) or (n_channels, n_samples)
             The window.
         model : label or None, default=None
-            Condition whose model predicts. If None, the healthy condition if it has a model, and
-            otherwise the first model.
+            Condition whose model predicts. If None, the healthy condition if it has a
+            model, and otherwise the first model.
         condition : label or None, default=None
             True condition of the window. It determines the colour of the lines.
         conditions : sequence of label or None, default=None
-            All conditions. Their order determines their colours. If None, the conditions of the
-            models, the healthy one first.
+            All conditions. Their order determines their colours. If None, the
+            conditions of the models, the healthy one first.
         sampling_rate : float or None, default=None
-            Sampling rate in Hz. If given, the time axis is in ms; if None, it counts samples.
+            Sampling rate in Hz. If given, the time axis is in ms; if None, it counts
+            samples.
         axes : sequence of 2 matplotlib Axes or None, default=None
             Axes to plot into. If None, new axes are created.
 
@@ -112,13 +119,18 @@ class IdentificationDisplay(Display):
         Raises
         ------
         ValueError
-            If the estimator has no model of the condition `model`, or `conditions` omits one.
+            If the estimator has no model of the condition `model`, or `conditions`
+            omits one.
         """
         m, names = chosen_model(estimator, model)
         identify = unfolded_steps(estimator)[0]
         prediction = identify.predict_output(np.asarray(window)[np.newaxis])
         known = known_conditions(estimator) or (names if len(names) > 1 else [])
-        labels = {"model": names[m], "condition": condition, "sampling_rate": sampling_rate}
+        labels = {
+            "model": names[m],
+            "condition": condition,
+            "sampling_rate": sampling_rate,
+        }
         labels["conditions"] = ordered_conditions([*known, condition], conditions)
         output = np.atleast_2d(window)[0, -prediction.shape[-1] :]
         return cls(output, prediction[0, m], **labels).plot(axes=axes)

@@ -9,19 +9,33 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.pipeline import Pipeline
 
-from .._answers import unfolded_steps
-from .._state import expect
-from ..fault_classifier import FaultOrderClassifier
-from ..fault_places import impact_orders
-from ..kernels.fault_orders import NEPER_IN_DB, ORDER_STEP, PLACES, RACE_MULTIPLES
-from ..stretches import order_comparison
+from ..core.capabilities import unfolded_steps
+from ..core.state import expect
+from ..decisions.fault_locations import impact_orders
+from ..decisions.fault_orders import FaultOrderClassifier
+from ..distances.stretches import order_comparison
+from ..kernels.fault_orders import (
+    FAULT_LOCATIONS,
+    NEPER_IN_DB,
+    ORDER_STEP,
+    RACE_MULTIPLES,
+)
 from ._fitted import known_conditions
-from ._style import LINE, NEUTRAL, Axes, AxesDisplay, Display, condition_styles, ink, legend_beside
+from ._style import (
+    LINE,
+    NEUTRAL,
+    Axes,
+    AxesDisplay,
+    Display,
+    condition_styles,
+    ink,
+    legend_beside,
+)
 
 #: Highest order that is shown: three multiples of the inner ring of common bearings.
 _HIGHEST_ORDER = 20.0
-#: Multiples of the order of each fault that are marked. Repeated impacts of a fault show at
-#: multiples of its order; those of the rings are the strongest.
+#: Multiples of the order of each fault that are marked. Repeated impacts of a fault
+#: show at multiples of its order; those of the rings are the strongest.
 _MULTIPLES = {"shaft": 1, "cage": 1, "outer": 3, "inner": 3, "ball": 2}
 
 #: Nearest conditions that are shown: the verdict and its closest rival.
@@ -32,9 +46,10 @@ _N_SHOWN = 2
 class EnvelopeSpectrumDisplay(AxesDisplay):
     """Plot the contrast of envelope spectra over orders, with the combs of the faults.
 
-    The line shows how far the envelope spectra rise above their surroundings. The first three
-    multiples of the order of each place are marked, at the speed and slip that fit the place best.
-    The comb of the place with the largest score is marked by dots, too.
+    The line shows how far the envelope spectra rise above their surroundings. The first
+    three multiples of the order of each place are marked, at the speed and slip that
+    fit the place best. The comb of the place with the largest score is marked by dots,
+    too.
 
     Parameters
     ----------
@@ -104,8 +119,8 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
         row : array-like of shape (n_samples,) or (n_channels, n_samples)
             The row.
         rpm : float, array-like of shape (n_samples,) or None, default=None
-            Nominal speed in revolutions per minute; None only if the classifier searches the
-            speed.
+            Nominal speed in revolutions per minute; None only if the classifier
+            searches the speed.
         ax : matplotlib Axes or None, default=None
             Axes to plot into. If None, new axes are created.
 
@@ -125,15 +140,26 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
         X = np.asarray(row)[np.newaxis]
         for step in before:
             X = step.transform(X)
-        found = classifier.match(X, rpm=rpm if np.ndim(rpm) == 0 else np.asarray(rpm)[np.newaxis])
+        found = classifier.match(
+            X, rpm=rpm if np.ndim(rpm) == 0 else np.asarray(rpm)[np.newaxis]
+        )
         n_shown = int(_HIGHEST_ORDER / ORDER_STEP) + 1
-        factors = dict(zip(PLACES, found.factors[0].tolist(), strict=True))
-        orders = impact_orders(classifier.orders_)[found.bearings[0], np.arange(len(PLACES))]
+        factors = dict(zip(FAULT_LOCATIONS, found.factors[0].tolist(), strict=True))
+        orders = impact_orders(classifier.orders_)[
+            found.bearings[0], np.arange(len(FAULT_LOCATIONS))
+        ]
         lines = np.outer(orders * found.factors[0], np.arange(1, RACE_MULTIPLES + 1))
-        combs = {name: of[of <= _HIGHEST_ORDER] for name, of in zip(PLACES, lines, strict=True)}
-        scores = dict(zip(PLACES, (NEPER_IN_DB * found.scores[0]).tolist(), strict=True))
+        combs = {
+            name: of[of <= _HIGHEST_ORDER]
+            for name, of in zip(FAULT_LOCATIONS, lines, strict=True)
+        }
+        scores = dict(
+            zip(FAULT_LOCATIONS, (NEPER_IN_DB * found.scores[0]).tolist(), strict=True)
+        )
         shown = {"combs": combs, "scores": scores, "factors": factors}
-        shown["limit"] = NEPER_IN_DB * float(classifier.limit_ + classifier.reference_.max())
+        shown["limit"] = NEPER_IN_DB * float(
+            classifier.limit_ + classifier.reference_.max()
+        )
         shown["evidence"] = classifier._judge(found).evidence[0]
         contrast = NEPER_IN_DB * found.contrasts[0][:n_shown]
         return cls(np.arange(n_shown) * ORDER_STEP, contrast, **shown).plot(ax)
@@ -141,19 +167,34 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
     def _draw(self, ax):
         style = {"color": ink(), "linewidth": 0.8, "label": "contrast"}
         self.line_: Any = ax.plot(self.orders, self.contrast, **style)[0]
-        styles = condition_styles(["healthy", *PLACES])
+        styles = condition_styles(["healthy", *FAULT_LOCATIONS])
         self.comb_lines_: dict[str, Any] = {}
         for name, lines in self.combs.items():
             label = f"{name}: {self.scores[name]:.0f} dB, {100 * (self.factors[name] - 1):+.1f} %"
-            style = {"color": styles[name]["color"], "linestyle": ":", "zorder": 0, "label": label}
+            style = {
+                "color": styles[name]["color"],
+                "linestyle": ":",
+                "zorder": 0,
+                "label": label,
+            }
             for order in lines:
                 self.comb_lines_.setdefault(name, ax.axvline(order, **style))
         best = max(self.scores, key=self.scores.get)
         heights = np.interp(self.combs[best], self.orders, self.contrast)
-        self.dots_: Any = ax.plot(self.combs[best], heights, "o", color=styles[best]["color"])[0]
-        style = {"color": NEUTRAL, "linewidth": 1, "label": f"limit {self.limit:.0f} dB"}
+        self.dots_: Any = ax.plot(
+            self.combs[best], heights, "o", color=styles[best]["color"]
+        )[0]
+        style = {
+            "color": NEUTRAL,
+            "linewidth": 1,
+            "label": f"limit {self.limit:.0f} dB",
+        }
         limit = ax.axhline(self.limit, **style)
-        ax.set(xlabel="Order of the bearing's shaft", ylabel="Contrast (dB)", title=self.evidence)
+        ax.set(
+            xlabel="Order of the bearing's shaft",
+            ylabel="Contrast (dB)",
+            title=self.evidence,
+        )
         ax.set(xlim=(0, self.orders[-1]), ylim=(0, None))
         legend_beside(ax, [self.line_, *self.comb_lines_.values(), limit])
 
@@ -162,18 +203,20 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
 class OrderSpectrumDisplay(Display):
     r"""Plot the order spectrum of a stretch, with the references of the two nearest conditions.
 
-    There is one panel for each of these conditions. A panel shows the spectrum of the envelope,
-    averaged over the frequency bands, and the reference spectrum of the condition. The order axis
-    of the spectrum uses the shaft speed that fits the condition best. If `fault_orders` is given,
-    lines mark the orders of the faults, with the first multiples for the rings and the elements.
+    There is one panel for each of these conditions. A panel shows the spectrum of the
+    envelope, averaged over the frequency bands, and the reference spectrum of the
+    condition. The order axis of the spectrum uses the shaft speed that fits the
+    condition best. If `fault_orders` is given, lines mark the orders of the faults,
+    with the first multiples for the rings and the elements.
 
     Parameters
     ----------
     orders : ndarray of shape (n_orders,)
         Orders, in multiples of the shaft speed.
     spectra : dict of str to ndarray of shape (n_orders,)
-        Spectrum of the stretch for each condition that is shown, in nepers of power. The speed is
-        multiplied by the factor that fits the condition best. The nearest condition comes first.
+        Spectrum of the stretch for each condition that is shown, in nepers of power.
+        The speed is multiplied by the factor that fits the condition best. The nearest
+        condition comes first.
     references : dict of str to ndarray of shape (n_orders,)
         Reference spectrum of each condition.
     factors : dict of str to float
@@ -258,7 +301,9 @@ class OrderSpectrumDisplay(Display):
         before, residual = order_comparison(estimator)
         row = np.asarray(stretch)[np.newaxis]
         levels = row if before is None else before.transform(row)
-        found = residual.match(levels, rpm=None if rpm is None else np.asarray(rpm)[np.newaxis])
+        found = residual.match(
+            levels, rpm=None if rpm is None else np.asarray(rpm)[np.newaxis]
+        )
         nearest = found.residuals[0].argsort()[:_N_SHOWN]
         names = residual.classes_.astype(str)
 
@@ -267,8 +312,14 @@ class OrderSpectrumDisplay(Display):
 
         spectra = by_name(found.spectra[0].mean(axis=1))
         references = by_name(residual.references_.mean(axis=1))
-        shown = {name: by_name(found[name][0].astype(float)) for name in ("factors", "residuals")}
-        shown |= {"rpm": None if rpm is None else float(np.mean(rpm)), "fault_orders": fault_orders}
+        shown = {
+            name: by_name(found[name][0].astype(float))
+            for name in ("factors", "residuals")
+        }
+        shown |= {
+            "rpm": None if rpm is None else float(np.mean(rpm)),
+            "fault_orders": fault_orders,
+        }
         shown["conditions"] = known_conditions(estimator)
         return cls(residual.orders_, spectra, references, **shown).plot()
 
@@ -288,13 +339,21 @@ class OrderSpectrumDisplay(Display):
         self.reference_lines_: dict[str, Any] = {}
         self.fault_lines_: dict[str, Any] = {}
         for ax, (name, spectrum) in zip(self.axes_, self.spectra.items(), strict=True):
-            style = {key: styles[name][key] for key in LINE} | {"label": f"reference of {name}"}
-            (self.reference_lines_[name],) = ax.plot(self.orders, self.references[name], **style)
+            style = {key: styles[name][key] for key in LINE} | {
+                "label": f"reference of {name}"
+            }
+            (self.reference_lines_[name],) = ax.plot(
+                self.orders, self.references[name], **style
+            )
             style = {"color": ink(), "linewidth": 1, "label": "this stretch"}
             (self.lines_[name],) = ax.plot(self.orders, spectrum, **style)
             shown = {}
             for number, fault in enumerate(faults, start=1):
-                style = {"color": NEUTRAL, "linestyle": (0, (number, 2)), "linewidth": 1}
+                style = {
+                    "color": NEUTRAL,
+                    "linestyle": (0, (number, 2)),
+                    "linewidth": 1,
+                }
                 style |= {"label": f"{fault} {known[fault]:.3g}", "zorder": 0}
                 lines = known[fault] * np.arange(1, _MULTIPLES[fault] + 1)
                 for order in lines[lines <= self.orders[-1]]:
@@ -305,6 +364,8 @@ class OrderSpectrumDisplay(Display):
                 speed = f"{self.rpm * self.factors[name]:.4g} rpm found at nominal {self.rpm:g} rpm"
             title = f"{name}: residual {self.residuals[name]:.2f}, {speed}"
             ax.set(ylabel="Power (neper)", title=title)
-            legend_beside(ax, [self.lines_[name], self.reference_lines_[name], *shown.values()])
+            legend_beside(
+                ax, [self.lines_[name], self.reference_lines_[name], *shown.values()]
+            )
         ax.set(xlabel="Order of the shaft", xlim=(0, self.orders[-1]))
         return self

@@ -59,7 +59,9 @@ class SpeedAccuracyDisplay(AxesDisplay):
         speeds = {"train_rpm": self.train_rpm, "test_rpm": self.test_rpm}
         columns = {"true": y_true, "predicted": y_pred} | speeds
         # The index of a table is not that of another one.
-        verdicts = pd.DataFrame({name: np.asarray(each) for name, each in columns.items()})
+        verdicts = pd.DataFrame(
+            {name: np.asarray(each) for name, each in columns.items()}
+        )
         table = speed_accuracy(verdicts) / 100
         self.accuracy: NDArray[Any] = table.to_numpy(dtype=float)
         self.train_rpm, self.test_rpm = table.index.to_numpy(), table.columns.to_numpy()
@@ -67,17 +69,30 @@ class SpeedAccuracyDisplay(AxesDisplay):
     def _draw(self, ax):
         prefix = "" if self.name is None else f"{self.name}, "
         self.lines_: list[Any] = []
-        # Lines of earlier displays on these axes keep their styles; new lines take the next ones.
+        # Lines of earlier displays on these axes keep their styles; new lines take the
+        # next ones.
         n_before = len(ax.get_legend_handles_labels()[0])
-        styles = list(condition_styles(range(n_before + len(self.train_rpm))).values())[n_before:]
-        hollow = {"linestyle": "none", "markerfacecolor": ax.get_facecolor(), "zorder": 3}
-        for accuracy, speed, style in zip(self.accuracy, self.train_rpm, styles, strict=True):
+        styles = list(condition_styles(range(n_before + len(self.train_rpm))).values())[
+            n_before:
+        ]
+        hollow = {
+            "linestyle": "none",
+            "markerfacecolor": ax.get_facecolor(),
+            "zorder": 3,
+        }
+        for accuracy, speed, style in zip(
+            self.accuracy, self.train_rpm, styles, strict=True
+        ):
             known = np.isfinite(accuracy)
             label = f"{prefix}calibrated at {speed:g} rpm"
-            self.lines_ += ax.plot(self.test_rpm[known], accuracy[known], **style, label=label)
+            self.lines_ += ax.plot(
+                self.test_rpm[known], accuracy[known], **style, label=label
+            )
             same = known & (self.test_rpm == speed)
             ax.plot(self.test_rpm[same], accuracy[same], **style | hollow)
-        ax.set(xlabel="Shaft speed of the test (rpm)", ylabel="Accuracy", ylim=(0, 1.03))
+        ax.set(
+            xlabel="Shaft speed of the test (rpm)", ylabel="Accuracy", ylim=(0, 1.03)
+        )
         ax.set_xticks(self.test_rpm)
         ax.grid(alpha=0.3)
         ax.legend()

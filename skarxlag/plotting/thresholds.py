@@ -11,12 +11,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.pipeline import Pipeline
 
-from .._state import expect
+from ..core.state import expect
+from ..decisions.ladder import ThresholdLadder
 from ..kernels.ladder import log_level, relative_scores
-from ..ladder import ThresholdLadder
-from ..observers import RESIDUAL_EVALUATIONS, Observer
+from ..models.observers import RESIDUAL_EVALUATIONS, Observer
 from ._fitted import chosen_model, known_conditions, ordered_conditions
-from ._style import LINE, Axes, AxesDisplay, color_of, condition_styles, ink, legend_beside
+from ._style import (
+    LINE,
+    Axes,
+    AxesDisplay,
+    color_of,
+    condition_styles,
+    ink,
+    legend_beside,
+)
 
 _DECISIONS = ("detection", "isolation")
 #: Width of the gap between two conditions, as a share of the number of windows.
@@ -26,8 +34,8 @@ _GAP = 0.02
 def isolation_thresholds(decide: ThresholdLadder) -> dict[str, float]:
     r"""Return the isolation threshold :math:`\Delta` of each condition of a fitted ladder.
 
-    For a single residual the thresholds ascend: each is the upper end of the range of levels that
-    is assigned to its condition, and the highest is infinite.
+    For a single residual the thresholds ascend: each is the upper end of the range of
+    levels that is assigned to its condition, and the highest is infinite.
     """
     deltas, names = decide.isolation_thresholds_, decide.classes_
     if not decide._is_bank():
@@ -47,8 +55,12 @@ class ThresholdDisplay(AxesDisplay):
     def _name_conditions(self, drawn: Sequence[Any]) -> None:
         """Convert names to text, and determine the order of the conditions."""
         deltas = self.isolation_thresholds or {}
-        self.isolation_thresholds = {str(name): float(delta) for name, delta in deltas.items()}
-        self.conditions = ordered_conditions([*self.isolation_thresholds, *drawn], self.conditions)
+        self.isolation_thresholds = {
+            str(name): float(delta) for name, delta in deltas.items()
+        }
+        self.conditions = ordered_conditions(
+            [*self.isolation_thresholds, *drawn], self.conditions
+        )
 
     def _thresholds(self) -> Iterator[tuple[str | None, float, dict[str, Any]]]:
         r"""Yield condition, value and style of :math:`\Gamma`, and of each :math:`\Delta` upwards.
@@ -68,11 +80,12 @@ class ThresholdDisplay(AxesDisplay):
 class ResidualDisplay(ThresholdDisplay):
     r"""Plot the residual of one window, with the thresholds of the decision.
 
-    Figures 12 to 19 of the paper are of this kind. The level of a window is one number that
-    describes the size of the residual; the decision compares it with the thresholds. For the
-    evaluation "switching_gain" the residual is :math:`r = K_s\,\mathrm{sgn}(S)` (Eq. 21), and the
-    level is the settled value of :math:`K_s`. For "power" the residual is the output error e, and
-    the level is its root mean square.
+    Figures 12 to 19 of the paper are of this kind. The level of a window is one number
+    that describes the size of the residual; the decision compares it with the
+    thresholds. For the evaluation "switching_gain" the residual is :math:`r =
+    K_s\,\mathrm{sgn}(S)` (Eq. 21), and the level is the settled value of :math:`K_s`.
+    For "power" the residual is the output error e, and the level is its root mean
+    square.
 
     Parameters
     ----------
@@ -83,8 +96,8 @@ class ResidualDisplay(ThresholdDisplay):
     detection_threshold : float or None, default=None
         Detection threshold :math:`\Gamma`.
     isolation_thresholds : dict of label to float or None, default=None
-        Isolation threshold :math:`\Delta` of each condition. A threshold that is infinite, or that
-        equals :math:`\Gamma`, is not drawn.
+        Isolation threshold :math:`\Delta` of each condition. A threshold that is
+        infinite, or that equals :math:`\Gamma`, is not drawn.
     model : label or None, default=None
         Condition of the model that produced the residual.
     condition : label or None, default=None
@@ -100,8 +113,8 @@ class ResidualDisplay(ThresholdDisplay):
     level_line_ : matplotlib Line2D or None
         The line of the level. Like the thresholds, it is drawn on both sides of zero.
     threshold_lines_ : dict of str to matplotlib Line2D
-        The lines of the thresholds by label, in the order of the legend: first :math:`\Gamma`,
-        then :math:`\Delta` from the lowest to the highest.
+        The lines of the thresholds by label, in the order of the legend: first
+        :math:`\Gamma`, then :math:`\Delta` from the lowest to the highest.
     ax_, figure_ : matplotlib Axes and Figure
         Axes and figure that hold the plot.
 
@@ -142,10 +155,11 @@ class ResidualDisplay(ThresholdDisplay):
     ) -> Self:
         r"""Compute the residual of one window with a fitted diagnoser, and plot it.
 
-        If the diagnoser has a single residual, all thresholds apply to it. If it has a bank, which
-        is one model for each condition, :math:`\Delta` limits the residual of one model relative
-        to the geometric mean of all residuals of the window. The plot therefore shows
-        :math:`\Delta` multiplied by that mean. It shows :math:`\Gamma` for the healthy model only.
+        If the diagnoser has a single residual, all thresholds apply to it. If it has a
+        bank, which is one model for each condition, :math:`\Delta` limits the residual
+        of one model relative to the geometric mean of all residuals of the window. The
+        plot therefore shows :math:`\Delta` multiplied by that mean. It shows
+        :math:`\Gamma` for the healthy model only.
 
         Parameters
         ----------
@@ -158,8 +172,8 @@ class ResidualDisplay(ThresholdDisplay):
         condition : label or None, default=None
             True condition of the window. It determines the colour of the lines.
         conditions : sequence of label or None, default=None
-            All conditions. Their order determines their colours. If None, the healthy condition
-            comes first and the others are sorted.
+            All conditions. Their order determines their colours. If None, the healthy
+            condition comes first and the others are sorted.
         ax : matplotlib Axes or None, default=None
             Axes to plot into. If None, new axes are created.
 
@@ -171,24 +185,30 @@ class ResidualDisplay(ThresholdDisplay):
         Raises
         ------
         ValueError
-            If the estimator has no observer or no model of the condition `model`, or if its
-            residual evaluation does not measure the size of a trajectory ("whiteness").
+            If the estimator has no observer or no model of the condition `model`, or if
+            its residual evaluation does not measure the size of a trajectory
+            ("whiteness").
         """
         observer, decide = estimator[-2], estimator[-1]
         is_observer = isinstance(observer, Observer)
         expect(is_observer, "Step before the decision", observer, "an observer")
         trajectory = RESIDUAL_EVALUATIONS[observer.evaluation].trajectory
         known = [name for name, each in RESIDUAL_EVALUATIONS.items() if each.trajectory]
-        expect(trajectory is not None, "evaluation", observer.evaluation, f"one of {known}")
+        expect(
+            trajectory is not None, "evaluation", observer.evaluation, f"one of {known}"
+        )
         m, names = chosen_model(estimator, model)
         innovations = estimator[:-2].transform(np.asarray(window)[np.newaxis])
         levels = np.asarray(observer.transform(innovations))[0]
         known = known_conditions(estimator)
         gamma, deltas = decide.detection_threshold_, isolation_thresholds(decide)
         if decide._is_bank():
-            # The thresholds of a bank are relative to the geometric mean of all residuals.
+            # The thresholds of a bank are relative to the geometric mean of all
+            # residuals.
             gamma = gamma if names[m] == str(known[0]) else None
-            deltas = {names[m]: deltas[names[m]] * float(np.exp(log_level(levels).mean()))}
+            deltas = {
+                names[m]: deltas[names[m]] * float(np.exp(log_level(levels).mean()))
+            }
         thresholds = {"detection_threshold": gamma, "isolation_thresholds": deltas}
         labels = {"model": names[m], "condition": condition}
         labels["conditions"] = ordered_conditions([*known, condition], conditions)
@@ -198,7 +218,11 @@ class ResidualDisplay(ThresholdDisplay):
     def _draw(self, ax):
         of_window = "" if self.condition is None else f", window of {self.condition}"
         of_model = "" if self.model is None else f", model of {self.model}"
-        style = {"linewidth": 0.6, "alpha": 0.4, "label": f"residual{of_window}{of_model}"}
+        style = {
+            "linewidth": 0.6,
+            "alpha": 0.4,
+            "label": f"residual{of_window}{of_model}",
+        }
         style["color"] = color_of(self.condition, self.conditions, other=ink())
         self.line_: Any = ax.plot(self.residual, **style)[0]
 
@@ -216,7 +240,9 @@ class ResidualDisplay(ThresholdDisplay):
             line = on_both_sides(value, linewidth=1.4, **style)
             self.threshold_lines_[style["label"]] = line
             reach = max(reach, 1.08 * value)
-        ax.set(xlabel="Sample", ylabel="Residual r(k)", xlim=(0, len(self.residual) - 1))
+        ax.set(
+            xlabel="Sample", ylabel="Residual r(k)", xlim=(0, len(self.residual) - 1)
+        )
         if reach > 0:
             ax.set_ylim(-reach, reach)
         level = [] if self.level_line_ is None else [self.level_line_]
@@ -230,17 +256,18 @@ class ThresholdLadderDisplay(ThresholdDisplay):
 
     The plot depends on the decision.
 
-    - Detection (Figure 11 of the paper, Eqs. 23 and 24): the levels of the healthy model's
-      residual are drawn with the detection threshold :math:`\Gamma`.
-    - Isolation by one residual (Eq. 32): the same levels are drawn on the rungs. A rung is the
-      range of levels that is assigned to one condition, and it is drawn as a band. A window is
-      assigned the condition whose band contains its level. The upper end of a rung is the
-      isolation threshold :math:`\Delta` of its condition.
-    - Isolation by a bank, which has one model for each condition: all residuals are relative to
-      the geometric mean of the window's residuals. The plot shows the relative residual of the
-      model of the true condition, with the :math:`\Delta` of this condition. It also shows the
-      rival, which is the smallest relative residual of the other models. The verdict is correct
-      if the rival lies above the residual of the true condition.
+    - Detection (Figure 11 of the paper, Eqs. 23 and 24): the levels of the healthy
+      model's residual are drawn with the detection threshold :math:`\Gamma`.
+    - Isolation by one residual (Eq. 32): the same levels are drawn on the rungs. A rung
+      is the range of levels that is assigned to one condition, and it is drawn as a
+      band. A window is assigned the condition whose band contains its level. The upper
+      end of a rung is the isolation threshold :math:`\Delta` of its condition.
+    - Isolation by a bank, which has one model for each condition: all residuals are
+      relative to the geometric mean of the window's residuals. The plot shows the
+      relative residual of the model of the true condition, with the :math:`\Delta` of
+      this condition. It also shows the rival, which is the smallest relative residual
+      of the other models. The verdict is correct if the rival lies above the residual
+      of the true condition.
 
     Parameters
     ----------
@@ -253,11 +280,12 @@ class ThresholdLadderDisplay(ThresholdDisplay):
     detection_threshold : float or None, default=None
         Detection threshold :math:`\Gamma`.
     isolation_thresholds : dict of label to float or None, default=None
-        Isolation threshold :math:`\Delta` of each condition. Without rivals, these are the upper
-        ends of the rungs in ascending order, and that of the highest rung is infinite.
+        Isolation threshold :math:`\Delta` of each condition. Without rivals, these are
+        the upper ends of the rungs in ascending order, and that of the highest rung is
+        infinite.
     conditions : sequence of label or None, default=None
-        Conditions from left to right. Their order determines their colours. If None, those of
-        `isolation_thresholds` come first, followed by others in `y`.
+        Conditions from left to right. Their order determines their colours. If None,
+        those of `isolation_thresholds` come first, followed by others in `y`.
 
     Attributes
     ----------
@@ -317,11 +345,12 @@ class ThresholdLadderDisplay(ThresholdDisplay):
         y : array-like of shape (n_windows,)
             True conditions.
         decision : {"detection", "isolation"} or None, default=None
-            The decision to show. If None, isolation is shown, or detection if the estimator knows
-            one condition only.
+            The decision to show. If None, isolation is shown, or detection if the
+            estimator knows one condition only.
         conditions : sequence of label or None, default=None
-            All conditions. Their order determines their colours. If None, the conditions that the
-            estimator knows come first, starting with the healthy one, followed by others in `y`.
+            All conditions. Their order determines their colours. If None, the
+            conditions that the estimator knows come first, starting with the healthy
+            one, followed by others in `y`.
         ax : matplotlib Axes or None, default=None
             Axes to plot into. If None, new axes are created.
 
@@ -333,9 +362,9 @@ class ThresholdLadderDisplay(ThresholdDisplay):
         Raises
         ------
         ValueError
-            If `decision` is not one of these, isolation is requested of an estimator that knows
-            one condition, a bank has no model for a condition in `y`, or `conditions` omits a
-            condition.
+            If `decision` is not one of these, isolation is requested of an estimator
+            that knows one condition, a bank has no model for a condition in `y`, or
+            `conditions` omits a condition.
         """
         is_pipeline = isinstance(estimator, Pipeline)
         decide = estimator[-1] if is_pipeline else estimator
@@ -343,7 +372,11 @@ class ThresholdLadderDisplay(ThresholdDisplay):
         possible = _DECISIONS if len(decide.classes_) > 1 else _DECISIONS[:1]
         decision = possible[-1] if decision is None else decision
         expect(decision in possible, "decision", decision, f"one of {possible}")
-        y, shown, rivals = np.asarray(y).astype(str), decide._healthy_level(levels), None
+        y, shown, rivals = (
+            np.asarray(y).astype(str),
+            decide._healthy_level(levels),
+            None,
+        )
         gamma, deltas = decide.detection_threshold_, None
         if decision == "isolation":
             deltas = isolation_thresholds(decide)
@@ -351,7 +384,9 @@ class ThresholdLadderDisplay(ThresholdDisplay):
                 gamma = None
                 shown, rivals = _own_and_rival(levels, y, decide.classes_.astype(str))
         thresholds = {"detection_threshold": gamma, "isolation_thresholds": deltas}
-        order = ordered_conditions([*known_conditions(estimator), *y.tolist()], conditions)
+        order = ordered_conditions(
+            [*known_conditions(estimator), *y.tolist()], conditions
+        )
         return cls(y, shown, rivals=rivals, conditions=order, **thresholds).plot(ax=ax)
 
     def _draw(self, ax):
@@ -360,16 +395,30 @@ class ThresholdLadderDisplay(ThresholdDisplay):
         styles = condition_styles(self.conditions)
         shown = [name for name in self.conditions if name in self.y]
         # Windows stand side by side, with a gap between two conditions.
-        gap, group = _GAP * len(self.y), np.array([shown.index(name) for name in self.y])
+        gap, group = (
+            _GAP * len(self.y),
+            np.array([shown.index(name) for name in self.y]),
+        )
         place = np.argsort(np.argsort(group, kind="stable")) + gap * group
         own = {name: place[self.y == name] for name in shown}
         self.lines_: dict[str, Any] = {}
         for name in shown:
-            style = styles[name] | {"markersize": 4.5, "markeredgewidth": 0, "linestyle": "none"}
-            (self.lines_[name],) = ax.plot(own[name], self.levels[self.y == name], **style)
+            style = styles[name] | {
+                "markersize": 4.5,
+                "markeredgewidth": 0,
+                "linestyle": "none",
+            }
+            (self.lines_[name],) = ax.plot(
+                own[name], self.levels[self.y == name], **style
+            )
         self.rival_line_: Any = None
         if self.rivals is not None:
-            style = {"label": "best other model", "color": ink(), "markersize": 2.5, "alpha": 0.6}
+            style = {
+                "label": "best other model",
+                "color": ink(),
+                "markersize": 2.5,
+                "alpha": 0.6,
+            }
             (self.rival_line_,) = ax.plot(place, self.rivals, ".", **style)
         self.threshold_lines_: dict[str, Any] = {}
         for name, height, style in self._thresholds():
@@ -378,12 +427,22 @@ class ThresholdLadderDisplay(ThresholdDisplay):
             elif name in own:
                 ends = ax.plot(own[name][[0, -1]], [height, height], **style)
                 (self.threshold_lines_[style["label"]],) = ends
-        self.bands_: dict[str, Any] = self._draw_rungs(ax, styles) if self.rivals is None else {}
-        ax.set_xticks([at.mean() for at in own.values()], shown, rotation=30, ha="right")
+        self.bands_: dict[str, Any] = (
+            self._draw_rungs(ax, styles) if self.rivals is None else {}
+        )
+        ax.set_xticks(
+            [at.mean() for at in own.values()], shown, rotation=30, ha="right"
+        )
         ylabel = "Residual level" if self.rivals is None else "Relative residual level"
-        ax.set(xlim=(-gap, place.max() + gap), xlabel="Windows by true condition", ylabel=ylabel)
+        ax.set(
+            xlim=(-gap, place.max() + gap),
+            xlabel="Windows by true condition",
+            ylabel=ylabel,
+        )
         # The legend lists the thresholds as they lie in the plot, the highest on top.
-        lines = sorted(self.threshold_lines_.values(), key=lambda line: -line.get_ydata()[0])
+        lines = sorted(
+            self.threshold_lines_.values(), key=lambda line: -line.get_ydata()[0]
+        )
         legend_beside(ax, lines if self.rivals is None else [self.rival_line_, *lines])
 
     def _draw_rungs(self, ax, styles):
@@ -391,7 +450,12 @@ class ThresholdLadderDisplay(ThresholdDisplay):
         bands = {}
         bottom, top = lower, _ = ax.get_ylim()
         for name, upper in self.isolation_thresholds.items():
-            style = {"color": styles[name]["color"], "alpha": 0.15, "linewidth": 0, "zorder": 0}
+            style = {
+                "color": styles[name]["color"],
+                "alpha": 0.15,
+                "linewidth": 0,
+                "zorder": 0,
+            }
             bands[name] = ax.axhspan(lower, min(upper, top), **style)
             lower = upper
         ax.set_ylim(bottom, top)

@@ -26,48 +26,53 @@ def read_recording(
 ) -> tuple[NDArray[Any], float | None]:
     """Read one or several channels of a recording.
 
-    The end of the file's name, in any case, determines its format. The page "Recordings" of the
-    documentation lists the formats, the libraries that they need and the facts that they state.
-    The channels of a file, in their order:
+    The end of the file's name, in any case, determines its format. The page
+    "Recordings" of the documentation lists the formats, the libraries that they need
+    and the facts that they state. The channels of a file, in their order:
 
-    - MATLAB and ``.npz`` files: every numeric array of more than one value, by the name of the
-      variable. A field of a struct is ``struct.field``. Single numbers, texts and flags are not
-      channels. The rows or columns of a matrix, whichever are longer, are ``name[0]``,
-      ``name[1]``, ... HDF5 files: the same, by the path of the data set.
+    - MATLAB and ``.npz`` files: every numeric array of more than one value, by the name
+      of the variable. A field of a struct is ``struct.field``. Single numbers, texts
+      and flags are not channels. The rows or columns of a matrix, whichever are longer,
+      are ``name[0]``, ``name[1]``, ... HDF5 files: the same, by the path of the data
+      set.
     - ``.npy``: the array is ``0``, or its channels are ``0``, ``1``, ... as above.
-    - Text, Parquet and Feather: the columns. Separator, decimal sign and header of a text file are
-      inferred from its first lines. Lines above the header are skipped. Without a header, the
-      columns are ``0``, ``1``, ... A line without any number below the header holds the units.
-    - Sound: ``0``, ``1``, ... Integer samples are divided by the full scale of their type, so that
-      they lie in [-1, 1); floating-point samples are not changed.
-    - TDMS: the names of the channels. Universal files: the descriptions of the functions, or ``0``,
-      ``1``, ... if descriptions repeat. Vallen tradb: the numbers of the channels.
+    - Text, Parquet and Feather: the columns. Separator, decimal sign and header of a
+      text file are inferred from its first lines. Lines above the header are skipped.
+      Without a header, the columns are ``0``, ``1``, ... A line without any number
+      below the header holds the units.
+    - Sound: ``0``, ``1``, ... Integer samples are divided by the full scale of their
+      type, so that they lie in [-1, 1); floating-point samples are not changed.
+    - TDMS: the names of the channels. Universal files: the descriptions of the
+      functions, or ``0``, ``1``, ... if descriptions repeat. Vallen tradb: the numbers
+      of the channels.
 
     The file states its sampling rate in its format, in a single number named ``fs``,
-    ``SampleRate``, ``dt`` or alike, or by a channel of times named ``time``, ``t`` or alike, whose
-    steps must be even. A text such as ``fs_unit`` may state the unit of the number. Times may be
-    numbers, dates in ISO 8601, or dates with the day first; the sample of a missing time follows
-    the one before.
+    ``SampleRate``, ``dt`` or alike, or by a channel of times named ``time``, ``t`` or
+    alike, whose steps must be even. A text such as ``fs_unit`` may state the unit of
+    the number. Times may be numbers, dates in ISO 8601, or dates with the day first;
+    the sample of a missing time follows the one before.
 
-    A text file that was cut at the end of a line, or within the last number, looks like a whole
-    one; every other damage raises an error. Formats with complicated parsers are read in another
-    process, so that a damaged file can neither crash nor block the caller.
+    A text file that was cut at the end of a line, or within the last number, looks like
+    a whole one; every other damage raises an error. Formats with complicated parsers
+    are read in another process, so that a damaged file can neither crash nor block the
+    caller.
 
     Parameters
     ----------
     path : str or path-like
         The file.
     channel : str, int or sequence of these, default=None
-        Name of the channel, or its position counted from 0; a text of digits is a position
-        unless a channel bears that name. In a pattern such as ``*DE_time``, which must fit one
-        channel, ``*`` stands for any characters and ``?`` for one. Of a sequence, the first is the
-        output and the others are the inputs. None takes the only channel, apart from those of times
-        and of the shaft speed, and is an error if there are several.
+        Name of the channel, or its position counted from 0; a text of digits is a
+        position unless a channel bears that name. In a pattern such as ``*DE_time``,
+        which must fit one channel, ``*`` stands for any characters and ``?`` for one.
+        Of a sequence, the first is the output and the others are the inputs. None takes
+        the only channel, apart from those of times and of the shaft speed, and is an
+        error if there are several.
     dtype : str, default=None
-        Type of the samples in a raw binary file without a header, as NumPy writes it: ``"<i2"``
-        for 16-bit integers with the lowest byte first, ``"(4,)<f4"`` for four interleaved channels
-        of 32-bit floating-point numbers. The file is then raw whatever its name. Any other format
-        states its types itself.
+        Type of the samples in a raw binary file without a header, as NumPy writes it:
+        ``"<i2"`` for 16-bit integers with the lowest byte first, ``"(4,)<f4"`` for four
+        interleaved channels of 32-bit floating-point numbers. The file is then raw
+        whatever its name. Any other format states its types itself.
 
     Returns
     -------
@@ -81,13 +86,15 @@ def read_recording(
     FileNotFoundError
         If there is no such file.
     ValueError
-        If the format is not known or the file cannot be read (damaged, truncated, pickled, far
-        larger when unpacked than a recording can be), if the channel is unknown or ambiguous, if
-        its values are not numeric, complex, NaN or infinite, or of another length or sampling rate
-        than those of the other channels, if the file states several sampling rates, and if times
-        have gaps, fall, or change their rate by more than 1 %. The message names the file.
+        If the format is not known or the file cannot be read (damaged, truncated,
+        pickled, far larger when unpacked than a recording can be), if the channel is
+        unknown or ambiguous, if its values are not numeric, complex, NaN or infinite,
+        or of another length or sampling rate than those of the other channels, if the
+        file states several sampling rates, and if times have gaps, fall, or change
+        their rate by more than 1 %. The message names the file.
     ImportError
-        If the library that the format needs is not installed. The message names the extra.
+        If the library that the format needs is not installed. The message names the
+        extra.
 
     Examples
     --------
@@ -109,20 +116,24 @@ def read_recording(
 
 
 def iter_windows(
-    path: StrPath, window_length: int = 1200, *, channel: Channels = None, dtype: str | None = None
+    path: StrPath,
+    window_length: int = 1200,
+    *,
+    channel: Channels = None,
+    dtype: str | None = None,
 ) -> Iterator[NDArray[Any]]:
     """Cut a recording of any length into windows, block by block.
 
-    MATLAB files before version 7.3, ``.npz`` and universal files can only be read whole; windows of
-    all other formats are read on demand.
+    MATLAB files before version 7.3, ``.npz`` and universal files can only be read
+    whole; windows of all other formats are read on demand.
 
     Parameters
     ----------
     path : str or path-like
         The file, see :func:`read_recording`.
     window_length : int, default=1200
-        Samples in a window, at least 1. Windows neither overlap nor leave gaps; the tail of the
-        recording that does not fill a window is left out.
+        Samples in a window, at least 1. Windows neither overlap nor leave gaps; the
+        tail of the recording that does not fill a window is left out.
     channel : str, int or sequence of these, default=None
         As in :func:`read_recording`.
     dtype : str, default=None
@@ -130,14 +141,15 @@ def iter_windows(
 
     Yields
     ------
-    ndarray of float64, shape (n_windows, window_length) or (n_windows, n_channels, window_length)
+    ndarray of float64, shape (n_windows, window_length) or (n_windows, n_channels,
+    window_length)
         The next windows in time order, at most about a million samples of each channel.
 
     Raises
     ------
     FileNotFoundError, ValueError, ImportError
-        As in :func:`read_recording`, when the samples in question are reached; and if the
-        recording is shorter than one window.
+        As in :func:`read_recording`, when the samples in question are reached; and if
+        the recording is shorter than one window.
     TypeError
         If `window_length` is not an integer.
 
@@ -154,7 +166,9 @@ def iter_windows(
     """
     from .windows import block_length, cut_blocks
 
-    blocks = recording_blocks(path, block_length(window_length), channel=channel, dtype=dtype)
+    blocks = recording_blocks(
+        path, block_length(window_length), channel=channel, dtype=dtype
+    )
     yield from cut_blocks((signal for signal, _ in blocks), str(path), window_length)
 
 
@@ -169,9 +183,10 @@ def list_channels(path: StrPath, *, dtype: str | None = None) -> "pd.DataFrame":
     Returns
     -------
     pandas.DataFrame
-        One row for each channel, in the order of the file, with the columns ``channel`` (the
-        name), ``sampling_rate`` (in Hz, NaN if it is not stated), ``unit`` (None if it is not
-        stated) and ``rpm`` (shaft speed in rev/min, NaN if no number named ``rpm`` states it).
+        One row for each channel, in the order of the file, with the columns ``channel``
+        (the name), ``sampling_rate`` (in Hz, NaN if it is not stated), ``unit`` (None
+        if it is not stated) and ``rpm`` (shaft speed in rev/min, NaN if no number named
+        ``rpm`` states it).
 
     Raises
     ------
@@ -193,7 +208,9 @@ def list_channels(path: StrPath, *, dtype: str | None = None) -> "pd.DataFrame":
     import pandas as pd
 
     rows = _read(path, dtype, describe_channels)
-    table = pd.DataFrame(rows, columns=["channel", "sampling_rate", "unit", "rpm"], dtype=object)
+    table = pd.DataFrame(
+        rows, columns=["channel", "sampling_rate", "unit", "rpm"], dtype=object
+    )
     return table.astype({"sampling_rate": float, "rpm": float})
 
 
@@ -208,12 +225,17 @@ def _read(path, dtype, function, *arguments):
 
 
 def recording_speed(
-    path: Any, *, channel: Any = None, dtype: Any = None, sampling_rate: float | None = None
+    path: Any,
+    *,
+    channel: Any = None,
+    dtype: Any = None,
+    sampling_rate: float | None = None,
 ) -> float | SpeedProfile | None:
     """Return the shaft speed that the file states.
 
-    A file states it in a number such as ``rpm`` or ``X105RPM``: a variable, an attribute or a
-    property. Otherwise, the channel that is called ``rpm`` or has the unit rpm is returned.
+    A file states it in a number such as ``rpm`` or ``X105RPM``: a variable, an
+    attribute or a property. Otherwise, the channel that is called ``rpm`` or has the
+    unit rpm is returned.
 
     Parameters
     ----------
@@ -225,8 +247,8 @@ def recording_speed(
     Returns
     -------
     float, SpeedProfile or None
-        In rev/min; None if the file does not state it. Means over 10 ms of a channel, or one mean
-        if its sampling rate is not known.
+        In rev/min; None if the file does not state it. Means over 10 ms of a channel,
+        or one mean if its sampling rate is not known.
 
     Raises
     ------
@@ -278,7 +300,9 @@ def chosen_channels(
     return [*_read(path, dtype, describe_chosen, channel)]
 
 
-def recording_start(path: Any, *, channel: Any = None, dtype: Any = None) -> float | None:
+def recording_start(
+    path: Any, *, channel: Any = None, dtype: Any = None
+) -> float | None:
     """Return the date of the first sample, if the file states one.
 
     Parameters
@@ -316,7 +340,8 @@ def recording_blocks(
     path, channel, dtype
         As in :func:`read_recording`.
     n_samples : int or None, default=None
-        Samples of a block, at most, if the format can be read in parts. None: one block of all.
+        Samples of a block, at most, if the format can be read in parts. None: one block
+        of all.
     stated_rate : float or None, default=None
         Sampling rate in Hz that is stated outside the file.
 

@@ -20,7 +20,13 @@ from .formats._facts import HERTZ
 from .formats.text import distinct, number
 from .monotonic import Direction
 from .rates import NO_RATE, rates_agree, unit_advice
-from .speeds import TACHO, SpeedProfile, check_stated_speed, is_speed_source, logged_speed
+from .speeds import (
+    TACHO,
+    SpeedProfile,
+    check_stated_speed,
+    is_speed_source,
+    logged_speed,
+)
 from .tables import read_rows
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
@@ -29,7 +35,7 @@ FACTS = (
     "specimen",
     "load",
     "rpm",
-    "pulses_per_turn",
+    "pulses_per_revolution",
     "sampling_rate",
     "channel",
     "dtype",
@@ -45,7 +51,8 @@ class ListedRecording:
     Parameters
     ----------
     where : str or None
-        Entry that error messages name, such as the line of a table. None: they name the path.
+        Entry that error messages name, such as the line of a table. None: they name the
+        path.
     name : str
         Its name in results.
     path : Path
@@ -65,12 +72,13 @@ class ListedRecording:
     dtype : str or None
         As in :func:`read_recording`.
     speed_source : str or None
-        Where the speed is stated if `rpm` is None: ``tacho:CHANNEL``, or a csv file. None: in the
-        file of the recording.
-    pulses_per_turn : float
+        Where the speed is stated if `rpm` is None: ``tacho:CHANNEL``, or a csv file.
+        None: in the file of the recording.
+    pulses_per_revolution : float
         Pulses of the tachometer in a turn of the shaft.
     further : dict of str to str
-        Other facts in the table or the file name, by the name of the column or the group.
+        Other facts in the table or the file name, by the name of the column or the
+        group.
     profile : SpeedProfile or None
         Speed over time, if a source states it.
     """
@@ -86,7 +94,7 @@ class ListedRecording:
     rpm: float | None = None
     dtype: str | None = None
     speed_source: str | None = None
-    pulses_per_turn: float = 1
+    pulses_per_revolution: float = 1
     further: dict[str, Any] = field(default_factory=dict)
     profile: SpeedProfile | None = None
 
@@ -96,25 +104,36 @@ class ListedRecording:
         Raises
         ------
         FileNotFoundError, ImportError, ValueError
-            As `recording_speed` and `logged_speed` do; and if a tachometer has fewer than two
-            pulses, no sampling rate, or no integer number of pulses in a turn. The message names
-            the entry.
+            As `recording_speed` and `logged_speed` do; and if a tachometer has fewer
+            than two pulses, no sampling rate, or no integer number of pulses in a turn.
+            The message names the entry.
         """
         if self.rpm is not None:
             return self
-        source, options = self.speed_source, {"channel": self.channel, "dtype": self.dtype}
+        source, options = (
+            self.speed_source,
+            {"channel": self.channel, "dtype": self.dtype},
+        )
         with self.named():
             if source is None:
-                found = recording_speed(self.path, sampling_rate=self.sampling_rate, **options)
+                found = recording_speed(
+                    self.path, sampling_rate=self.sampling_rate, **options
+                )
             elif source.startswith(TACHO):
-                from ..speeds import pulse_speeds
+                from ..core.speeds import pulse_speeds
 
-                if self.pulses_per_turn % 1:
-                    raise ValueError(f"pulses_per_turn is {self.pulses_per_turn}, not an integer")
-                ((signal, rate),) = replace(self, channel=source.removeprefix(TACHO)).blocks()
+                if self.pulses_per_revolution % 1:
+                    raise ValueError(
+                        f"pulses_per_revolution is {self.pulses_per_revolution}, not an integer"
+                    )
+                ((signal, rate),) = replace(
+                    self, channel=source.removeprefix(TACHO)
+                ).blocks()
                 if rate is None:
                     raise ValueError(NO_RATE)
-                found = SpeedProfile(*pulse_speeds(signal, rate, int(self.pulses_per_turn)))
+                found = SpeedProfile(
+                    *pulse_speeds(signal, rate, int(self.pulses_per_revolution))
+                )
             else:
                 names = {self.name, str(self.path), self.path.name, self.path.stem}
                 found = logged_speed(source, names, self._span)
@@ -136,11 +155,17 @@ class ListedRecording:
         blocks = [(signal.shape[-1], rate) for signal, rate in self.blocks(2**20)]
         lengths, rates = zip(*blocks, strict=True)
         if start is None or rates[0] is None:
-            what = "the date of its first sample" if start is None else "its sampling rate"
-            raise ValueError(f"the recording does not state {what}, which a log of speeds needs")
+            what = (
+                "the date of its first sample" if start is None else "its sampling rate"
+            )
+            raise ValueError(
+                f"the recording does not state {what}, which a log of speeds needs"
+            )
         return start, start + sum(lengths) / rates[0]
 
-    def blocks(self, n_samples: int | None = None) -> Iterator[tuple[NDArray[Any], float | None]]:
+    def blocks(
+        self, n_samples: int | None = None
+    ) -> Iterator[tuple[NDArray[Any], float | None]]:
         """Yield blocks of the recording and its sampling rate, like `recording_blocks`.
 
         Parameters
@@ -151,23 +176,32 @@ class ListedRecording:
         Raises
         ------
         FileNotFoundError, ImportError, ValueError
-            As there; if the stated rate differs from the rate in the file; and, after the last
-            block, if the first channel only rises or only falls. The message names the entry.
+            As there; if the stated rate differs from the rate in the file; and, after
+            the last block, if the first channel only rises or only falls. The message
+            names the entry.
         """
         stated, direction = self.sampling_rate, Direction()
         with self.named():
-            options = {"channel": self.channel, "dtype": self.dtype, "stated_rate": stated}
+            options = {
+                "channel": self.channel,
+                "dtype": self.dtype,
+                "stated_rate": stated,
+            }
             for signal, known in recording_blocks(self.path, n_samples, **options):
                 if not rates_agree(stated, known):
                     found = f"sampling_rate is {stated:g} Hz but the file states {known:g} Hz"
-                    raise ValueError(f"{self.path}: {found}{unit_advice(known, stated)}")
+                    raise ValueError(
+                        f"{self.path}: {found}{unit_advice(known, stated)}"
+                    )
                 direction.add(signal if signal.ndim == 1 else signal[0])
                 yield signal, known if stated is None else stated
             if direction.is_monotonic:
                 chosen = self.channel if isinstance(self.channel, str) else None
                 found = "the channel" if chosen is None else f"channel {chosen!r}"
                 expected = "it holds times or a count, and is no signal; choose another channel"
-                raise ValueError(f"{self.path}: {found} only rises or only falls: {expected}")
+                raise ValueError(
+                    f"{self.path}: {found} only rises or only falls: {expected}"
+                )
 
     @contextmanager
     def named(self) -> Iterator[None]:
@@ -184,7 +218,9 @@ class ListedRecording:
 def is_file_source(source: str | os.PathLike[str]) -> bool:
     """Return whether a path is a folder or a glob, not one file such as a table."""
     path = Path(source)
-    return path.is_dir() or (not path.exists() and any(sign in str(source) for sign in "*?["))
+    return path.is_dir() or (
+        not path.exists() and any(sign in str(source) for sign in "*?[")
+    )
 
 
 def list_files(
@@ -195,14 +231,15 @@ def list_files(
     Parameters
     ----------
     source : path-like
-        A folder, of which all files with a known suffix are taken, also in folders below; or a
-        glob such as ``runs/*/acc_*.tdms``, in which ``**`` stands for folders of any depth; or a
-        file.
+        A folder, of which all files with a known suffix are taken, also in folders
+        below; or a glob such as ``runs/*/acc_*.tdms``, in which ``**`` stands for
+        folders of any depth; or a file.
     pattern : str, default=None
-        Regular expression that is searched for in the path of each file, below the folder or as
-        the glob gives it, written with ``/``. Its named groups are facts of the recording:
-        ``condition``, ``specimen``, ``load``, ``rpm``, ``sampling_rate``, ``channel``; groups of
-        other names are kept. An example is ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)``.
+        Regular expression that is searched for in the path of each file, below the
+        folder or as the glob gives it, written with ``/``. Its named groups are facts
+        of the recording: ``condition``, ``specimen``, ``load``, ``rpm``,
+        ``sampling_rate``, ``channel``; groups of other names are kept. An example is
+        ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)``.
     **stated : channel, sampling_rate, dtype
         Of all recordings, unless the pattern states it.
 
@@ -216,7 +253,8 @@ def list_files(
     FileNotFoundError
         If there is no such file, or none in the folder.
     ValueError
-        If the pattern is no regular expression, has no named group, or does not fit a file.
+        If the pattern is no regular expression, has no named group, or does not fit a
+        file.
     """
     try:
         expression = re.compile(pattern or "")
@@ -237,7 +275,7 @@ def list_files(
 def _parsed(where, facts):
     """Convert texts, by the name of the fact, to the fields of `ListedRecording`."""
     known = {name: text for name, text in facts.items() if name in FACTS and text}
-    for name in known.keys() & {"pulses_per_turn", "sampling_rate"}:
+    for name in known.keys() & {"pulses_per_revolution", "sampling_rate"}:
         known[name] = _positive(where, name, known[name])
     if "sampling_rate" in known and (unit := facts.get(_RATE_UNIT)):
         if (scale := HERTZ.get(unit.lower())) is None:
@@ -248,9 +286,12 @@ def _parsed(where, facts):
     if "channel" in known:
         known["channel"] = channel_names(known["channel"])
     for name in known.keys() & {"condition", "specimen"}:
-        # The same letters may be one character or two, as in the names of files of macOS.
+        # The same letters may be one character or two, as in the names of files of
+        # macOS.
         known[name] = unicodedata.normalize("NFC", known[name])
-    return known | {"further": {name: text for name, text in facts.items() if name not in _COLUMNS}}
+    return known | {
+        "further": {name: text for name, text in facts.items() if name not in _COLUMNS}
+    }
 
 
 def channel_names(text: str) -> str | list[str]:
@@ -280,12 +321,18 @@ def _positive(where, name, text):
 def _found(source):
     root = Path(source)
     if root.is_dir():
-        found = [(path.relative_to(root).as_posix(), path) for path in _files_below(root)]
+        found = [
+            (path.relative_to(root).as_posix(), path) for path in _files_below(root)
+        ]
     else:
-        paths = [root] if root.exists() else map(Path, glob(str(source), recursive=True))
+        paths = (
+            [root] if root.exists() else map(Path, glob(str(source), recursive=True))
+        )
         found = [(path.as_posix(), path) for path in paths if path.is_file()]
     if not found:
-        raise FileNotFoundError(f"{source}: no such file, expected a recording, folder or glob")
+        raise FileNotFoundError(
+            f"{source}: no such file, expected a recording, folder or glob"
+        )
     return sorted(found)
 
 
@@ -296,12 +343,18 @@ def _files_below(folder):
         # A link may lead to a folder that is listed anyway, or back to one above it.
         is_new = (real := os.path.realpath(parent)) not in seen
         seen.add(real)
-        folders[:] = sorted(folders, key=lambda name: Path(parent, name).is_symlink()) * is_new
-        paths = (Path(parent, name) for name in names if name.lower().endswith(SUFFIXES))
+        folders[:] = (
+            sorted(folders, key=lambda name: Path(parent, name).is_symlink()) * is_new
+        )
+        paths = (
+            Path(parent, name) for name in names if name.lower().endswith(SUFFIXES)
+        )
         yield from (path for path in paths if is_new and path.is_file())
 
 
-def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedRecording]:
+def list_recordings(
+    path: str | os.PathLike[str], **stated: Any
+) -> list[ListedRecording]:
     """List the lines of a table or the files of a folder or glob.
 
     Parameters
@@ -309,8 +362,8 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
     path : str or path-like
         As in `read_recording_table`.
     **stated : pattern, channel, sampling_rate, rpm, dtype
-        As in `list_files`. With a table, they hold for the lines that do not state the fact, and a
-        pattern is an error.
+        As in `list_files`. With a table, they hold for the lines that do not state the
+        fact, and a pattern is an error.
 
     Returns
     -------
@@ -320,15 +373,17 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
     Raises
     ------
     FileNotFoundError, ValueError
-        As in `read_recording_table`, if the list itself is wrong. `UnusedFactError` if each line
-        of a table states a fact itself.
+        As in `read_recording_table`, if the list itself is wrong. `UnusedFactError` if
+        each line of a table states a fact itself.
     """
     if is_file_source(path):
         return list_files(path, **stated)
     stated = {name: value for name, value in stated.items() if value is not None}
     if "pattern" in stated:
         pattern = stated["pattern"]
-        raise ValueError(f"pattern={pattern!r} is for a folder or a glob; {path} is a table")
+        raise ValueError(
+            f"pattern={pattern!r} is for a folder or a glob; {path} is a table"
+        )
     path = Path(path)
     table = _read_table(path, has_speed="rpm" in stated or "speed_source" in stated)
     n_listed = Counter(row["path"] for row in table.values())
@@ -339,7 +394,11 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
         source = facts.get("speed_source", TACHO)
         if not source.startswith(TACHO):
             facts["speed_source"] = str(path.parent / source)
-        name = f"{row['path']}:{row['channel']}" if n_listed[row["path"]] > 1 else row["path"]
+        name = (
+            f"{row['path']}:{row['channel']}"
+            if n_listed[row["path"]] > 1
+            else row["path"]
+        )
         listed.append(ListedRecording(where, name, path.parent / row["path"], **facts))
     return _filled(path, listed, stated)
 
@@ -360,7 +419,9 @@ class UnusedFactError(ValueError):
     def __init__(self, source: Path, name: str, value: Any) -> None:
         self.source: Path = source
         self.name: str = name
-        super().__init__(f"{name}={value!r} has no effect: each line of {source} states it")
+        super().__init__(
+            f"{name}={value!r} has no effect: each line of {source} states it"
+        )
 
 
 def _filled(source, listed, stated):
@@ -375,9 +436,13 @@ def _filled(source, listed, stated):
 
 def _unstated(entry, stated):
     """Return the facts that a recording does not state."""
-    unknown = {name for name in ("channel", "sampling_rate", "dtype") if vars(entry)[name] is None}
+    unknown = {
+        name
+        for name in ("channel", "sampling_rate", "dtype")
+        if vars(entry)[name] is None
+    }
     if entry.rpm is None and entry.speed_source is None:
-        unknown |= {"rpm", "speed_source", "pulses_per_turn"}
+        unknown |= {"rpm", "speed_source", "pulses_per_revolution"}
     return {name: value for name, value in stated.items() if name in unknown}
 
 
@@ -388,7 +453,10 @@ def _read_table(path, has_speed=False):
     rows = read_rows(path)
     names = [_column_name(name) for name in rows.pop(1)]
     _check_columns(path, names)
-    table = {line: dict(zip(distinct(names), cells, strict=True)) for line, cells in rows.items()}
+    table = {
+        line: dict(zip(distinct(names), cells, strict=True))
+        for line, cells in rows.items()
+    }
     if not table:
         raise ValueError(f"{path}: lists no recording")
     needed = ["path", "condition", "specimen"] + ([] if has_speed else ["rpm"])
@@ -400,7 +468,9 @@ def _read_table(path, has_speed=False):
     for line, row in table.items():
         recording = row["path"], row.setdefault("channel", "")
         if recording in listed:
-            raise ValueError(f"{path}, line {line}: {row['path']} is listed a second time")
+            raise ValueError(
+                f"{path}, line {line}: {row['path']} is listed a second time"
+            )
         listed.add(recording)
     return table
 

@@ -1,7 +1,7 @@
 """Sources of samples that arrive while they are read: a stream, a growing file, a folder.
 
-A source is an iterator of `Block`. It yields None if nothing new has arrived, and ends with its
-input. Growing files and folders never end.
+A source is an iterator of `Block`. It yields None if nothing new has arrived, and ends
+with its input. Growing files and folders never end.
 """
 
 import os
@@ -45,8 +45,8 @@ class Block:
     source : str or None, default=None
         File of the samples, if there are several.
     place : list or None, default=None
-        Two values from which a later run continues after this block. None: the source cannot be
-        interrupted here, because further blocks of the same piece follow.
+        Two values from which a later run continues after this block. None: the source
+        cannot be interrupted here, because further blocks of the same piece follow.
     """
 
     samples: np.ndarray
@@ -68,13 +68,16 @@ def from_stream(open_stream: Callable[[], Any], parser: Parser) -> Blocks:
     def read():
         try:
             with open_stream() as stream:
-                while not is_closed.is_set() and (data := stream.read(_BYTES_AT_A_TIME)):
+                while not is_closed.is_set() and (
+                    data := stream.read(_BYTES_AT_A_TIME)
+                ):
                     arrived.put(data)
             arrived.put(b"")
         except (OSError, ValueError) as error:
             arrived.put(error)
 
-    # Opening a named pipe and reading cannot be interrupted, and must not keep the process alive.
+    # Opening a named pipe and reading cannot be interrupted, and must not keep the
+    # process alive.
     threading.Thread(target=read, daemon=True).start()
     is_end = False
     try:
@@ -97,11 +100,14 @@ def from_stream(open_stream: Callable[[], Any], parser: Parser) -> Blocks:
                 arrived.get_nowait()
 
 
-def from_growing_file(path: Path, parser: Parser, warn: Callable, place: Any = None) -> Blocks:
+def from_growing_file(
+    path: Path, parser: Parser, warn: Callable, place: Any = None
+) -> Blocks:
     """Yield blocks from a growing file, starting at `place` (offset and checksum of the head).
 
-    If the file was truncated or replaced, reading starts again at its beginning; the rest of a
-    replaced file is read before. An incomplete last line or sample waits for its rest.
+    If the file was truncated or replaced, reading starts again at its beginning; the
+    rest of a replaced file is read before. An incomplete last line or sample waits for
+    its rest.
     """
     file = path.open("rb")
     try:
@@ -144,7 +150,9 @@ def _is_replaced(path, file):
     now = _status(path)
     if now is None:
         return False
-    return now.st_size < file.tell() or not os.path.samestat(now, os.fstat(file.fileno()))
+    return now.st_size < file.tell() or not os.path.samestat(
+        now, os.fstat(file.fileno())
+    )
 
 
 def _status(path):
@@ -166,26 +174,27 @@ def from_folder(
 ) -> Blocks:
     """Yield blocks from the files of a folder, in the order in which they were finished.
 
-    A file is finished when its size and time have not changed for a while. A file that arrives late
-    with an older time than the last one is read, too, with a warning: it was copied, or the clock
-    was set back.
+    A file is finished when its size and time have not changed for a while. A file that
+    arrives late with an older time than the last one is read, too, with a warning: it
+    was copied, or the clock was set back.
 
     Parameters
     ----------
     files : ListedRecording
         The folder as its path, and the facts of all files.
     rows : Answers
-        Length and channels of windows; whether the speed is read, and a file without is skipped.
+        Length and channels of windows; whether the speed is read, and a file without is
+        skipped.
     settle : float
         Seconds without a change after which a file is finished.
     has_times : bool
-        Whether files have times: the dates that they state, or else their times of modification,
-        which are those of their last samples.
+        Whether files have times: the dates that they state, or else their times of
+        modification, which are those of their last samples.
     warn : callable
         Called with a message for each file that cannot be read.
     place : sequence or None
-        Time and name of the latest file that was read. Older files that exist at the start count as
-        read.
+        Time and name of the latest file that was read. Older files that exist at the
+        start count as read.
     prepare : callable
         Called with each file before it is read, and returns it with its channels.
     """
@@ -198,7 +207,8 @@ def from_folder(
         seen = {state: seen.get(state, moment) for state in now - read}
         for state in sorted(seen):
             path = folder / state[1]
-            # What changed since the folder was listed is read when it is finished again.
+            # What changed since the folder was listed is read when it is finished
+            # again.
             if moment - seen[state] < settle or _state(path) != state:
                 break
             read.add(state)
@@ -226,7 +236,12 @@ def _state(path):
 
 
 def _blocks_of_file(entry, state, rows, has_times, place):
-    path, n_samples, start, n_read = entry.path, block_length(rows.window_length), None, 0
+    path, n_samples, start, n_read = (
+        entry.path,
+        block_length(rows.window_length),
+        None,
+        0,
+    )
     # All of a file is read before any of it is used, so that no file is used in part.
     shapes = [np.atleast_2d(signal).shape for signal, _ in entry.blocks(n_samples)]
     if shapes[0][0] != rows.n_channels:
@@ -238,7 +253,9 @@ def _blocks_of_file(entry, state, rows, has_times, place):
     if has_times:
         start = recording_start(path, channel=entry.channel, dtype=entry.dtype)
         length = sum(shape[1] for shape in shapes)
-        start = state[0] * 1e-9 - length / entry.sampling_rate if start is None else start
+        start = (
+            state[0] * 1e-9 - length / entry.sampling_rate if start is None else start
+        )
     for i, (signal, rate) in enumerate(entry.blocks(n_samples), start=1):
         if _state(path) != state:
             raise ValueError(f"{path}: changed while it was read, from block {i}")

@@ -54,8 +54,8 @@ def chosen_channels(
     speed : str or None
         Channel of the shaft speed or of pulses, which comes last.
     usual : sequence of list of str
-        Choices, of which the first that is possible is taken if `channel` is None and there are
-        more channels.
+        Choices, of which the first that is possible is taken if `channel` is None and
+        there are more channels.
 
     Examples
     --------
@@ -67,7 +67,9 @@ def chosen_channels(
     ['acc', 'key']
     """
     if channel is None:
-        signals = [name for name in names if not names_times(name) and not names_speed(name)]
+        signals = [
+            name for name in names if not names_times(name) and not names_speed(name)
+        ]
         chosen = signals or names
         for own in usual:
             if len(own) < len([name for name in chosen if name != speed]):
@@ -116,11 +118,13 @@ class RawSamples(_Samples):
     Parameters
     ----------
     dtype : str
-        Type of one sample of all channels, such as ``<i2``, or ``(4,)<f4`` for four channels.
+        Type of one sample of all channels, such as ``<i2``, or ``(4,)<f4`` for four
+        channels.
     channel : str, list of str, or None
         Chosen channels, in their order; None for all.
     speed : str or None
-        Channel of the shaft speed or of pulses, which becomes the last row of the samples.
+        Channel of the shaft speed or of pulses, which becomes the last row of the
+        samples.
     usual : sequence of list of str
         As in `chosen_channels`.
 
@@ -146,15 +150,22 @@ class RawSamples(_Samples):
         """Names of the channels, and None for their units."""
         return [(name, None) for name in self._names]
 
-    def parts(self, data: bytes, *, is_end: bool = False) -> Iterator[tuple[Any, float | None]]:
+    def parts(
+        self, data: bytes, *, is_end: bool = False
+    ) -> Iterator[tuple[Any, float | None]]:
         """Yield samples of shape (n_channels, n_samples), and None for their time."""
         data = self._rest + data
         n_whole = len(data) // self._frame.itemsize * self._frame.itemsize
         self._rest = data[n_whole:]
-        self.unread["bytes of a sample that is not whole"] = len(self._rest) if is_end else 0
+        self.unread["bytes of a sample that is not whole"] = (
+            len(self._rest) if is_end else 0
+        )
         frames = np.frombuffer(data[:n_whole], self._frame)
         with np.errstate(invalid="ignore"):
-            yield np.stack([frames[name].astype(np.float64) for name in self._names]), None
+            yield (
+                np.stack([frames[name].astype(np.float64) for name in self._names]),
+                None,
+            )
 
 
 class StreamTimes:
@@ -163,8 +174,8 @@ class StreamTimes:
     Parameters
     ----------
     column : str or None
-        Name, position or pattern of the column. None takes the first with a name such as ``time``
-        whose values are seconds or dates; `NO_TIMES` takes none.
+        Name, position or pattern of the column. None takes the first with a name such
+        as ``time`` whose values are seconds or dates; `NO_TIMES` takes none.
     sampling_rate : float
         In Hz, that of the samples.
     tolerance : float
@@ -173,13 +184,18 @@ class StreamTimes:
         Samples before which the sampling rate of the times is not checked.
     """
 
-    def __init__(self, column: str | None, sampling_rate: float, tolerance: float, shortest: int):
+    def __init__(
+        self, column: str | None, sampling_rate: float, tolerance: float, shortest: int
+    ):
         self._column, self._rate, self._tolerance = column, sampling_rate, tolerance
         self._shortest = shortest
-        # A clock drifts against the sampling rate, by less than the tolerance until it is stated.
+        # A clock drifts against the sampling rate, by less than the tolerance until it
+        # is stated.
         self._every = sampling_rate * min(_STATED_EVERY, tolerance / (2 * DRIFT))
 
-    def find(self, layout: TextLayout, rows: list[dict[str, str]], taken: list[str]) -> str | None:
+    def find(
+        self, layout: TextLayout, rows: list[dict[str, str]], taken: list[str]
+    ) -> str | None:
         """Prepare for a source, and return the name of its column of times, None without one.
 
         Parameters
@@ -197,17 +213,27 @@ class StreamTimes:
             If the chosen column does not exist or has an unknown unit.
         """
         self._clock = Clock(self._rate, self._tolerance, self._shortest)
-        # Samples so far, and the last place, counted from the first, at which a time was stated.
+        # Samples so far, and the last place, counted from the first, at which a time
+        # was stated.
         self._n_samples, self._stated = 0, None
         if self._column is None:
-            name = next((n for n in layout.names if names_times(n) and n not in taken), None)
+            name = next(
+                (n for n in layout.names if names_times(n) and n not in taken), None
+            )
         else:
-            name = None if self._column == NO_TIMES else choose_channel(layout.names, self._column)
+            name = (
+                None
+                if self._column == NO_TIMES
+                else choose_channel(layout.names, self._column)
+            )
         if name is None:
             return None
         parts = date_columns(layout.names, rows[0]) if rows else []
         self._parts = parts if name in parts else [name]
-        unit, values = layout.units.get(name, "").lower(), [number(self._text(r)) for r in rows]
+        unit, values = (
+            layout.units.get(name, "").lower(),
+            [number(self._text(r)) for r in rows],
+        )
         # Dates have no unit, whatever the header states.
         is_date = len(values) > 0 and np.isnan(values).all()
         self._scale = SECONDS.get("s" if is_date else unit or "s")
@@ -216,7 +242,9 @@ class StreamTimes:
         if self._column is None and (self._scale is None or is_counter):
             return None
         if self._scale is None:
-            raise ContentError(f"column {name!r} is in {unit!r}, expected one of {[*SECONDS]}")
+            raise ContentError(
+                f"column {name!r} is in {unit!r}, expected one of {[*SECONDS]}"
+            )
         return name
 
     def seconds(self, row: dict[str, str]) -> float:
@@ -229,7 +257,9 @@ class StreamTimes:
         """Return the field of the column, or date and time of day of two columns."""
         return " ".join(row[name] for name in self._parts)
 
-    def cut(self, samples: NDArray[Any], times: NDArray[Any]) -> Iterator[tuple[Any, float | None]]:
+    def cut(
+        self, samples: NDArray[Any], times: NDArray[Any]
+    ) -> Iterator[tuple[Any, float | None]]:
         """Yield parts of a block that begin at a known time, as `TextSamples.parts` does.
 
         The parts do not depend on how the stream is divided into blocks.
@@ -272,21 +302,25 @@ class StreamTimes:
         expected = f"{n_samples / self._rate:g} at {self._rate:g} Hz"
         found = f"{n_samples} samples take {seconds:g} s by their times, expected {expected}"
         advice = "a unit is missing as in 'time (ms)', or use --time-column none"
-        raise ContentError(f"{found}: another sampling rate, lines are missing, {advice}")
+        raise ContentError(
+            f"{found}: another sampling rate, lines are missing, {advice}"
+        )
 
 
 class TextSamples(_Samples):
     """Parser of lines of numbers, one line for each moment.
 
-    Separator, names and units are inferred from the first lines, as in `read_recording`. If the
-    comma does not separate, it may be the decimal sign. A later line that cannot be read becomes a
-    missing sample, so that time goes on. Names and units that come again are left out; names in
-    another order move the columns. A cut first line is left out, too.
+    Separator, names and units are inferred from the first lines, as in
+    `read_recording`. If the comma does not separate, it may be the decimal sign. A
+    later line that cannot be read becomes a missing sample, so that time goes on. Names
+    and units that come again are left out; names in another order move the columns. A
+    cut first line is left out, too.
 
     Parameters
     ----------
     channel : None, str, or list of str
-        Chosen columns, in their order; None for all but those of times and shaft speeds.
+        Chosen columns, in their order; None for all but those of times and shaft
+        speeds.
     times : StreamTimes
         Parser of the column of times.
     speed : str or None
@@ -315,7 +349,9 @@ class TextSamples(_Samples):
     def channels(self) -> list[tuple[str, str | None]]:
         """Names and units of the channels, none before the first lines."""
         layout = self._layout
-        return [(name, layout.units.get(name)) for name in self._chosen] if layout else []
+        return (
+            [(name, layout.units.get(name)) for name in self._chosen] if layout else []
+        )
 
     @property
     def advice(self) -> str:
@@ -329,7 +365,9 @@ class TextSamples(_Samples):
         if head:
             self._learn(head)
 
-    def parts(self, data: bytes, *, is_end: bool = False) -> Iterator[tuple[Any, float | None]]:
+    def parts(
+        self, data: bytes, *, is_end: bool = False
+    ) -> Iterator[tuple[Any, float | None]]:
         """Yield samples, in parts that begin at a known time.
 
         Parameters
@@ -349,10 +387,12 @@ class TextSamples(_Samples):
         Raises
         ------
         ContentError
-            If the stream is not text with lines of numbers, lacks a column, or has the times of
-            another sampling rate.
+            If the stream is not text with lines of numbers, lacks a column, or has the
+            times of another sampling rate.
         """
-        rows = [self._row(fields) for fields in map(self._fields, self._lines(data, is_end))]
+        rows = [
+            self._row(fields) for fields in map(self._fields, self._lines(data, is_end))
+        ]
         if self._layout is None:
             return
         rows = [row for row in rows if row]
@@ -376,7 +416,9 @@ class TextSamples(_Samples):
         """Infer the layout; return whether there are enough lines."""
         *lines, rest = head.split(b"\n")
         lines += [rest] if is_end and rest else []
-        telling = [i for i, line in enumerate(lines) if line.strip() and line[:1] not in b"#%"]
+        telling = [
+            i for i, line in enumerate(lines) if line.strip() and line[:1] not in b"#%"
+        ]
         if not telling or (len(telling) < _HEAD_LINES and not is_end):
             return False
         # The layout must not depend on how many lines came together.
@@ -403,7 +445,9 @@ class TextSamples(_Samples):
         if self._time in self._chosen and self._channel is None:
             self._chosen.remove(self._time)
         fields = [[sample[name] for name in self._chosen] for sample in samples]
-        if rows and not any(all(is_number(f, layout.decimal) for f in row) for row in fields):
+        if rows and not any(
+            all(is_number(f, layout.decimal) for f in row) for row in fields
+        ):
             line = layout.separator.join(rows[0])[:40]
             raise _no_numbers(f"{line!r} is no line of {len(layout.names)} numbers")
 
@@ -412,7 +456,10 @@ class TextSamples(_Samples):
         return dict(zip(self._names, fields, strict=True)) if is_whole else {}
 
     def _fields(self, line):
-        text, separator = line.decode("utf-8-sig", "replace").strip(), self._layout.separator
+        text, separator = (
+            line.decode("utf-8-sig", "replace").strip(),
+            self._layout.separator,
+        )
         fields = text.split(None if separator == r"\s+" else separator) if text else []
         if len(fields) == len(self._names) + 1 and not fields[-1].strip():
             fields.pop()
@@ -434,11 +481,16 @@ class TextSamples(_Samples):
 
     def _comes_again(self, fields):
         """Whether a line holds names or units; names in another order move the columns."""
-        if not self._layout.has_header or not {*self._chosen, self._time} <= {*fields, None}:
+        if not self._layout.has_header or not {*self._chosen, self._time} <= {
+            *fields,
+            None,
+        }:
             return sorted(fields) in self._head_rows
         self._names = fields
         return True
 
 
 def _no_numbers(found):
-    return ContentError(f"{found}, expected csv lines in UTF-8; raw samples need --dtype")
+    return ContentError(
+        f"{found}, expected csv lines in UTF-8; raw samples need --dtype"
+    )

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: Steps from which the direction is judged, and the share of them that must have the same sign. The
-#: others are those of a clock or a counter that starts again. Vibration has as many of both.
+#: Steps from which the direction is judged, and the share of them that must have the
+#: same sign. The others are those of a clock or a counter that starts again. Vibration
+#: has as many of both.
 _FEWEST_STEPS, _ONE_WAY = 64, 0.99
 
 
@@ -39,4 +40,7 @@ class Direction:
     def is_monotonic(self) -> bool:
         """True if nearly all steps have the same direction."""
         n_steps = self._n_up + self._n_down
-        return n_steps >= _FEWEST_STEPS and max(self._n_up, self._n_down) > _ONE_WAY * n_steps
+        return (
+            n_steps >= _FEWEST_STEPS
+            and max(self._n_up, self._n_down) > _ONE_WAY * n_steps
+        )

@@ -55,20 +55,24 @@ def unit_advice(known: float, expected: float) -> str:
 
 
 def resampled_blocks(
-    blocks: Iterable[Any], sampling_rate: float, *, note: Callable[..., Any] = lambda rate: None
+    blocks: Iterable[Any],
+    sampling_rate: float,
+    *,
+    note: Callable[..., Any] = lambda rate: None,
 ) -> Iterator[tuple[NDArray[Any], float]]:
     r"""Resample a recording block by block.
 
-    The ratio of the rates is written as :math:`p / q`. The signal is interpolated by :math:`p`,
-    filtered, and every :math:`q`-th value kept, by the polyphase filter of
-    :func:`scipy.signal.resample_poly`: a low-pass filter with linear phase at half the lower of
-    the two rates, designed with a Kaiser window. Before that, the first sample is subtracted, and
-    it is added again afterwards, so that an offset of the sensor does not ring at the start. The
-    result does not depend on how the recording is cut into blocks.
+    The ratio of the rates is written as :math:`p / q`. The signal is interpolated by
+    :math:`p`, filtered, and every :math:`q`-th value kept, by the polyphase filter of
+    :func:`scipy.signal.resample_poly`: a low-pass filter with linear phase at half the
+    lower of the two rates, designed with a Kaiser window. Before that, the first sample
+    is subtracted, and it is added again afterwards, so that an offset of the sensor
+    does not ring at the start. The result does not depend on how the recording is cut
+    into blocks.
 
-    If the new rate is higher, the band above half the old rate stays empty. A diagnoser that was
-    fitted at the higher rate has never seen such a band: record at the rate of the diagnoser if
-    possible.
+    If the new rate is higher, the band above half the old rate stays empty. A diagnoser
+    that was fitted at the higher rate has never seen such a band: record at the rate of
+    the diagnoser if possible.
 
     Parameters
     ----------
@@ -91,7 +95,8 @@ def resampled_blocks(
     Raises
     ------
     ValueError
-        If the old rate is None, or if no ratio of integers up to 10 000 gives the new rate.
+        If the old rate is None, or if no ratio of integers up to 10 000 gives the new
+        rate.
 
     Examples
     --------
@@ -105,7 +110,9 @@ def resampled_blocks(
     blocks = iter(blocks)
     signal, rate = next(blocks)
     if rate is None:
-        raise ValueError(f"a recording of unknown rate cannot be resampled to {sampling_rate:g} Hz")
+        raise ValueError(
+            f"a recording of unknown rate cannot be resampled to {sampling_rate:g} Hz"
+        )
     signals = chain([signal], (signal for signal, _ in blocks))
     if not rates_agree(rate, sampling_rate):
         note(rate)
@@ -121,8 +128,8 @@ def _resampled(signals, ratio):
     from scipy.signal import resample_poly
 
     p, q = ratio.numerator, ratio.denominator
-    # The filter of resample_poly reaches 10 max(p, q) interpolated samples to either side.
-    # Cuts lie at multiples of q, where old and new samples coincide.
+    # The filter of resample_poly reaches 10 max(p, q) interpolated samples to either
+    # side. Cuts lie at multiples of q, where old and new samples coincide.
     reach = q * (10 * max(p, q) // (p * q) + 1)
     offset, held, n_before = None, None, 0
     for signal in signals:
@@ -144,7 +151,11 @@ def _ratio(old, new):
     for largest in (10, 100, 1000, _MAX_FACTOR):
         ratio = exact.limit_denominator(largest)
         # Rates are not known better than this.
-        if ratio.numerator and abs(ratio / exact - 1) <= 1e-5 and ratio.numerator <= _MAX_FACTOR:
+        if (
+            ratio.numerator
+            and abs(ratio / exact - 1) <= 1e-5
+            and ratio.numerator <= _MAX_FACTOR
+        ):
             return ratio
     ratio = f"a ratio of integers up to {_MAX_FACTOR}"
     raise ValueError(f"cannot resample from {old:g} to {new:g} Hz: expected {ratio}")

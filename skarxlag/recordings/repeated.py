@@ -19,8 +19,9 @@ _ENDS = 2**16
 def check_repeated(listed: Sequence[ListedRecording]) -> None:
     """Refuse a recording that is listed twice, and two conditions that look alike.
 
-    The same recording in training and test, or under two conditions, makes every result wrong. Two
-    files hold the same recording if one is a link to the other, or if their bytes are equal.
+    The same recording in training and test, or under two conditions, makes every result
+    wrong. Two files hold the same recording if one is a link to the other, or if their
+    bytes are equal.
 
     Parameters
     ----------
@@ -30,9 +31,9 @@ def check_repeated(listed: Sequence[ListedRecording]) -> None:
     Raises
     ------
     ValueError
-        If two entries name the same channels of the same recording; or if two conditions or two
-        specimens differ only in invisible characters, or are equal numbers, such as ``1`` and
-        ``01``. The message names both entries.
+        If two entries name the same channels of the same recording; or if two
+        conditions or two specimens differ only in invisible characters, or are equal
+        numbers, such as ``1`` and ``01``. The message names both entries.
     """
     for name in ("condition", "specimen"):
         _check_looks(listed, name)
@@ -43,7 +44,9 @@ def check_repeated(listed: Sequence[ListedRecording]) -> None:
             if other is not entry:
                 place = f"{entry.where}: " if entry.where else ""
                 other_place = f" of {other.where}" if other.where else ""
-                found = f"{entry.path} is the same recording as {other.path}{other_place}"
+                found = (
+                    f"{entry.path} is the same recording as {other.path}{other_place}"
+                )
                 raise ValueError(f"{place}{found}")
 
 
@@ -57,7 +60,9 @@ def _check_looks(listed, name):
         before = vars(other)[name]
         if before != value:
             found = f"{value!a} looks like {before!a} of {_where(other)}"
-            raise ValueError(f"{_where(entry)}: {name} {found}, expected one way to write it")
+            raise ValueError(
+                f"{_where(entry)}: {name} {found}, expected one way to write it"
+            )
 
 
 def _where(entry):
@@ -93,7 +98,9 @@ def _same_files(listed: Iterable[Any]) -> Iterator[list[Any]]:
         by_size[size].append(entries)
     groups = list(by_size.values())
     for key in (_ends, _digest):
-        parts = [_grouped(files, key) if len(files) > 1 else [files] for files in groups]
+        parts = [
+            _grouped(files, key) if len(files) > 1 else [files] for files in groups
+        ]
         groups = [files for part in parts for files in part]
     for files in groups:
         same = [entry for entries in files for entry in entries]

@@ -18,12 +18,13 @@ if TYPE_CHECKING:
 
 #: Beginning of a source of speeds that is a channel of pulses.
 TACHO = "tacho:"
-#: Seconds on which the levels of pulses in a stream are measured. Two pulses in this time are a
-#: speed.
+#: Seconds on which the levels of pulses in a stream are measured. Two pulses in this
+#: time are a speed.
 _TACHO_SECONDS = 4.0
 #: Even times over which a mean is computed.
 _N_MEAN = 1000
-#: Speed as 1.797 or 1,797 for 1797. A slow machine may have three digits before a point.
+#: Speed as 1.797 or 1,797 for 1797. A slow machine may have three digits before a
+#: point.
 _THOUSANDS = re.compile(r"([1-9]\d?)[.,](\d{3})")
 
 
@@ -69,7 +70,8 @@ class SpeedProfile(NamedTuple):
     seconds : ndarray of shape (n_times,)
         Times since the first sample, ascending.
     rpm : ndarray of shape (n_times,)
-        Speeds. They are interpolated linearly between the times, and constant beyond them.
+        Speeds. They are interpolated linearly between the times, and constant beyond
+        them.
 
     Examples
     --------
@@ -87,7 +89,9 @@ class SpeedProfile(NamedTuple):
         even = np.linspace(self.seconds[0], self.seconds[-1], _N_MEAN)
         return float(np.interp(even, *self).mean())
 
-    def rows(self, start: NDArray[Any], n_samples: int, sampling_rate: float) -> NDArray[Any]:
+    def rows(
+        self, start: NDArray[Any], n_samples: int, sampling_rate: float
+    ) -> NDArray[Any]:
         """Return the speeds of rows at each sample.
 
         Parameters
@@ -110,10 +114,11 @@ class SpeedProfile(NamedTuple):
 class TachoStream:
     """Speed of a shaft from the pulses of a tachometer that arrive in blocks.
 
-    The speed at a sample follows from the last two pulses before it, or from the time since the
-    last pulse if that is longer. The levels of a pulse are those of :func:`rpm_from_tacho` in the
-    last complete four seconds, unless their range is less than half of the range before: the shaft
-    then stands still. The speeds do not depend on how the signal is cut into blocks.
+    The speed at a sample follows from the last two pulses before it, or from the time
+    since the last pulse if that is longer. The levels of a pulse are those of
+    :func:`rpm_from_tacho` in the last complete four seconds, unless their range is less
+    than half of the range before: the shaft then stands still. The speeds do not depend
+    on how the signal is cut into blocks.
 
     Parameters
     ----------
@@ -132,7 +137,10 @@ class TachoStream:
     """
 
     def __init__(self, sampling_rate: float, pulses: int) -> None:
-        self._n, self._scale = int(_TACHO_SECONDS * sampling_rate), 60 * sampling_rate / pulses
+        self._n, self._scale = (
+            int(_TACHO_SECONDS * sampling_rate),
+            60 * sampling_rate / pulses,
+        )
         self._signal, self._levels = np.empty(0), (0.0, 0.0)
 
     def speeds(self, signal: NDArray[Any]) -> NDArray[Any]:
@@ -145,7 +153,7 @@ class TachoStream:
             self._signal = np.append(self._signal, part)
             found.append(self._speeds_of_last(len(part)))
             if len(self._signal) in (self._n, 2 * self._n):
-                from ..speeds import pulse_levels
+                from ..core.speeds import pulse_levels
 
                 self._signal = self._signal[-self._n :]
                 quarter, middle = pulse_levels(self._signal)
@@ -154,7 +162,7 @@ class TachoStream:
         return np.concatenate(found)
 
     def _speeds_of_last(self, n_new):
-        from ..speeds import pulse_times
+        from ..core.speeds import pulse_times
 
         times = pulse_times(self._signal, *self._levels)
         if len(times) < 2:
@@ -193,31 +201,35 @@ def read_texts(path: str | os.PathLike[str], **options: Any) -> pd.DataFrame:
 
 
 def logged_speed(
-    path: str | os.PathLike[str], names: set[str], span: Callable[[bool], tuple[float, float]]
+    path: str | os.PathLike[str],
+    names: set[str],
+    span: Callable[[bool], tuple[float, float]],
 ) -> float | SpeedProfile:
     """Return the speed of a recording in a log: the mean of its rows, or over time.
 
     Parameters
     ----------
     path : str or path-like
-        Csv file with the column ``rpm``, and ``recording`` (name or file) or ``time`` (dates, or
-        seconds since the start of the recording).
+        Csv file with the column ``rpm``, and ``recording`` (name or file) or ``time``
+        (dates, or seconds since the start of the recording).
     names : set of str
         Names of the recording.
     span : callable
-        Returns the times at which the recording begins and ends. It is called with True for seconds
-        since 1970, and with False for seconds since its start.
+        Returns the times at which the recording begins and ends. It is called with True
+        for seconds since 1970, and with False for seconds since its start.
 
     Raises
     ------
     FileNotFoundError, ValueError
-        If the file cannot be read, has other columns, or states no speed above 0 of the recording.
-        The message names the file.
+        If the file cannot be read, has other columns, or states no speed above 0 of the
+        recording. The message names the file.
     """
     log = read_texts(path)
     log.columns = log.columns.str.strip().str.lower()
     if "rpm" not in log or not {"recording", "time"} & {*log.columns}:
-        raise ValueError(f"{path}: columns {[*log]}, expected 'rpm' and 'recording' or 'time'")
+        raise ValueError(
+            f"{path}: columns {[*log]}, expected 'rpm' and 'recording' or 'time'"
+        )
     if "recording" in log:
         own = log[log["recording"].str.strip().isin(names)]
     else:
@@ -225,10 +237,14 @@ def logged_speed(
         is_date = bool(times.isna().all())
         begin, end = span(is_date)
         log["seconds"] = (seconds_of_dates(log["time"]) if is_date else times) - begin
-        own = log[log["seconds"].between(0, end - begin)].sort_values("seconds", kind="stable")
+        own = log[log["seconds"].between(0, end - begin)].sort_values(
+            "seconds", kind="stable"
+        )
     speeds = own["rpm"].map(number).to_numpy(dtype=np.float64)
     if not np.all((speeds >= 0) & np.isfinite(speeds)) or not speeds.any():
-        raise ValueError(f"{path}: states no speed above 0 of the recording, or one that is none")
+        raise ValueError(
+            f"{path}: states no speed above 0 of the recording, or one that is none"
+        )
     if "recording" in log:
         return float(speeds.mean())
     return SpeedProfile(own["seconds"].to_numpy(), speeds)

@@ -15,15 +15,15 @@ def read_rows(path: str | os.PathLike[str]) -> dict[int, list[str]]:
     Returns
     -------
     dict of int to list of str
-        Cells without blanks around them, by the number of the line. All rows have as many cells as
-        the first; those that are missing are empty. Rows without any text are left out, except the
-        first.
+        Cells without blanks around them, by the number of the line. All rows have as
+        many cells as the first; those that are missing are empty. Rows without any text
+        are left out, except the first.
 
     Raises
     ------
     ValueError
-        If the file is empty or no such table, or a row has more cells than the first. The message
-        names the file.
+        If the file is empty or no such table, or a row has more cells than the first.
+        The message names the file.
 
     Examples
     --------

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array
 
-from .._validation import as_samples, check_count
+from ..core.validation import as_samples, check_count
 
 #: Samples of a channel that are processed at a time, if a recording is read in parts.
 _BLOCK = 2**20
@@ -21,37 +21,38 @@ def make_windows(
 ) -> NDArray[Any]:
     r"""Cut a recording into windows of equal length.
 
-    Window :math:`w` holds the samples
-    :math:`w h, \ldots, w h + L - 1` of the recording, with length :math:`L` and hop :math:`h`, so
-    :math:`1 + \lfloor (n_\mathrm{samples} - L) / h \rfloor` windows fit. The tail that does not
-    fill a window is left out.
+    Window :math:`w` holds the samples :math:`w h, \ldots, w h + L - 1` of the
+    recording, with length :math:`L` and hop :math:`h`, so :math:`1 + \lfloor
+    (n_\mathrm{samples} - L) / h \rfloor` windows fit. The tail that does not fill a
+    window is left out.
 
     Parameters
     ----------
     recording : array-like of shape (n_samples,) or (n_channels, n_samples)
-        Real, finite samples in any unit. Of several channels the first is the output and the
-        others are the inputs.
+        Real, finite samples in any unit. Of several channels the first is the output
+        and the others are the inputs.
     window_length : int, default=1200
-        Samples in a window, at least 1. The default is the length that the estimators' defaults
-        are meant for.
+        Samples in a window, at least 1. The default is the length that the estimators'
+        defaults are meant for.
     hop : int, default=None
-        Samples from the start of one window to the start of the next, at least 1. None takes
-        `window_length`: windows neither overlap nor leave gaps.
+        Samples from the start of one window to the start of the next, at least 1. None
+        takes `window_length`: windows neither overlap nor leave gaps.
 
     Returns
     -------
     windows : ndarray of shape (n_windows[, n_channels], window_length)
-        A fresh C-contiguous array in time order. float32 stays float32, everything else becomes
-        float64.
+        A fresh C-contiguous array in time order. float32 stays float32, everything else
+        becomes float64.
 
     Raises
     ------
     ValueError
-        If the recording is shorter than one window, is not numeric, is complex, holds True and
-        False, NaN, infinity or masked samples, or has more than two dimensions, or if
-        `window_length` or `hop` is below 1.
+        If the recording is shorter than one window, is not numeric, is complex, holds
+        True and False, NaN, infinity or masked samples, or has more than two
+        dimensions, or if `window_length` or `hop` is below 1.
     TypeError
-        If `window_length` or `hop` is not an integer, or the recording is a single number.
+        If `window_length` or `hop` is not an integer, or the recording is a single
+        number.
 
     Examples
     --------
@@ -66,7 +67,9 @@ def make_windows(
     hop = window_length if hop is None else check_count(hop, "hop")
     types = [np.float64, np.float32]
     recording = as_samples(recording, "recording")
-    signal = check_array(recording, dtype=types, ensure_2d=False, input_name="recording")
+    signal = check_array(
+        recording, dtype=types, ensure_2d=False, input_name="recording"
+    )
     n_samples = signal.shape[-1]
     if n_samples < window_length:
         found = f"recording has {n_samples} samples, fewer than window_length={window_length}"
@@ -108,7 +111,8 @@ def cut_blocks(
 
     Yields
     ------
-    ndarray of shape (n_windows, window_length) or (n_windows, n_channels, window_length)
+    ndarray of shape (n_windows, window_length) or (n_windows, n_channels,
+    window_length)
         The windows that :func:`make_windows` cuts from the whole, some at a time.
 
     Raises
@@ -134,22 +138,30 @@ def cut_blocks(
             signal = np.concatenate([rest, signal], axis=-1)
         n_fitting = max((signal.shape[-1] - window_length) // hop + 1, 0)
         for first in range(0, n_fitting, at_a_time):
-            part = signal[..., first * hop : (first + at_a_time - 1) * hop + window_length]
+            part = signal[
+                ..., first * hop : (first + at_a_time - 1) * hop + window_length
+            ]
             yield make_windows(part, window_length, hop=hop)
         n_windows += n_fitting
         n_skipped += max(n_fitting * hop - signal.shape[-1], 0)
         # Without the copy, a few samples would keep the whole block in memory.
         rest = signal[..., n_fitting * hop :].copy()
     if n_windows == 0:
-        expected = f"window_length={window_length}; choose a shorter window (--window-length)"
-        raise ValueError(f"{name}: recording has {rest.shape[-1]} samples, fewer than {expected}")
+        expected = (
+            f"window_length={window_length}; choose a shorter window (--window-length)"
+        )
+        raise ValueError(
+            f"{name}: recording has {rest.shape[-1]} samples, fewer than {expected}"
+        )
 
 
-def thin_windows(parts: Iterable[Any], max_windows: int) -> tuple[NDArray[Any], NDArray[Any], int]:
+def thin_windows(
+    parts: Iterable[Any], max_windows: int
+) -> tuple[NDArray[Any], NDArray[Any], int]:
     """Keep some of the windows of one recording, evenly spread over it.
 
-    Every window is kept until there are too many; then every second, every fourth, and so on. At
-    least half of `max_windows` remain of a recording that has more.
+    Every window is kept until there are too many; then every second, every fourth, and
+    so on. At least half of `max_windows` remain of a recording that has more.
 
     Parameters
     ----------
@@ -182,5 +194,9 @@ def thin_windows(parts: Iterable[Any], max_windows: int) -> tuple[NDArray[Any], 
         n_seen += 1
         if len(kept) > max_windows:
             step *= 2
-            kept = {position: each for position, each in kept.items() if position % step == 0}
+            kept = {
+                position: each
+                for position, each in kept.items()
+                if position % step == 0
+            }
     return np.stack([*kept.values()]), np.array([*kept]), n_seen

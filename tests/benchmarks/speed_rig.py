@@ -5,7 +5,12 @@ from scipy.signal import lfilter
 from sklearn.utils import Bunch
 
 LENGTH = 400
-OPTIONS = ["--rig", "tests.benchmarks.speed_rig:rig_of_length", "--window-length", str(LENGTH)]
+OPTIONS = [
+    "--rig",
+    "tests.benchmarks.speed_rig:rig_of_length",
+    "--window-length",
+    str(LENGTH),
+]
 
 
 def two_conditions(make_windows, n_windows, length, speeds=(100.0, 200.0)):
@@ -23,7 +28,9 @@ def two_conditions(make_windows, n_windows, length, speeds=(100.0, 200.0)):
     )
 
 
-def moving_rig(n_windows=40, length=LENGTH, gain_of_fault=4.0, level=lambda speed: speed / 100):
+def moving_rig(
+    n_windows=40, length=LENGTH, gain_of_fault=4.0, level=lambda speed: speed / 100
+):
     """Two resonances that move little with speed."""
     generator = np.random.default_rng(0)
 

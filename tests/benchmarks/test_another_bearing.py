@@ -4,11 +4,18 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.signal import lfilter
+from skarxlag.decisions.fault_locations import FAULT_LOCATIONS
 
-from benchmarks.another_bearing import command, constants, curve, metrics, noise, protocol
+from benchmarks.another_bearing import (
+    command,
+    constants,
+    curve,
+    metrics,
+    noise,
+    protocol,
+)
 from benchmarks.another_bearing.methods import METHODS, by_place
 from benchmarks.recipe.rigs import Recording, Rig
-from skarxlag.fault_places import PLACES
 from skarxlag.kernels import posterior
 
 RATE = 2000.0
@@ -19,7 +26,13 @@ def rig(name="CWRU drive end", loads=(None,)):
     """A rig of five conditions at two speeds, with recordings of 6 s."""
     rng = np.random.default_rng(0)
     recordings = [
-        Recording(lfilter([1], [1, -pole], rng.normal(size=12_000)), condition, rpm, None, load)
+        Recording(
+            lfilter([1], [1, -pole], rng.normal(size=12_000)),
+            condition,
+            rpm,
+            None,
+            load,
+        )
         for condition, pole in POLES.items()
         for rpm in (1200.0, 1500.0)
         for load in loads
@@ -33,28 +46,41 @@ def test_folds_leave_one_specimen_of_each_place_out():
     # All specimens, then two folds, at two speeds each.
     assert len(found) == 6
     same, other = found[0], found[2]
-    assert set(same.train.condition) == set(POLES) and list(same.tests) == [protocol.SAME_BEARING]
+    assert set(same.train.condition) == set(POLES) and list(same.tests) == [
+        protocol.SAME_BEARING
+    ]
     assert set(other.train.condition) == {"Normal", "IR5", "OR5"}
     assert set(other.train.rpm) == {1200.0}
     assert list(other.tests) == [protocol.ANOTHER, protocol.ANOTHER_SPEED]
     for rows in other.tests.values():
-        assert set(rows.condition) == {"IR2", "OR2"} and set(rows.place) == {"inner", "outer"}
+        assert set(rows.condition) == {"IR2", "OR2"} and set(rows.place) == {
+            "inner",
+            "outer",
+        }
         # Whole recordings of specimens that were left out, first halves of the others.
         assert len(rows.X) == 2 * 6
-    assert len(other.train.X) == 3 * 3 and len(same.tests[protocol.SAME_BEARING].X) == 5 * 3
+    assert (
+        len(other.train.X) == 3 * 3
+        and len(same.tests[protocol.SAME_BEARING].X) == 5 * 3
+    )
     assert set(other.tests[protocol.ANOTHER].rpm) == {1200.0}
 
 
 def test_another_load_is_a_protocol_of_its_own():
     fold = list(protocol.folds(rig(loads=("low", "high"))))[-1]
-    assert fold.tests.keys() == {protocol.ANOTHER, protocol.ANOTHER_SPEED, protocol.ANOTHER_LOAD}
+    assert fold.tests.keys() == {
+        protocol.ANOTHER,
+        protocol.ANOTHER_SPEED,
+        protocol.ANOTHER_LOAD,
+    }
     assert set(fold.train.load) != set(fold.tests[protocol.ANOTHER_LOAD].load)
     assert set(fold.tests[protocol.ANOTHER_LOAD].rpm) == set(fold.train.rpm)
 
 
 def test_a_bearing_is_a_specimen_if_it_is_stated():
     named = [
-        each._replace(condition=each.condition[:2], specimen=each.condition) for each in rig()[2]
+        each._replace(condition=each.condition[:2], specimen=each.condition)
+        for each in rig()[2]
     ]
     stated = rig()._replace(recordings=named)
     assert protocol.left_out_sets(stated) == [{"IR2", "OR2"}, {"IR5", "OR5"}]
@@ -64,10 +90,12 @@ def test_a_bearing_is_a_specimen_if_it_is_stated():
 
 def table_of(right, stated=0.95):
     """Probabilities of places, of which some are right."""
-    frame = pd.DataFrame(0.0, index=range(len(right)), columns=list(PLACES))
+    frame = pd.DataFrame(0.0, index=range(len(right)), columns=list(FAULT_LOCATIONS))
     frame["inner"] = np.where(right, stated, 1 - stated)
     frame["outer"] = np.where(right, 1 - stated, stated)
-    return frame.assign(place="inner", specimen=[f"s{i % 4}" for i in range(len(right))])
+    return frame.assign(
+        place="inner", specimen=[f"s{i % 4}" for i in range(len(right))]
+    )
 
 
 def test_measures_by_hand():
@@ -89,9 +117,16 @@ def test_methods_return_probabilities_of_places():
     fold = list(protocol.folds(rig()))[2]
     for name, method in METHODS.items():
         for key, probability in method(rig(), fold.train, fold.tests):
-            assert probability.shape == (len(fold.tests[key].X), len(PLACES)), name
-            assert (probability >= 0).all() and (probability.sum(axis=1) < 1 + 1e-9).all()
-    found = by_place(np.array([[0.1, 0.2, 0.7]]), np.array(["inner", "inner", "healthy"]))
+            assert probability.shape == (
+                len(fold.tests[key].X),
+                len(FAULT_LOCATIONS),
+            ), name
+            assert (probability >= 0).all() and (
+                probability.sum(axis=1) < 1 + 1e-9
+            ).all()
+    found = by_place(
+        np.array([[0.1, 0.2, 0.7]]), np.array(["inner", "inner", "healthy"])
+    )
     np.testing.assert_allclose(found, [[0, 0.3, 0, 0.7]])
 
 
@@ -116,7 +151,10 @@ def test_settings_of_the_constants_change_the_score_and_are_put_back():
     scores.loc[7] = 0.5
     quiet = pd.DataFrame(np.zeros((240, 2)), columns=["a", "b"])
     found = constants.left_out(scores, quiet)
-    assert found["log loss"].tolist() == [0.5, 0.5] and found["in use"].tolist() == [1.0, 1.0]
+    assert found["log loss"].tolist() == [0.5, 0.5] and found["in use"].tolist() == [
+        1.0,
+        1.0,
+    ]
     assert found["far"][0] == tried[7]["FAR"]
 
 
@@ -129,4 +167,6 @@ def test_the_curve_has_fewer_specimens():
 def test_synthetic_signals_are_finite_and_differ():
     signals = noise.synthetic(RATE, 400)
     stacked = np.stack(list(signals.values()))
-    assert np.isfinite(stacked).all() and len(np.unique(stacked.round(6), axis=0)) == len(stacked)
+    assert np.isfinite(stacked).all() and len(
+        np.unique(stacked.round(6), axis=0)
+    ) == len(stacked)

@@ -24,9 +24,13 @@ def recording(place, seed, seconds=3):
     signal = rng.normal(size=seconds * RATE)
     if place != "healthy":
         interval = RATE / (15 * bearing_orders(SKF_6205)[place])
-        strikes = np.cumsum(interval * rng.normal(1, 0.01, size=int(len(signal) / interval)))
+        strikes = np.cumsum(
+            interval * rng.normal(1, 0.01, size=int(len(signal) / interval))
+        )
         signal[strikes[strikes < len(signal)].astype(int)] += 10
-    return Recording("rig", f"{place}{seed}", place, 900.0, float(RATE), SKF_6205, signal)
+    return Recording(
+        "rig", f"{place}{seed}", place, 900.0, float(RATE), SKF_6205, signal
+    )
 
 
 @pytest.fixture(scope="module")

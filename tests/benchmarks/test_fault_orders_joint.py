@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from scipy.special import softmax
+from skarxlag.decisions.fault_locations import comb_evidence
 
 from benchmarks.fault_orders.joint import (
     IN_USE,
@@ -15,9 +16,8 @@ from benchmarks.fault_orders.joint import (
 from benchmarks.fault_orders.rigs import Recording
 from skarxlag import make_diagnoser
 from skarxlag.bearings import SKF_6205
-from skarxlag.fault_places import comb_evidence
 
-from ..test_orders import ORDERS, RATE, strikes
+from ..distances.test_orders import ORDERS, RATE, strikes
 
 
 def recordings(rig, seed):
@@ -63,7 +63,10 @@ def test_protocols_of_a_rig(rigs):
 def test_verdict_is_that_of_the_diagnoser(rigs):
     rig = next(iter(rigs.values()))
     rows = rows_of(rig)
-    learned, tested = rows[rows.is_first_half & (rows.rpm == 900)], rows[~rows.is_first_half]
+    learned, tested = (
+        rows[rows.is_first_half & (rows.rpm == 900)],
+        rows[~rows.is_first_half],
+    )
     tested = tested._replace(X=remounted(tested.X, 1.0, 0.3, 0))
     diagnoser = make_diagnoser(sampling_rate=RATE, bearing=SKF_6205)
     diagnoser.fit(learned.X, learned.y, rpm=learned.rpm)
@@ -93,5 +96,7 @@ def test_remounting_filters_and_adds_noise():
     moved = remounted(X, 1.0, 0.0, 0)
     np.testing.assert_allclose(moved.std(axis=1), 1)
     np.testing.assert_allclose(remounted(3 * X, 1.0, 0.0, 0), moved)
-    np.testing.assert_allclose(remounted(X, 0.0, 0.0, 0) * X.std(axis=1, keepdims=True), X)
+    np.testing.assert_allclose(
+        remounted(X, 0.0, 0.0, 0) * X.std(axis=1, keepdims=True), X
+    )
     assert np.std(remounted(X, 1.0, 0.5, 0) - moved) == pytest.approx(0.5, rel=0.05)

@@ -12,7 +12,9 @@ def snapshots(n, amplitude, seed):
     X = rng.normal(size=(n, 1280))
     interval = 60 * RATE / (RPM * bearing_orders(BEARING)["inner"])
     for row in X:
-        at = np.cumsum(interval * np.append(rng.uniform(), rng.normal(1, 0.01, size=30)))
+        at = np.cumsum(
+            interval * np.append(rng.uniform(), rng.normal(1, 0.01, size=30))
+        )
         row[at[at < 1280].astype(int)] += amplitude
     return X
 
@@ -34,4 +36,6 @@ def test_a_healthy_run_is_not_named():
     X = snapshots(60, 0, 2)
     row = name_row(names_over_time(X, 10.0 * np.arange(60), RPM, RATE), 600.1)
     assert row["name that stays"] == "none"
-    assert row["named before, gathered"] == "0.00" and float(row["named one by one"]) < 0.1
+    assert (
+        row["named before, gathered"] == "0.00" and float(row["named one by one"]) < 0.1
+    )

@@ -24,10 +24,15 @@ def test_every_marked_block_is_written_by_one_part():
     marked = [
         f"{page.relative_to(modules.ROOT).as_posix()}: {name}"
         for page in PAGES
-        for name in re.findall(r"^<!-- (.*): begin -->$", page.read_text("utf-8"), flags=re.M)
+        for name in re.findall(
+            r"^<!-- (.*): begin -->$", page.read_text("utf-8"), flags=re.M
+        )
     ]
     listed = [
-        output for part in parts.PARTS.values() for output in part.outputs() if ": " in output
+        output
+        for part in parts.PARTS.values()
+        for output in part.outputs()
+        if ": " in output
     ]
     assert sorted(listed) == sorted(marked)
 
@@ -56,7 +61,9 @@ def test_each_block_states_its_command_version_and_date(name):
     for page, names in parts.PARTS[name].blocks.items():
         text = (modules.ROOT / page).read_text("utf-8")
         for block in names:
-            written = text.partition(f"<!-- {block}: begin -->\n")[2].partition("\n<!-- ")[0]
+            written = text.partition(f"<!-- {block}: begin -->\n")[2].partition(
+                "\n<!-- "
+            )[0]
             state = known[f"{page}: {block}"]
             maker = f"`python -m benchmarks.pages {name}`"
             if page == "README.md":
@@ -178,7 +185,9 @@ def test_data_and_the_command_count(page):
     assert the_state()[0] == states.MOVED
     (page.parent / "data.sha256").write_text("1")
     assert the_state()[0] == states.CURRENT
-    parts.PARTS["only"] = parts.PARTS["only"]._replace(command="-m benchmarks.program --wide")
+    parts.PARTS["only"] = parts.PARTS["only"]._replace(
+        command="-m benchmarks.program --wide"
+    )
     assert the_state()[0] == states.MOVED
 
 
@@ -235,19 +244,23 @@ def test_the_commands_of_the_package_are_followed():
 @pytest.mark.skipif("SKARXLAG_DATA" not in os.environ, reason="needs the recordings")
 def test_recordings_are_those_of_the_checksums():
     home = Path(os.environ["SKARXLAG_DATA"])
-    for line in (modules.ROOT / "benchmarks/recipe/rigs.sha256").read_text().splitlines():
+    for line in (
+        (modules.ROOT / "benchmarks/recipe/rigs.sha256").read_text().splitlines()
+    ):
         checksum, name = line.split(maxsplit=1)
         assert hashlib.sha256((home / name).read_bytes()).hexdigest() == checksum
 
 
 def test_tables_of_a_block_move_to_one_file(page):
     parts.PARTS["only"] = parts.PARTS["only"]._replace(tables=("a",))
-    folded = (
-        "<details>\n<summary>first</summary>\n\n| x |  |\n| --- | --- |\n| 1 |  |\n\n</details>"
-    )
+    table = "| x |  |\n| --- | --- |\n| 1 |  |"
+    folded = f"<details>\n<summary>first</summary>\n\n{table}\n\n</details>"
     block = f"About.\n\n{folded}\n\nMore.\n\n**second** part\n\n| x |\n| --- |\n| 2 |"
     blocks.write_blocks(page, {"a": block})
-    assert "-->\nAbout.\n\nMore.\n\n[Table as csv](tables/a.csv)\n\n*Made" in page.read_text()
+    assert (
+        "-->\nAbout.\n\nMore.\n\n[Table as csv](tables/a.csv)\n\n*Made"
+        in page.read_text()
+    )
     stored = pd.read_csv(page.parent / "tables" / "a.csv")
     assert stored["table"].tolist() == ["first", "second part"]
     assert stored["x"].tolist() == [1, 2] and stored["row"].isna().all()

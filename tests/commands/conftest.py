@@ -13,7 +13,9 @@ from tests.commands.watching import COLOURS, RATE, WINDOW, sound
 def counts(out):
     """Recordings and rows of each condition, as fit prints them."""
     rows = [line.split() for line in out.splitlines()]
-    rows = [row for row in rows if len(row) == 3 and row[1].isdigit() and row[2].isdigit()]
+    rows = [
+        row for row in rows if len(row) == 3 and row[1].isdigit() and row[2].isdigit()
+    ]
     return {row[0]: [int(row[1]), int(row[2])] for row in rows}
 
 
@@ -60,7 +62,9 @@ def models(fitted, tmp_path_factory):
     """Files of the diagnoser with its healthy limits, and of the detector alone."""
     folder = tmp_path_factory.mktemp("models")
     paths = folder / "diagnoser.skops", folder / "detector.skops"
-    for model, path, names in zip(fitted, paths, (["good", "worn"], ["good"]), strict=True):
+    for model, path, names in zip(
+        fitted, paths, (["good", "worn"], ["good"]), strict=True
+    ):
         facts = {"conditions": names, "n_channels": 1}
         facts |= {} if model is fitted[1] else {"detector": fitted[1]}
         save_diagnoser(model, path, window_length=WINDOW, sampling_rate=RATE, **facts)

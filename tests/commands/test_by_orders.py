@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from skarxlag import load_diagnoser
 
-from ..test_fault_classifier import RATE, row
+from ..decisions.test_fault_orders import RATE, row
 from .conftest import counts
 
 RATES = ("--sampling-rate", RATE)
@@ -18,7 +18,10 @@ RATES = ("--sampling-rate", RATE)
 def plant(tmp_path):
     """Recordings of a bearing 6205, healthy and with faults, at 900 rpm."""
     for place in ("healthy", "inner", "outer"):
-        np.save(tmp_path / f"{place}.npy", np.concatenate([row(place, seed=s) for s in (0, 1)]))
+        np.save(
+            tmp_path / f"{place}.npy",
+            np.concatenate([row(place, seed=s) for s in (0, 1)]),
+        )
     return tmp_path
 
 
@@ -27,7 +30,9 @@ def test_places_are_named_without_a_model(run, plant):
     code, out, _ = run("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files)
     assert code == 0
     lines = out.splitlines()
-    assert lines[0].startswith("No model: places of faults by the orders of bearing 6205.")
+    assert lines[0].startswith(
+        "No model: places of faults by the orders of bearing 6205."
+    )
     for line, place in zip(lines[2:5], ("healthy", "inner", "outer"), strict=True):
         assert line.split()[2] == place
     assert "the inner race of 6205" in out and "No comb exceeds its limit" in out
@@ -36,11 +41,23 @@ def test_places_are_named_without_a_model(run, plant):
     assert [line for line in lines[1:] if "ball faults" in line] == [
         f"{files[0]}: Most ball faults show no comb."
     ]
-    fail = run("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files, "--fail-on", "alarm")
+    fail = run(
+        "diagnose",
+        "--bearing",
+        "6205",
+        "--rpm",
+        900,
+        *RATES,
+        *files,
+        "--fail-on",
+        "alarm",
+    )
     assert fail[0] == 3
 
 
-@pytest.mark.parametrize("bearing", ["9,7.94,39.04", "outer=3.585,inner=5.415", "SKF 6205"])
+@pytest.mark.parametrize(
+    "bearing", ["9,7.94,39.04", "outer=3.585,inner=5.415", "SKF 6205"]
+)
 def test_bearings_by_dimensions_and_orders_and_speeds_of_a_table(run, plant, bearing):
     lines = ["path,rpm,sampling_rate", f"inner.npy,900,{RATE}"]
     (plant / "table.csv").write_text("\n".join(lines))
@@ -87,9 +104,15 @@ def interrupt(*arguments):
     [
         (("--bearing", "6299", "x.npy"), "bearing '6299' is not known"),
         (("--bearing", "6205"), "RECORDING: none given"),
-        (("--bearing", "6205", "x.npy", "--resample"), "--resample: belongs to a model"),
+        (
+            ("--bearing", "6205", "x.npy", "--resample"),
+            "--resample: belongs to a model",
+        ),
         ((), "expected a model or --bearing"),
-        (("--bering", "6205"), "skarxlag diagnose: error: unrecognized arguments: --bering"),
+        (
+            ("--bering", "6205"),
+            "skarxlag diagnose: error: unrecognized arguments: --bering",
+        ),
     ],
 )
 def test_wrong_arguments_are_named(run, plant, monkeypatch, arguments, message):
@@ -104,10 +127,21 @@ def test_two_outputs_name_a_place_together(run, plant):
         signal = np.load(plant / f"{place}.npy")
         np.savez(plant / f"{place}.npz", x=signal, y=signal[::-1])
     facts = ("--channel", "x;y", "--rpm", 900, *RATES)
-    fit = ("fit", plant / "healthy*.npz", *facts, "-o", plant / "two.skops", "--bearing", "6205")
+    fit = (
+        "fit",
+        plant / "healthy*.npz",
+        *facts,
+        "-o",
+        plant / "two.skops",
+        "--bearing",
+        "6205",
+    )
     code, out, err = run(*fit, "--outputs", 2, "--healthy", "healthy")
     assert code == 0 and "Outputs: x, y. Inputs: none" in out, err
-    both = plant / "two.skops", *(plant / f"{place}.npz" for place in ("healthy", "inner"))
+    both = (
+        plant / "two.skops",
+        *(plant / f"{place}.npz" for place in ("healthy", "inner")),
+    )
     code, out, err = run("diagnose", *both, *facts)
     assert code == 0, err
     assert [line.split()[2] for line in out.splitlines()[2:4]] == ["healthy", "inner"]
@@ -120,11 +154,15 @@ def test_what_is_wrong_with_one_recording_is_reported(run, plant):
     code, _, err = run("diagnose", plant / "none.npy", plant / "inner.npy", "--bearing", "6205",
                        "--rpm", 900, *RATES)  # fmt: skip
     assert code == 1 and "none.npy" in err
-    code, _, err = run("diagnose", plant / "inner.npy", "--bearing", "6205", "--rpm", 900)
+    code, _, err = run(
+        "diagnose", plant / "inner.npy", "--bearing", "6205", "--rpm", 900
+    )
     assert code == 1 and "sampling_rate is missing; expected --sampling-rate" in err
     code, _, err = run("diagnose", plant / "inner.npy", "--bearing", "6205", *RATES)
     assert code == 1 and "rpm is missing; expected --rpm" in err
-    code, out, err = run("diagnose", plant / "inner.npy", "--bearing", "6205", *RATES, "--rpm", 15)
+    code, out, err = run(
+        "diagnose", plant / "inner.npy", "--bearing", "6205", *RATES, "--rpm", 15
+    )
     assert code == 1 and "two turns of the shaft" in out, err
 
 
@@ -160,7 +198,12 @@ def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
     code, out, err = run(*command, "--rpm", 900)
     assert code == 0 and json.loads(out.splitlines()[-1])["verdict"] == "inner", err
     code, out, err = run(*command)
-    assert code == 2 and out == "" and "--rpm: needed" in err and "fitted at 900 rpm" in err
+    assert (
+        code == 2
+        and out == ""
+        and "--rpm: needed" in err
+        and "fitted at 900 rpm" in err
+    )
 
 
 def test_fit_with_faults_joins_spectra_and_orders(run, plant):
@@ -188,7 +231,11 @@ def test_fit_by_orders_needs_bearing_and_speed(run, plant):
     table = plant / "table.csv"
     table.write_text(f"path,sampling_rate\ninner.npy,{RATE}\nouter.npy,{RATE}")
     output = ("-o", plant / "orders.skops")
-    code, _, err = run("fit", table, *output, "--diagnoser", "alpio", "--bearing", "6205")
+    code, _, err = run(
+        "fit", table, *output, "--diagnoser", "alpio", "--bearing", "6205"
+    )
     assert code == 2 and "argument --bearing: belongs to --diagnoser stretches" in err
-    code, _, err = run("fit", table, *output, "--bearing", "6205", "--window-length", "10000")
+    code, _, err = run(
+        "fit", table, *output, "--bearing", "6205", "--window-length", "10000"
+    )
     assert code == 1 and "no speed is stated" in err

@@ -36,7 +36,14 @@ def plant(tmp_path_factory):
 def fit(run, plant, channel, name="m.skops", suffix=""):
     rows = [f"{condition}{suffix}.csv,{condition}" for condition in COLOURS]
     (plant / "table.csv").write_text("\n".join(["path,condition", *rows]))
-    options = ("--diagnoser", "diagnoser", "--window-length", WINDOW, "--channel", channel)
+    options = (
+        "--diagnoser",
+        "diagnoser",
+        "--window-length",
+        WINDOW,
+        "--channel",
+        channel,
+    )
     found = run("fit", plant / "table.csv", "-o", plant / name, "--force", *options)
     return (plant / name, *found)
 
@@ -51,7 +58,9 @@ def model(run, plant, request):
 def test_the_channel_of_the_model_is_read_if_none_is_stated(run, plant, model):
     code, out, _ = run("diagnose", model, plant / "new.csv")
     assert code == 0 and " good " in out and "The channel" not in out
-    write(plant / "moved.csv", "good", 2, "acc_y,acc_x,time", clock=sound("worn", N, 12))
+    write(
+        plant / "moved.csv", "good", 2, "acc_y,acc_x,time", clock=sound("worn", N, 12)
+    )
     code, out, _ = run("diagnose", model, plant / "moved.csv")
     assert code == 0 and " good " in out and "The channel" not in out
 
@@ -78,7 +87,10 @@ def test_files_of_one_channel_may_call_it_as_they_like(run, plant, model):
     assert code == 0 and " good " in out and "The channel" not in out
     np.savez(plant / "alone.npz", velocity=sound("good", N, 2))
     code, out, _ = run("diagnose", model, plant / "alone.npz")
-    assert code == 0 and "The channel is velocity, but the model was fitted on acc_x." in out
+    assert (
+        code == 0
+        and "The channel is velocity, but the model was fitted on acc_x." in out
+    )
 
 
 def test_a_model_states_its_channel(plant, model):
@@ -90,14 +102,24 @@ def test_watch_reads_the_channel_of_the_model(run, plant, model, piped):
     lines = (plant / "new.csv").read_bytes()
     piped(lines)
     code, out, err = run("watch", model, "-")
-    assert code == 0 and verdicts_of(out)[-1]["verdict"] == "good" and "The channel" not in err
+    assert (
+        code == 0
+        and verdicts_of(out)[-1]["verdict"] == "good"
+        and "The channel" not in err
+    )
     for channel in ("acc_y", "2"):
         piped(lines)
         code, out, err = run("watch", model, "-", "--channel", channel)
         assert verdicts_of(out)[-1]["verdict"] == "worn"
-        assert err.count("The channel is acc_y, but the model was fitted on acc_x.") == 1
+        assert (
+            err.count("The channel is acc_y, but the model was fitted on acc_x.") == 1
+        )
     # Raw samples have positions only.
-    raw = np.stack([np.zeros(N), sound("good", N, 2), np.zeros(N)], axis=1).astype("<f4").tobytes()
+    raw = (
+        np.stack([np.zeros(N), sound("good", N, 2), np.zeros(N)], axis=1)
+        .astype("<f4")
+        .tobytes()
+    )
     piped(raw)
     code, out, err = run("watch", model, "-", "--dtype", "(3,)<f4", "--channel", "1")
     assert verdicts_of(out)[-1]["verdict"] == "good"
@@ -133,7 +155,9 @@ def test_a_column_of_times_is_no_signal(run, plant, tmp_path, clock, channel):
     path = write(tmp_path / "new.csv", "good", 2, "clock,acc_x,acc_y", CLOCKS[clock])
     message = "only rises or only falls: it holds times or a count, and is no signal"
     for load in (load_recordings, read_recording_table):
-        with pytest.raises(ValueError, match=rf"new.csv: channel '{channel}' {message}"):
+        with pytest.raises(
+            ValueError, match=rf"new.csv: channel '{channel}' {message}"
+        ):
             load(path.parent / "*.csv", channel=channel, sampling_rate=RATE)
     model, code, _, err = fit(run, plant, "1")
     assert code == 0, err
@@ -141,7 +165,14 @@ def test_a_column_of_times_is_no_signal(run, plant, tmp_path, clock, channel):
     assert code == 1 and message in err and "no verdict: channel" in out
     (tmp_path / "table.csv").write_text("path,condition\nnew.csv,good\nnew2.csv,worn\n")
     write(tmp_path / "new2.csv", "worn", 2, "clock,acc_x,acc_y", CLOCKS[clock])
-    options = ("-o", tmp_path / "m.skops", "--channel", channel, "--sampling-rate", RATE)
+    options = (
+        "-o",
+        tmp_path / "m.skops",
+        "--channel",
+        channel,
+        "--sampling-rate",
+        RATE,
+    )
     code, _, err = run("fit", tmp_path / "table.csv", *options)
     assert code == 1 and message in err
 
@@ -151,7 +182,9 @@ def test_a_column_of_times_is_no_signal_in_watch(run, plant, piped):
     piped((plant / "new.csv").read_bytes())
     _, out, err = run("watch", model, "-", "--channel", "0")
     found = verdicts_of(out)
-    assert {v["quality"] for v in found} == {"ramp"} and {v["verdict"] for v in found} == {None}
+    assert {v["quality"] for v in found} == {"ramp"} and {
+        v["verdict"] for v in found
+    } == {None}
     assert "The channel is time, but the model was fitted on acc_x." in err
 
 
@@ -167,7 +200,9 @@ def test_times_in_minutes_without_their_unit(run, plant):
     path = write(plant / "minutes.csv", "good", 2, clock=np.arange(N) / RATE)
     lines = path.read_text().splitlines()
     rows = [line.partition(",")[2] for line in lines[1:]]
-    path.write_text("\n".join([lines[0], *(f"{i / 6e4:.9f},{row}" for i, row in enumerate(rows))]))
+    path.write_text(
+        "\n".join([lines[0], *(f"{i / 6e4:.9f},{row}" for i, row in enumerate(rows))])
+    )
     code, out, err = run("diagnose", model, path)
     assert code == 1 and "at 1000 Hz; times in min need the unit in their name" in err
     assert "--resample" not in out + err
@@ -178,9 +213,7 @@ def test_another_unit_is_said(run, plant, piped):
     assert load_diagnoser(model)[1]["unit"] == "g"
     assert "The unit" not in run("diagnose", model, plant / "good_in_g.csv")[1]
     assert "The unit" not in run("diagnose", model, plant / "good.csv")[1]
-    remark = (
-        "The unit is mm/s, but the model was fitted on g. Another scale changes nothing, unless"
-    )
+    remark = "The unit is mm/s, but the model was fitted on g. Another scale changes nothing,"
     write(plant / "v.csv", "good", 2, "time,acc_x,acc_y\ns,mm/s,g")
     code, out, _ = run("diagnose", model, plant / "v.csv")
     assert code == 0 and remark in out
@@ -192,13 +225,25 @@ def test_another_unit_is_said(run, plant, piped):
 
 def test_units_that_differ_in_fit_are_said(run, plant):
     write(plant / "worn_in_v.csv", "worn", 1, "time,acc_x,acc_y\ns,mm/s,g")
-    (plant / "units.csv").write_text("path,condition\ngood_in_g.csv,good\nworn_in_v.csv,worn\n")
-    options = ("--diagnoser", "diagnoser", "--window-length", WINDOW, "--channel", "acc_x")
+    (plant / "units.csv").write_text(
+        "path,condition\ngood_in_g.csv,good\nworn_in_v.csv,worn\n"
+    )
+    options = (
+        "--diagnoser",
+        "diagnoser",
+        "--window-length",
+        WINDOW,
+        "--channel",
+        "acc_x",
+    )
     path = plant / "units.skops"
     code, out, _ = run("fit", plant / "units.csv", "-o", path, *options)
     assert code == 0 and "Note: the recordings have the units g, mm/s." in out
     assert load_diagnoser(path)[1]["unit"] is None
-    assert "the recordings have the units" not in fit(run, plant, "acc_x", suffix="_in_g")[2]
+    assert (
+        "the recordings have the units"
+        not in fit(run, plant, "acc_x", suffix="_in_g")[2]
+    )
 
 
 def test_another_scale_changes_nothing(run, plant):
@@ -211,5 +256,7 @@ def test_another_scale_changes_nothing(run, plant):
         np.savetxt(scaled / path.name, columns, fmt="%.17g", **options)
     model = fit(run, plant, "acc_x")[0]
     for name in ("good.csv", "worn.csv"):
-        out, of_scaled = (run("diagnose", model, f / name, "-q")[1] for f in (plant, scaled))
+        out, of_scaled = (
+            run("diagnose", model, f / name, "-q")[1] for f in (plant, scaled)
+        )
         assert out.splitlines()[1].split()[1:] == of_scaled.splitlines()[1].split()[1:]

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 from scipy.signal import lfilter
 
-from skarxlag.persistence import load_diagnoser
+from skarxlag.persistence.models import load_diagnoser
 
-from ..test_orders import ORDERS, RATE, strikes
+from ..distances.test_orders import ORDERS, RATE, strikes
 from .conftest import counts
 
 SPEEDS = (600, 750, 900)
@@ -44,8 +44,12 @@ def plant(tmp_path_factory):
 @pytest.fixture
 def model(run, plant):
     path = plant / "detector.skops"
-    code, out, _ = run("fit", plant / "healthy.csv", "-o", path, "--diagnoser", "detector")
-    assert code == 0 and "Stretches of 8400 samples, 1.05 s at 8000 Hz, 10.5 turns" in out
+    code, out, _ = run(
+        "fit", plant / "healthy.csv", "-o", path, "--diagnoser", "detector"
+    )
+    assert (
+        code == 0 and "Stretches of 8400 samples, 1.05 s at 8000 Hz, 10.5 turns" in out
+    )
     assert counts(out)["healthy"] == [3, 15]
     assert "from 15 healthy stretches; false alarms at speeds that were left out" in out
     return path
@@ -55,18 +59,29 @@ def test_an_alarm_by_few_healthy_stretches_is_said_to_be_weak(run, plant):
     (plant / "one.csv").write_text(f"path,rpm,sampling_rate\n600.npy,600,{RATE}\n")
     path = plant / "few.skops"
     assert run("fit", plant / "one.csv", "-o", path, "--diagnoser", "detector")[0] == 0
-    _, out, _ = run("diagnose", path, plant / "well.npy", "--rpm", 600, "--sampling-rate", RATE)
+    _, out, _ = run(
+        "diagnose", path, plant / "well.npy", "--rpm", 600, "--sampling-rate", RATE
+    )
     assert "rests on fewer than 9 healthy rows" in out
     assert "few to hold" in run("info", path)[1]
 
 
 @pytest.mark.parametrize(
     ("condition", "options", "kind"),
-    [("Normal", (), "detector"), ("x", ("--healthy", "x"), "detector"), ("worn", (), None)],
+    [
+        ("Normal", (), "detector"),
+        ("x", ("--healthy", "x"), "detector"),
+        ("worn", (), None),
+    ],
 )
-def test_one_healthy_condition_alone_makes_a_detector(run, plant, condition, options, kind):
+def test_one_healthy_condition_alone_makes_a_detector(
+    run, plant, condition, options, kind
+):
     lines = (plant / "healthy.csv").read_text().splitlines()
-    rows = [f"{line},{condition if number else 'condition'}" for number, line in enumerate(lines)]
+    rows = [
+        f"{line},{condition if number else 'condition'}"
+        for number, line in enumerate(lines)
+    ]
     (plant / "named.csv").write_text("\n".join(rows))
     path = plant / "named.skops"
     code, _, err = run("fit", plant / "named.csv", "-o", path, *options)
@@ -138,7 +153,15 @@ def test_a_fixed_gain_makes_the_level_count(run, plant):
     np.save(plant / "loud.npy", 5 * np.load(plant / "well.npy"))
     path, facts = plant / "level.skops", ("--rpm", 680, "--sampling-rate", RATE)
     for options, verdict in (((), "healthy"), (("--fixed-gain",), "changed")):
-        fit = ("fit", plant / "healthy.csv", "-o", path, "--diagnoser", "detector", *options)
+        fit = (
+            "fit",
+            plant / "healthy.csv",
+            "-o",
+            path,
+            "--diagnoser",
+            "detector",
+            *options,
+        )
         assert run(*fit)[0] == 0
         code, out, err = run("diagnose", path, plant / "loud.npy", *facts)
         assert code == 0 and f" {verdict} " in out, err
@@ -154,11 +177,18 @@ def test_options_that_cut_choose_windows(run, plant, options):
 
 def test_short_recordings_are_cut_into_windows(run, plant):
     lines = ["path,rpm,sampling_rate"]
-    # Ten turns take two seconds at 300 rpm, which 1.2 s cannot hold twice, not even half of it.
+    # Ten turns take two seconds at 300 rpm, which 1.2 s cannot hold twice, not even
+    # half of it.
     for rpm in (300, 330):
         np.save(plant / f"short_{rpm}.npy", healthy(rpm, 0, 9_700))
         lines.append(f"short_{rpm}.npy,{rpm},{RATE}")
     (plant / "short.csv").write_text("\n".join(lines))
     path = plant / "short.skops"
-    code, out, _ = run("fit", plant / "short.csv", "-o", path, "--diagnoser", "detector")
-    assert code == 0 and "Windows of 4800 samples" in out and counts(out)["healthy"] == [2, 4]
+    code, out, _ = run(
+        "fit", plant / "short.csv", "-o", path, "--diagnoser", "detector"
+    )
+    assert (
+        code == 0
+        and "Windows of 4800 samples" in out
+        and counts(out)["healthy"] == [2, 4]
+    )

@@ -8,8 +8,8 @@ from sklearn.metrics import confusion_matrix, precision_score, recall_score
 from sklearn.utils import Bunch
 
 from skarxlag import make_alpio, make_diagnoser, make_extended_state_pio
-from skarxlag._answers import requests
 from skarxlag.commands import evaluate, main
+from skarxlag.core.capabilities import requests
 from skarxlag.datasets.simulated import simulate_rig
 
 TITLES = ("ALPIO", "Extended state", "Diagnoser")
@@ -52,8 +52,13 @@ def test_writes_tables_and_figures_of_each_crack_size(simulated):
 def test_the_report_says_that_the_rig_is_simulated(simulated):
     lines = (simulated / "simulated_report.txt").read_text().splitlines()
     assert lines[0].startswith("Simulated rig, crack 3 mm: 8 conditions (Normal, ")
-    assert lines[0].endswith("at 300, 400, 450, 500 rpm, windows of 400 samples at 250000 Hz.")
-    assert sum(line.startswith("Simulated rig, crack 6 mm: accuracy") for line in lines) == 1
+    assert lines[0].endswith(
+        "at 300, 400, 450, 500 rpm, windows of 400 samples at 250000 Hz."
+    )
+    assert (
+        sum(line.startswith("Simulated rig, crack 6 mm: accuracy") for line in lines)
+        == 1
+    )
 
 
 @pytest.mark.parametrize("crack", [3, 6])
@@ -61,7 +66,9 @@ def test_tables_are_those_of_the_diagnosers_themselves(simulated, crack):
     rig = simulate_rig(crack_mm=crack, n_samples=2400, window_length=400)
     is_first = rig.start < 1200
     verdicts = pd.read_csv(simulated / f"simulated_{crack}mm_verdicts.csv")
-    assert set(verdicts["train_rpm"]) == {500} and set(verdicts["test_rpm"]) == set(rig.rpm)
+    assert set(verdicts["train_rpm"]) == {500} and set(verdicts["test_rpm"]) == set(
+        rig.rpm
+    )
     assert set(verdicts["start"]) == {1200, 1600, 2000}
     name = f"simulated_{crack}mm_speeds_windows.csv"
     table = numbers(simulated, name, ("diagnoser", "train_rpm"))
@@ -76,9 +83,12 @@ def test_tables_are_those_of_the_diagnosers_themselves(simulated, crack):
         other = ~is_first & (rig.rpm != 500)
         predicted = diagnoser.predict(rig.data[other], **given("predict", other))
         matrix = pd.read_csv(
-            simulated / f"simulated_{crack}mm_confusion_{title.lower().replace(' ', '-')}.csv"
+            simulated
+            / f"simulated_{crack}mm_confusion_{title.lower().replace(' ', '-')}.csv"
         )
-        check_matrix(matrix.set_index("true"), rig.target[other], predicted, rig.target_names)
+        check_matrix(
+            matrix.set_index("true"), rig.target[other], predicted, rig.target_names
+        )
         at_300 = ~is_first & (rig.rpm == 300)
         right = diagnoser.predict(rig.data[at_300], **given("predict", at_300))
         share = 100 * np.mean(rig.target[at_300] == right)
@@ -110,8 +120,14 @@ def test_progress_and_folder_are_printed(run, tmp_path, no_figures):
 def real_rig():
     """What a fetcher returns, on one channel: three conditions, two speeds, nine windows each."""
     rng = np.random.default_rng(1)
-    names = [(condition, rpm) for condition in ("good", "inner", "outer") for rpm in (800.0, 900.0)]
-    colours = {(c, r): [1.0, {"good": -0.9, "inner": 0.9, "outer": 0.0}[c]] for c, r in names}
+    names = [
+        (condition, rpm)
+        for condition in ("good", "inner", "outer")
+        for rpm in (800.0, 900.0)
+    ]
+    colours = {
+        (c, r): [1.0, {"good": -0.9, "inner": 0.9, "outer": 0.0}[c]] for c, r in names
+    }
     # The outer race changes its colour with the speed, so that some verdicts are wrong.
     colours["outer", 900.0] = [1.0, 0.7]
     data = [lfilter([1.0], colours[key], rng.normal(size=(9, 400))) for key in names]
@@ -141,22 +157,34 @@ def fetched(monkeypatch, real_rig):
 @pytest.mark.slow
 def test_real_rig_is_calibrated_at_every_speed(run, tmp_path, fetched, real_rig):
     code, out, _ = run(
-        "evaluate", "--rig", "uestc", "--data-home", tmp_path, "--output", tmp_path / "out"
+        "evaluate",
+        "--rig",
+        "uestc",
+        "--data-home",
+        tmp_path,
+        "--output",
+        tmp_path / "out",
     )
     assert code == 0
     assert fetched == {"data_home": tmp_path, "window_length": 1200}
     assert "simulat" not in out.lower()
     assert (tmp_path / "out" / "uestc.png").stat().st_size > 10_000
     report = (tmp_path / "out" / "uestc_report.txt").read_text()
-    assert out.startswith("UESTC rig: 3 conditions") and report.startswith(out.split("Drawn")[0])
-    pairs = numbers(tmp_path / "out", "uestc_speeds_windows.csv", ("diagnoser", "train_rpm"))
+    assert out.startswith("UESTC rig: 3 conditions") and report.startswith(
+        out.split("Drawn")[0]
+    )
+    pairs = numbers(
+        tmp_path / "out", "uestc_speeds_windows.csv", ("diagnoser", "train_rpm")
+    )
     summary = numbers(tmp_path / "out", "uestc_summary.csv", ["diagnoser"])
     assert len(pairs) == 6
     for title in TITLES:
         accuracy = pairs.loc[title, ["800", "900"]].to_numpy()
         other = accuracy[[0, 1], [1, 0]]
         assert len(np.unique(accuracy)) > 1
-        assert summary.loc[title, "mean_other_speed"] == pytest.approx(other.mean(), rel=1e-5)
+        assert summary.loc[title, "mean_other_speed"] == pytest.approx(
+            other.mean(), rel=1e-5
+        )
         assert summary.loc[title, "worst_pair"] == pytest.approx(other.min(), rel=1e-5)
         assert summary.loc[title, "mean_same_speed"] == pytest.approx(
             accuracy.diagonal().mean(), rel=1e-5
@@ -165,14 +193,19 @@ def test_real_rig_is_calibrated_at_every_speed(run, tmp_path, fetched, real_rig)
             f"{round(each, 1):g}" for each in accuracy[0]
         )
         assert re.search(numbers_of, report)
-    # The middle window of nine belongs to neither half: 4 windows, 3 conditions, 2 pairs.
+    # The middle window of nine belongs to neither half: 4 windows, 3 conditions, 2
+    # pairs.
     counts = numbers(tmp_path / "out", "uestc_confusion_alpio.csv", ["true"])
     assert counts.iloc[:3, :3].to_numpy().sum() == 24
 
 
-def test_threads_change_nothing_and_progress_can_be_silenced(run, tmp_path, fetched, no_figures):
+def test_threads_change_nothing_and_progress_can_be_silenced(
+    run, tmp_path, fetched, no_figures
+):
     outputs = tmp_path / "a", tmp_path / "b"
-    for output, options in zip(outputs, (["--n-jobs", "1"], ["--n-jobs", "3", "-q"]), strict=True):
+    for output, options in zip(
+        outputs, (["--n-jobs", "1"], ["--n-jobs", "3", "-q"]), strict=True
+    ):
         code, _, err = run("evaluate", "--rig", "uestc", "--output", output, *options)
         assert code == 0 and ("[3/3]" in err) == ("-q" not in options)
         assert bool(err) == ("-q" not in options)
@@ -191,11 +224,23 @@ def test_one_training_speed_of_a_real_rig(run, tmp_path, fetched, no_figures):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--train-rpm", "310"], "--train-rpm: 310, expected 300, 400, 450, 500, or all"),
-        (["--train-rpm", "fast"], "--train-rpm: 'fast', expected a speed in rpm, or all"),
+        (
+            ["--train-rpm", "310"],
+            "--train-rpm: 310, expected 300, 400, 450, 500, or all",
+        ),
+        (
+            ["--train-rpm", "fast"],
+            "--train-rpm: 'fast', expected a speed in rpm, or all",
+        ),
         (["--train-rpm", "nan"], "--train-rpm: 'nan', expected a speed"),
-        (["--window-length", "99"], "--window-length: '99', expected an integer of at least 100"),
-        (["--window-length", "2000"], "--window-length: 2000, expected at most half of the shor"),
+        (
+            ["--window-length", "99"],
+            "--window-length: '99', expected an integer of at least 100",
+        ),
+        (
+            ["--window-length", "2000"],
+            "--window-length: 2000, expected at most half of the shor",
+        ),
         (["--n-jobs", "0"], "--n-jobs: '0', expected a number of threads"),
         (["--n-samples", "x"], "--n-samples: 'x', expected an integer of at least 1"),
         (["--rig", "mine"], "--rig: invalid choice: 'mine'"),
@@ -205,7 +250,9 @@ def test_one_training_speed_of_a_real_rig(run, tmp_path, fetched, no_figures):
     ],
 )
 def test_wrong_arguments_are_named(run, tmp_path, arguments, message):
-    code, out, err = run("evaluate", "--n-samples", "2400", "--output", tmp_path, *arguments)
+    code, out, err = run(
+        "evaluate", "--n-samples", "2400", "--output", tmp_path, *arguments
+    )
     assert code == 2 and not out
     assert f"argument {message}" in err and "Traceback" not in err
 
@@ -213,9 +260,13 @@ def test_wrong_arguments_are_named(run, tmp_path, arguments, message):
 def test_options_that_do_not_fit_a_real_rig_and_windows_longer_than_its_halves_are_refused(
     run, tmp_path, fetched, real_rig
 ):
-    code, _, err = run("evaluate", "--rig", "uestc", "--n-samples", "1", "--output", tmp_path)
+    code, _, err = run(
+        "evaluate", "--rig", "uestc", "--n-samples", "1", "--output", tmp_path
+    )
     assert code == 2 and "argument --n-samples: not allowed with --rig uestc" in err
-    code, _, err = run("evaluate", "--rig", "uestc", "--train-rpm", "850", "--output", tmp_path)
+    code, _, err = run(
+        "evaluate", "--rig", "uestc", "--train-rpm", "850", "--output", tmp_path
+    )
     assert code == 2 and "argument --train-rpm: 850, expected 800, 900, or all" in err
     for name in ("data", "target", "rpm", "recording", "start"):
         real_rig[name] = real_rig[name][::9]
@@ -239,7 +290,10 @@ def test_a_window_length_that_a_fetcher_refuses_is_named(run, tmp_path, monkeypa
 
     monkeypatch.setitem(evaluate.FETCHERS, "hit_sm", fetch)
     code, _, err = run("evaluate", "--rig", "hit_sm", "--output", tmp_path)
-    assert code == 1 and "error: N_800_1.mat: fewer samples than window_length=500000" in err
+    assert (
+        code == 1
+        and "error: N_800_1.mat: fewer samples than window_length=500000" in err
+    )
 
 
 def test_output_that_is_a_file_is_refused_before_anything_is_computed(run, tmp_path):
@@ -249,7 +303,13 @@ def test_output_that_is_a_file_is_refused_before_anything_is_computed(run, tmp_p
 
 
 @pytest.mark.parametrize(
-    "wrong", [["--train-rpm", 77], ["--window-length", 5000], ["--rpm", 900], ["no_such_table.csv"]]
+    "wrong",
+    [
+        ["--train-rpm", 77],
+        ["--window-length", 5000],
+        ["--rpm", 900],
+        ["no_such_table.csv"],
+    ],
 )
 def test_a_wrong_argument_leaves_no_folder(run, tmp_path, wrong):
     code, _, err = run(*TINY, *wrong, "--output", tmp_path / "new" / "folder")

@@ -17,8 +17,8 @@ from skarxlag import (
     make_windows,
     recording_verdicts,
 )
-from skarxlag._answers import requests
-from skarxlag.persistence import load_diagnoser, save_diagnoser
+from skarxlag.core.capabilities import requests
+from skarxlag.persistence.models import load_diagnoser, save_diagnoser
 
 from .conftest import counts
 
@@ -84,9 +84,20 @@ def test_the_healthy_condition_is_printed(run, workshop, names, expected, reason
         lines.append(f"{file}_300.npy,{name},50e3")
     table, path = workshop / "named.csv", workshop / "m.skops"
     table.write_text("\n".join(lines))
-    arguments = ("fit", table, "-o", path, "--window-length", WINDOW, "--diagnoser", "alpio")
+    arguments = (
+        "fit",
+        table,
+        "-o",
+        path,
+        "--window-length",
+        WINDOW,
+        "--diagnoser",
+        "alpio",
+    )
     code, out, _ = run(*arguments)
-    assert code == 0 and f"Healthy: {expected} ({reason}; --healthy names another)" in out
+    assert (
+        code == 0 and f"Healthy: {expected} ({reason}; --healthy names another)" in out
+    )
     assert load_diagnoser(path)[1]["conditions"][0] == expected
     code, out, _ = run(*arguments, "--healthy", names[2])
     assert f"Healthy: {names[2]} (--healthy)" in out
@@ -95,20 +106,29 @@ def test_the_healthy_condition_is_printed(run, workshop, names, expected, reason
 
 def test_fit_requires_the_healthy_condition_that_no_name_states(run, workshop):
     table, path = workshop / "unnamed.csv", workshop / "m.skops"
-    table.write_text("path,condition,sampling_rate\ngood_300.npy,a,5\ninner_300.npy,b,5\n")
+    table.write_text(
+        "path,condition,sampling_rate\ngood_300.npy,a,5\ninner_300.npy,b,5\n"
+    )
     plain = ("fit", table, "-o", path, "--window-length", WINDOW)
     arguments = (*plain, "--diagnoser", "detector")
     for command in (plain, arguments):
         code, _, err = run(*command)
-        assert code == 2 and "argument --healthy: needed, because the names do not show" in err
+        assert (
+            code == 2
+            and "argument --healthy: needed, because the names do not show" in err
+        )
         assert ("--healthy none" in err) == (command == plain) and "a, b" in err
         assert not path.exists()
     code, _, err = run(*arguments, "--healthy", "none")
     assert code == 2 and "argument --healthy: 'none', expected a condition of" in err
     code, out, _ = run(*plain, "--healthy", "none")
-    assert code == 0 and "Healthy: None" not in out and "Healthy: none (--healthy)" in out
+    assert (
+        code == 0 and "Healthy: None" not in out and "Healthy: none (--healthy)" in out
+    )
     assert load_diagnoser(path)[1]["healthy"] is None
-    code, _, err = run("diagnose", path, workshop / "good_300.npy", "--fail-on", "alarm")
+    code, _, err = run(
+        "diagnose", path, workshop / "good_300.npy", "--fail-on", "alarm"
+    )
     assert code == 2 and "does not state which condition is healthy" in err
     code, out, err = run("diagnose", path, workshop / "good_300.npy")
     assert code == 0, err
@@ -119,14 +139,21 @@ def test_fit_requires_the_healthy_condition_that_no_name_states(run, workshop):
     assert code == 0 and "Healthy: a (the only condition)" in out
 
 
-def test_missing_skops_is_reported_before_anything_is_fitted(run, workshop, monkeypatch):
+def test_missing_skops_is_reported_before_anything_is_fitted(
+    run, workshop, monkeypatch
+):
     monkeypatch.setitem(sys.modules, "skops", None)
     code, _, err = run("fit", workshop / "table.csv", "-o", workshop / "m.skops", *FIT)
-    assert code == 1 and "needs skops: pip install 'skarxlag[io]'" in err and "fitting" not in err
+    assert (
+        code == 1
+        and "needs skops: pip install 'skarxlag[io]'" in err
+        and "fitting" not in err
+    )
 
 
 @pytest.mark.parametrize(
-    ("name", "maker"), [("alpio", make_alpio), ("extended-state", make_extended_state_pio)]
+    ("name", "maker"),
+    [("alpio", make_alpio), ("extended-state", make_extended_state_pio)],
 )
 def test_fit_is_the_pipeline_on_the_chosen_windows(run, workshop, name, maker):
     path = workshop / "m.skops"
@@ -134,7 +161,9 @@ def test_fit_is_the_pipeline_on_the_chosen_windows(run, workshop, name, maker):
     assert run("fit", workshop / "table.csv", "-o", path, *FIT, *options)[0] == 0
     diagnoser, facts = load_diagnoser(path)
     conditions = ["inner", "good", "outer"]
-    windows = {c: make_windows(np.load(workshop / f"{c}_500.npy"), WINDOW) for c in conditions}
+    windows = {
+        c: make_windows(np.load(workshop / f"{c}_500.npy"), WINDOW) for c in conditions
+    }
     X, y = np.concatenate(list(windows.values())), np.repeat(conditions, 20)
     expected = maker(healthy="good").set_params(decide__false_alarm_rate=0.2)
     speeds = {"rpm": np.full(len(X), 500.0)} if requests(expected, "fit", "rpm") else {}
@@ -166,7 +195,11 @@ def test_verdicts_sum_the_evidence_of_windows(run, model, workshop):
     line = next(line for line in out.splitlines() if line.startswith(str(path)))
     # Seven windows count as 7 / (1 + 6 * .7) independent ones. The speed is not stated.
     probability_of_recording = softmax(7 / 5.2 * evidence).max()
-    assert line.split()[1:] == ["inner", f"{min(probability_of_recording, 0.999):.1%}", "-"]
+    assert line.split()[1:] == [
+        "inner",
+        f"{min(probability_of_recording, 0.999):.1%}",
+        "-",
+    ]
     rows = pd.read_csv(output)
     assert rows["probability"].item() == pytest.approx(probability_of_recording)
     for name in ("good", "inner", "outer"):
@@ -176,7 +209,9 @@ def test_verdicts_sum_the_evidence_of_windows(run, model, workshop):
     assert set(windows["recording"]) == {str(path)}
     assert windows["verdict"].tolist() == diagnoser.predict(X).tolist()
     assert windows["alarm"].isna().all()
-    np.testing.assert_allclose(windows["probability_of_outer"], probability[:, 2], rtol=1e-12)
+    np.testing.assert_allclose(
+        windows["probability_of_outer"], probability[:, 2], rtol=1e-12
+    )
 
 
 def test_threads_change_nothing(run, model, workshop):
@@ -190,7 +225,14 @@ def test_threads_change_nothing(run, model, workshop):
 @pytest.mark.slow
 def test_reading_in_parts_changes_nothing(run, model, workshop, monkeypatch):
     output = workshop / "verdicts.csv"
-    arguments = (model, workshop / "inner_300.npy", "--table", workshop / "table.csv", "-o", output)
+    arguments = (
+        model,
+        workshop / "inner_300.npy",
+        "--table",
+        workshop / "table.csv",
+        "-o",
+        output,
+    )
     written = output, workshop / "verdicts_windows.csv"
 
     def outcome():
@@ -227,7 +269,10 @@ def test_detector_needs_healthy_recordings_only(run, workshop):
     rate = ("--false-alarm-rate", "0.05")
     code, out, err = run("fit", full, "-o", path, *options, "--healthy", "good", *rate)
     assert code == 0 and counts(out)["good"] == [2, 40] and "warning" not in err
-    assert "Limits for a false-alarm rate of 0.05 from 40 healthy windows; false alarms" in out
+    assert (
+        "Limits for a false-alarm rate of 0.05 from 40 healthy windows; false alarms"
+        in out
+    )
     detector = load_diagnoser(path)[0]
     np.testing.assert_allclose(detector[-1].speeds_, [300, 500])
 
@@ -242,14 +287,17 @@ def test_detector_needs_healthy_recordings_only(run, workshop):
     windows = pd.read_csv(workshop / "v_windows.csv")
     X = make_windows(np.load(workshop / "good_300.npy"), WINDOW)
     own = windows[windows["recording"] == "good_300.npy"]
-    np.testing.assert_allclose(own["score"], detector.decision_function(X, rpm=300), rtol=1e-9)
+    np.testing.assert_allclose(
+        own["score"], detector.decision_function(X, rpm=300), rtol=1e-9
+    )
     assert (own["alarm"] == (detector.predict(X, rpm=300) == -1)).all()
 
     file = workshop / "good_300.npy"
     assert " good " in run("diagnose", path, file, "--rpm", "300")[1]
     code, out, _ = run("diagnose", path, file)
     assert (
-        code == 1 and "no verdict: the speed is not stated, and healthy limits hold at 300" in out
+        code == 1
+        and "no verdict: the speed is not stated, and healthy limits hold at 300" in out
     )
     code, _, err = run("diagnose", path, "--table", full, "--rpm", "300")
     assert code == 2 and "argument --rpm: no effect, because each line of" in err
@@ -281,7 +329,10 @@ def test_channels_of_inputs(run, workshop):
     code, out, _ = run("diagnose", path, file, "--channel", "y; u")
     assert code == 0 and " inner " in out
     code, out, err = run("diagnose", path, file, "--channel", "u;y")
-    assert code == 1 and f"channels u; y, but {path} was fitted on y; u, in this order" in err
+    assert (
+        code == 1
+        and f"channels u; y, but {path} was fitted on y; u, in this order" in err
+    )
     code, out, err = run("diagnose", path, file, "--channel", "y")
     assert code == 1
     assert err.splitlines()[-1] == f"  {file}: 1 channel, but {path} was fitted on 2"
@@ -294,7 +345,9 @@ def test_an_input_in_the_unit_of_the_output_is_noted(run, workshop):
         y = signal(condition, 10 * WINDOW, 3)
         with h5py.File(workshop / f"{condition}.h5", "w") as file:
             for name, unit in {"torque": "Nm", "acc_x": "g", "acc_y": "g"}.items():
-                file.create_dataset(name, data=np.roll(y, len(unit))).attrs["unit"] = unit
+                file.create_dataset(name, data=np.roll(y, len(unit))).attrs["unit"] = (
+                    unit
+                )
         lines.append(f"{condition}.h5,{condition},50e3,*_x;torque;acc_y")
     table = workshop / "units.csv"
     table.write_text("\n".join(lines))
@@ -312,7 +365,10 @@ def test_another_sampling_rate_is_refused(run, model, workshop):
     assert code == 1
     assert f"{path}: sampled at 44100 Hz, but {model} was fitted at 50000 Hz" in err
     code, _, err = run("diagnose", model, path, "--sampling-rate", "50e3")
-    assert code == 1 and f"{path}: sampling_rate is 50000 Hz but the file states 44100" in err
+    assert (
+        code == 1
+        and f"{path}: sampling_rate is 50000 Hz but the file states 44100" in err
+    )
     path = workshop / "good_300.npy"
     assert run("diagnose", model, path, "--sampling-rate", "20e3")[0] == 1
     code, out, _ = run("diagnose", model, path, "--sampling-rate", "50e3")
@@ -325,9 +381,15 @@ def test_another_sampling_rate_is_refused(run, model, workshop):
         (["--healthy", "x"], "--healthy: 'x', expected a condition of"),
         (["--train-rpm", "400"], "--train-rpm: 400 to 400 holds no speed of "),
         (["--train-rpm", "0"], "--train-rpm: '0', expected a speed such as 1797"),
-        (["--false-alarm-rate", "1"], "--false-alarm-rate: '1', expected a number between 0 and 1"),
+        (
+            ["--false-alarm-rate", "1"],
+            "--false-alarm-rate: '1', expected a number between 0 and 1",
+        ),
         (["--diagnoser", "x"], "--diagnoser: invalid choice: 'x'"),
-        (["--window-length", "10"], "--window-length: '10', expected an integer of at least 100"),
+        (
+            ["--window-length", "10"],
+            "--window-length: '10', expected an integer of at least 100",
+        ),
         (["-o", "nowhere/m.skops"], "-o/--output: nowhere/m.skops, expected a file"),
     ],
 )
@@ -342,17 +404,29 @@ def test_tables_that_cannot_be_fitted_are_named(run, workshop):
     table = workshop / "other.csv"
     for content, message in [
         ("path,sampling_rate\ngood_300.npy,5\n", "conditions not stated; expected two"),
-        ("path,condition,sampling_rate\ngood_300.npy,worn,5\n", "conditions worn; expected two"),
+        (
+            "path,condition,sampling_rate\ngood_300.npy,worn,5\n",
+            "conditions worn; expected two",
+        ),
         ("path,condition,sampling_rate\ngone.npy,good,5\n", "line 2"),
     ]:
         table.write_text(content)
-        code, _, err = run("fit", table, "-o", workshop / "m.skops", "--window-length", WINDOW)
+        code, _, err = run(
+            "fit", table, "-o", workshop / "m.skops", "--window-length", WINDOW
+        )
         assert code == 1 and message in err and str(table) in err
     table.write_text("path,condition,sampling_rate\ngood_300.npy,good,5\n")
     code, _, err = run("fit", table, "-o", workshop / "m.skops", "--train-rpm", "300")
     assert code == 2 and "no column rpm" in err
     table.write_text("path,sampling_rate\ngood_300.npy,5\n")
-    options = ("--diagnoser", "detector", "--healthy", "good", "--window-length", WINDOW)
+    options = (
+        "--diagnoser",
+        "detector",
+        "--healthy",
+        "good",
+        "--window-length",
+        WINDOW,
+    )
     code, _, err = run("fit", table, "-o", workshop / "m.skops", *options)
     assert code == 2 and "--healthy" in err
     assert not (workshop / "m.skops").exists()
@@ -362,10 +436,19 @@ def test_wrong_arguments_of_diagnose_are_named(run, model, workshop):
     table, file = workshop / "table.csv", workshop / "good_300.npy"
     for arguments, message in [
         ([], "argument RECORDING: none given"),
-        (["--table", table, "--pattern", "(?P<rpm>.)"], "argument --pattern: for a folder"),
-        (["--table", table, "--sampling-rate", "5"], "argument --sampling-rate: no effect"),
+        (
+            ["--table", table, "--pattern", "(?P<rpm>.)"],
+            "argument --pattern: for a folder",
+        ),
+        (
+            ["--table", table, "--sampling-rate", "5"],
+            "argument --sampling-rate: no effect",
+        ),
         ([file, "-o", workshop / "no" / "v.csv"], "argument -o/--output"),
-        ([file, "--sampling-rate", "x"], "argument --sampling-rate: 'x', expected a number"),
+        (
+            [file, "--sampling-rate", "x"],
+            "argument --sampling-rate: 'x', expected a number",
+        ),
     ]:
         code, out, err = run("diagnose", model, *arguments)
         assert code == 2 and message in err and not out
@@ -378,12 +461,22 @@ def test_a_recording_that_fails_costs_no_other_its_verdict(run, model, workshop)
     good = [workshop / "good_300.npy", workshop / "inner_300.npy"]
     code, out, err = run("diagnose", model, gone, good[0], short, good[1], "-o", output)
     assert code == 1
-    assert "[1/4]" in err.splitlines()[0] and "gone.npy: no such file" in err.splitlines()[0]
+    assert (
+        "[1/4]" in err.splitlines()[0]
+        and "gone.npy: no such file" in err.splitlines()[0]
+    )
     assert err.splitlines()[-3] == "2 of 4 recordings failed:"
     assert str(gone) in err.splitlines()[-2] and "fewer than" in err.splitlines()[-1]
     rows = pd.read_csv(output)
-    assert rows["recording"].tolist() == [str(path) for path in (gone, good[0], short, good[1])]
-    assert rows["verdict"].str.startswith("no verdict: ").tolist() == [True, False, True, False]
+    assert rows["recording"].tolist() == [
+        str(path) for path in (gone, good[0], short, good[1])
+    ]
+    assert rows["verdict"].str.startswith("no verdict: ").tolist() == [
+        True,
+        False,
+        True,
+        False,
+    ]
     assert rows["verdict"].tolist()[1::2] == ["good", "inner"]
     assert rows["error"].notna().tolist() == [True, False, True, False]
     assert all(f"{path} " in out for path in good)
@@ -395,21 +488,33 @@ def test_foreign_model_files_are_refused_in_one_line(run, workshop):
     path.write_bytes(b"no zip file")
     code, out, err = run("diagnose", path, workshop / "good_300.npy")
     assert code == 1 and not out
-    assert err.strip().count("\n") == 0 and f"{path}: no diagnoser saved by skarxlag" in err
+    assert (
+        err.strip().count("\n") == 0
+        and f"{path}: no diagnoser saved by skarxlag" in err
+    )
 
 
 def test_what_save_diagnoser_wrote_is_accepted(run, workshop):
-    X = make_windows(np.concatenate([signal(c, 20 * WINDOW, 1) for c in COLOURS]), WINDOW)
+    X = make_windows(
+        np.concatenate([signal(c, 20 * WINDOW, 1) for c in COLOURS]), WINDOW
+    )
     y = np.repeat(list(COLOURS), 20)
     path = workshop / "mine.skops"
     save_diagnoser(make_diagnoser(healthy="inner").fit(X, y), path, sampling_rate=50e3)
     code, out, _ = run("diagnose", path, "--table", workshop / "table.csv")
     assert code == 0
-    assert "calibrated on inner, good, outer, windows of 200 samples, 0.004 s at 50000 Hz" in out
-    rows = [line.split() for line in out.splitlines() if ".npy " in line and "%" in line]
+    assert (
+        "calibrated on inner, good, outer, windows of 200 samples, 0.004 s at 50000 Hz"
+        in out
+    )
+    rows = [
+        line.split() for line in out.splitlines() if ".npy " in line and "%" in line
+    ]
     assert len(rows) == 6 and all(row[1] == row[3] for row in rows)
     save_diagnoser(make_diagnoser().fit(X, y), path)
-    code, out, _ = run("diagnose", path, workshop / "good_300.npy", "--sampling-rate", "9")
+    code, out, _ = run(
+        "diagnose", path, workshop / "good_300.npy", "--sampling-rate", "9"
+    )
     assert code == 0 and " good " in out and "Hz" not in out.splitlines()[0]
 
 
@@ -419,7 +524,7 @@ def test_fit_that_fails_keeps_the_old_file(run, model, workshop, monkeypatch):
     def full_disk(*args):
         raise OSError(f"{model}: no space left")
 
-    monkeypatch.setattr("skarxlag._files.os.replace", full_disk)
+    monkeypatch.setattr("skarxlag.core.files.os.replace", full_disk)
     code, _, err = run("fit", workshop / "table.csv", "-o", model, *FIT)
     assert code == 1 and "no space left" in err
     assert model.read_bytes() == before
@@ -433,12 +538,16 @@ def test_a_dead_sensor_gives_no_verdict_and_says_what_to_look_at(run, model, wor
     np.save(path, np.zeros(2 * WINDOW))
     np.save(workshop / "half.npy", half)
     with warnings.catch_warnings(record=True) as warned:
-        code, out, _ = run("diagnose", model, path, workshop / "half.npy", "--fail-on", "alarm")
+        code, out, _ = run(
+            "diagnose", model, path, workshop / "half.npy", "--fail-on", "alarm"
+        )
     assert code == 3 and not warned
     assert f"\n{path}: No window carries a signal. Check the sensor" in out
     assert "silence.npy: 2 of 2 windows carry no signal (constant: 2)." in out
     assert "half.npy: 1 of 4 windows carry no signal (constant: 1)." in out
-    assert "no signal" in next(line for line in out.splitlines() if line.startswith(str(path)))
+    assert "no signal" in next(
+        line for line in out.splitlines() if line.startswith(str(path))
+    )
 
 
 @pytest.mark.parametrize("command", ["fit", "diagnose"])
@@ -453,7 +562,10 @@ def test_one_file_holds_all_that_the_recordings_allow(run, workshop):
     """Conditions, known conditions and healthy limits; the alarm needs a speed of the training."""
     path, file = workshop / "all.skops", workshop / "inner_300.npy"
     code, out, _ = run("fit", workshop / "table.csv", "-o", path, *FIT)
-    assert code == 0 and "Limits for a false-alarm rate of 0.01 from 40 healthy windows" in out
+    assert (
+        code == 0
+        and "Limits for a false-alarm rate of 0.01 from 40 healthy windows" in out
+    )
     facts = load_diagnoser(path)[1]
     assert facts["detector"][-1].n_rows_ == 40 and "known_conditions" in facts
     code, out, _ = run("diagnose", path, file, "--rpm", 300)
@@ -466,7 +578,9 @@ def test_the_shell_says_what_recording_verdicts_says(run, workshop):
     path, output = workshop / "all.skops", workshop / "v.json"
     run("fit", workshop / "table.csv", "-o", path, *FIT)
     run("diagnose", path, "--table", workshop / "table.csv", "-o", output)
-    found = pd.DataFrame(json.loads(output.read_text())["recordings"]).set_index("recording")
+    found = pd.DataFrame(json.loads(output.read_text())["recordings"]).set_index(
+        "recording"
+    )
     diagnoser, facts = load_diagnoser(path)
     listed = pd.read_csv(workshop / "table.csv")
     X = [make_windows(np.load(workshop / name), WINDOW) for name in listed["path"]]
@@ -516,8 +630,15 @@ def test_diagnose_reads_the_speed_from_the_file(run, model, workshop):
 
     def windows(name, *options):
         output = workshop / "out.csv"
-        assert run("diagnose", model, workshop / name, "-o", output, *options)[0] in (0, 1)
-        return pd.read_csv(output).select_dtypes("number").drop(columns="rpm", errors="ignore")
+        assert run("diagnose", model, workshop / name, "-o", output, *options)[0] in (
+            0,
+            1,
+        )
+        return (
+            pd.read_csv(output)
+            .select_dtypes("number")
+            .drop(columns="rpm", errors="ignore")
+        )
 
     of_file = windows("run.npz")
     pd.testing.assert_frame_equal(of_file, windows("bare.npz", "--rpm", 380))

@@ -16,7 +16,13 @@ from scipy.signal import lfilter
 from sklearn.model_selection import GridSearchCV, cross_val_score
 
 from skarxlag import load_diagnoser, make_alpio, save_diagnoser
-from skarxlag.commands.diagnosis import Diagnosis, Workers, diagnose_file, executors, run_tasks
+from skarxlag.commands.diagnosis import (
+    Diagnosis,
+    Workers,
+    diagnose_file,
+    executors,
+    run_tasks,
+)
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.messages import CommandError, Progress
 from skarxlag.commands.models import SavedModel
@@ -44,7 +50,9 @@ def fleet(tmp_path_factory):
     lines = ["path,sampling_rate"]
     for number in range(N_RECORDINGS):
         noise = rng.normal(size=3 * WINDOW)
-        np.save(folder / f"{number}.npy", lfilter([1.0], [1.0, -0.1 * (number % 10)], noise))
+        np.save(
+            folder / f"{number}.npy", lfilter([1.0], [1.0, -0.1 * (number % 10)], noise)
+        )
         lines.append(f"{number}.npy,5e3")
     (folder / "table.csv").write_text("\n".join([*lines, "lost.npy,5e3"]))
     return folder
@@ -52,9 +60,10 @@ def fleet(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def cluster():
-    # With no failure allowed a task is given up with the first worker that dies, as are those that
-    # waited beside it. The times are how long Dask tries to fetch a result from a dead worker, and
-    # when a local cluster, unlike others, closes a nanny whose worker has not come back.
+    # With no failure allowed a task is given up with the first worker that dies, as are
+    # those that waited beside it. The times are how long Dask tries to fetch a result
+    # from a dead worker, and when a local cluster, unlike others, closes a nanny whose
+    # worker has not come back.
     options = {
         "distributed.scheduler.allowed-failures": 0,
         "distributed.comm.timeouts.connect": "5s",
@@ -63,13 +72,20 @@ def cluster():
     if "forkserver" in multiprocessing.get_all_start_methods():
         # A worker that is forked from a process with these modules starts in no time.
         multiprocessing.set_forkserver_preload(
-            ["distributed.worker", "skarxlag.commands.diagnosis", "skarxlag.pipelines"]
+            [
+                "distributed.worker",
+                "skarxlag.commands.diagnosis",
+                "skarxlag.core.pipelines",
+            ]
         )
         import_module("multiprocessing.forkserver").ensure_running()
         options["distributed.worker.multiprocessing-method"] = "forkserver"
     with dask.config.set(options):
         cluster = distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, dashboard_address="localhost:0"
+            n_workers=2,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address="localhost:0",
         )
         yield cluster
         # A cluster that is closed while a worker starts may wait for it for ever.
@@ -89,7 +105,11 @@ def diagnose(run, fleet, tmp_path):
         code, out, err = run(
             "diagnose", fleet / "m.skops", "--table", table, "-o", output, *options
         )
-        assert code == 1 and f"{n_failed} of 21 recordings failed" in err and "lost.npy" in err
+        assert (
+            code == 1
+            and f"{n_failed} of 21 recordings failed" in err
+            and "lost.npy" in err
+        )
         assert not list(tmp_path.glob("*-journal"))
         windows = output.with_name(f"{output.stem}_windows.csv")
         return output.read_bytes(), windows.read_bytes(), out.replace(output.stem, "")
@@ -112,7 +132,10 @@ def test_threads_and_processes_change_nothing(diagnose, in_order):
 def test_processes_that_are_spawned_change_nothing(run, fleet, tmp_path):
     """Workers of a pool cannot start processes of their own."""
     table, context = tmp_path / "table.csv", multiprocessing.get_context("spawn")
-    lines = [f"{fleet}/{number}.npy,{name},5e3" for number, name in ((0, "good"), (9, "worn"))]
+    lines = [
+        f"{fleet}/{number}.npy,{name},5e3"
+        for number, name in ((0, "good"), (9, "worn"))
+    ]
     table.write_text("\n".join(["path,condition,sampling_rate", *lines]))
     outputs = []
     for folder in ("own", "spawned"):
@@ -120,7 +143,10 @@ def test_processes_that_are_spawned_change_nothing(run, fleet, tmp_path):
         model, output = tmp_path / folder / "m.skops", tmp_path / folder / "out.csv"
         fit = ["fit", table, "-o", model, "--window-length", 100, "--n-jobs", 2, "-q"]
         fit += ["--diagnoser", "alpio"]
-        commands = [fit, ["diagnose", model, fleet / "3.npy", "-o", output, "--n-jobs", 2, "-q"]]
+        commands = [
+            fit,
+            ["diagnose", model, fleet / "3.npy", "-o", output, "--n-jobs", 2, "-q"],
+        ]
         commands[1] += ["--processes"] if folder == "spawned" else []
         if folder == "own":
             assert [run(*command)[0] for command in commands] == [0, 0]
@@ -139,7 +165,9 @@ def test_a_recording_that_kills_its_workers_costs_itself_alone(
     victim = next(iter(cluster.workers.values())).pid
 
     def run_with_killer(tasks, workers):
-        return run_tasks([Deadly() if name_of(each) == killer else each for each in tasks], workers)
+        return run_tasks(
+            [Deadly() if name_of(each) == killer else each for each in tasks], workers
+        )
 
     def step_and_kill(progress, line, *details):
         seen.append(line)
@@ -154,7 +182,9 @@ def test_a_recording_that_kills_its_workers_costs_itself_alone(
     assert len(seen) == N_RECORDINGS + 1
     assert victim not in [worker.pid for worker in cluster.workers.values()]
     for name in ("{}.csv", "{}_windows.csv"):
-        expected, found = (pd.read_csv(tmp_path / name.format(run)) for run in ("order", "out"))
+        expected, found = (
+            pd.read_csv(tmp_path / name.format(run)) for run in ("order", "out")
+        )
         is_killer = found["recording"] == killer
         pd.testing.assert_frame_equal(
             found[~is_killer].reset_index(drop=True),
@@ -170,8 +200,14 @@ LIES = {
     "1.npy": (None, "a worker returned a NoneType that is no result"),
     "2.npy": ("good", "a worker returned a str that is no result"),
     "3.npy": (Diagnosis({}, None), "a worker returned a Diagnosis that is no result"),
-    "4.npy": (Diagnosis(None, None, error=5), "a worker returned a Diagnosis that is no result"),
-    "5.npy": (Diagnosis({"verdict": "good"}, pd.DataFrame({"verdict": [1]})), "that is no result"),
+    "4.npy": (
+        Diagnosis(None, None, error=5),
+        "a worker returned a Diagnosis that is no result",
+    ),
+    "5.npy": (
+        Diagnosis({"verdict": "good"}, pd.DataFrame({"verdict": [1]})),
+        "that is no result",
+    ),
 }
 
 
@@ -185,17 +221,28 @@ def test_workers_that_lie_cost_their_recording(
         return run_tasks([lying.get(name_of(each), each) for each in tasks], workers)
 
     monkeypatch.setattr("skarxlag.commands.diagnosis.run_tasks", run_with_lies)
-    diagnose(*(["--dask", cluster.scheduler_address] if is_cluster else []), n_failed=1 + len(LIES))
+    diagnose(
+        *(["--dask", cluster.scheduler_address] if is_cluster else []),
+        n_failed=1 + len(LIES),
+    )
     expected, found = (pd.read_csv(tmp_path / f"{run}.csv") for run in ("order", "out"))
     is_lie = found["recording"].isin(LIES)
-    for name, error in zip(found["recording"][is_lie], found["error"][is_lie], strict=True):
+    for name, error in zip(
+        found["recording"][is_lie], found["error"][is_lie], strict=True
+    ):
         assert error.endswith(LIES[name][1])
     pd.testing.assert_frame_equal(found[~is_lie], expected[~is_lie], check_dtype=False)
 
 
 def test_an_address_where_no_scheduler_answers_is_named(run, fleet, monkeypatch):
     monkeypatch.setattr("skarxlag.commands.diagnosis._CONNECT_SECONDS", 0.3)
-    arguments = ("diagnose", fleet / "m.skops", fleet / "0.npy", "--dask", "tcp://127.0.0.1:1")
+    arguments = (
+        "diagnose",
+        fleet / "m.skops",
+        fleet / "0.npy",
+        "--dask",
+        "tcp://127.0.0.1:1",
+    )
     code, out, err = run(*arguments)
     assert code == 1 and not out
     assert "--dask tcp://127.0.0.1:1: no scheduler that has workers answers" in err
@@ -233,7 +280,9 @@ def test_a_result_that_is_lost_is_asked_for_once_more():
 
     with Losing(1) as executor:
         n_lost = 1
-        assert dict(run_tasks([Harmless(5)], Workers(executor.submit, lambda: 1))) == {0: 5}
+        assert dict(run_tasks([Harmless(5)], Workers(executor.submit, lambda: 1))) == {
+            0: 5
+        }
         Losing.asked, n_lost = 0, 3
         ((_, failed),) = run_tasks([Harmless(5)], Workers(executor.submit, lambda: 1))
         assert str(failed) == "TypeError: cannot unpack non-iterable int object"
@@ -248,7 +297,9 @@ def test_tasks_in_hand_follow_the_number_of_workers():
         future.set_result(task())
         return future
 
-    results = run_tasks([Harmless(n) for n in range(20)], Workers(submit, lambda: n_workers))
+    results = run_tasks(
+        [Harmless(n) for n in range(20)], Workers(submit, lambda: n_workers)
+    )
     next(results)
     assert len(asked) == 2
     n_workers = 3
@@ -291,10 +342,14 @@ class SilentClient:
         (None, "tcp://host:1: the scheduler was lost .connection refused"),
     ],
 )
-def test_a_cluster_on_which_nothing_happens_is_not_waited_for(monkeypatch, work, message):
+def test_a_cluster_on_which_nothing_happens_is_not_waited_for(
+    monkeypatch, work, message
+):
     monkeypatch.setattr(SilentClient, "work", work)
     monkeypatch.setattr("distributed.Client", SilentClient)
-    expected = nullcontext() if message is None else pytest.raises(CommandError, match=message)
+    expected = (
+        nullcontext() if message is None else pytest.raises(CommandError, match=message)
+    )
     with expected, executors(SimpleNamespace(dask="tcp://host:1")) as workers:
         assert workers.count() == 2
         workers.check()
@@ -310,15 +365,26 @@ def test_the_end_of_a_run_cancels_no_later_diagnosis(fleet):
 def test_workers_that_are_silent_are_looked_after(monkeypatch):
     monkeypatch.setattr("skarxlag.commands.diagnosis._LOOK_SECONDS", 0.01)
     future = Future()
-    workers = Workers(lambda task: future, lambda: 1, lambda: future.set_result("found"))
+    workers = Workers(
+        lambda task: future, lambda: 1, lambda: future.set_result("found")
+    )
     assert dict(run_tasks([Harmless(5)], workers)) == {0: "found"}
 
 
 @pytest.mark.slow
-def test_an_interrupted_run_goes_on_where_it_stopped(run, fleet, tmp_path, monkeypatch, diagnose):
+def test_an_interrupted_run_goes_on_where_it_stopped(
+    run, fleet, tmp_path, monkeypatch, diagnose
+):
     whole = diagnose(name="order.csv")
     output = tmp_path / "out.csv"
-    arguments = ("diagnose", fleet / "m.skops", "--table", fleet / "table.csv", "-o", output)
+    arguments = (
+        "diagnose",
+        fleet / "m.skops",
+        "--table",
+        fleet / "table.csv",
+        "-o",
+        output,
+    )
     add, added = Journal.add, []
 
     def add_and_interrupt(journal, recording, diagnosis):
@@ -331,9 +397,12 @@ def test_an_interrupted_run_goes_on_where_it_stopped(run, fleet, tmp_path, monke
     code, out, err = run(*arguments, "--n-jobs", "1")
     assert code == 130 and not out and not output.exists()
     partial = tmp_path / "out.csv.skarxlag-journal"
-    assert f"{partial}: the same command goes on from here" in err and "interrupted" in err
+    assert (
+        f"{partial}: the same command goes on from here" in err and "interrupted" in err
+    )
     assert len(partial.read_text().splitlines()) == 8
-    # A line that was being written when the machine went down, and a file that has changed since.
+    # A line that was being written when the machine went down, and a file that has
+    # changed since.
     with partial.open("a") as file:
         file.write('{"recording": ["9.np')
     os.utime(fleet / added[0], ns=(1, 1))
@@ -353,9 +422,14 @@ def test_scikit_learn_scores_and_searches_on_a_cluster(cluster):
     expected = cross_val_score(make_alpio(), X, y, cv=2)
     alone = GridSearchCV(make_alpio(), orders, cv=2).fit(X, y)
     assert len(set(alone.cv_results_["mean_test_score"])) > 1
-    with distributed.Client(cluster.scheduler_address) as client, parallel_config("dask"):
+    with (
+        distributed.Client(cluster.scheduler_address) as client,
+        parallel_config("dask"),
+    ):
         client.wait_for_workers(1, timeout=60)
-        np.testing.assert_array_equal(cross_val_score(make_alpio(), X, y, cv=2), expected)
+        np.testing.assert_array_equal(
+            cross_val_score(make_alpio(), X, y, cv=2), expected
+        )
         search = GridSearchCV(make_alpio(), orders, cv=2).fit(X, y)
     assert search.best_params_ == alone.best_params_
     for name in ("split0_test_score", "split1_test_score", "rank_test_score"):
@@ -370,5 +444,9 @@ def test_a_dask_array_is_refused_with_a_recipe_that_works(fleet):
     lazy = array.from_array(X, chunks=(10, -1))
     with pytest.raises(TypeError, match=r"X.map_blocks\(diagnoser.predict, dtype="):
         diagnoser.predict(lazy)
-    verdicts = lazy.map_blocks(diagnoser.predict, dtype=diagnoser.classes_.dtype, drop_axis=1)
-    np.testing.assert_array_equal(verdicts.compute(scheduler="sync"), diagnoser.predict(X))
+    verdicts = lazy.map_blocks(
+        diagnoser.predict, dtype=diagnoser.classes_.dtype, drop_axis=1
+    )
+    np.testing.assert_array_equal(
+        verdicts.compute(scheduler="sync"), diagnoser.predict(X)
+    )

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from skarxlag import ConditionMonitor, save_diagnoser, save_monitor_state
-from skarxlag.persistence import load_diagnoser
+from skarxlag.persistence.models import load_diagnoser
 from tests.commands.watching import RATE, WINDOW, sound
 
 resource = pytest.importorskip("resource")
@@ -32,12 +32,16 @@ def room_for(n_bytes):
 
 
 def listing(folder):
-    return {path.name: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    return {
+        path.name: path.read_bytes() for path in folder.rglob("*") if path.is_file()
+    }
 
 
 @pytest.mark.parametrize("share", SHARES)
 @pytest.mark.parametrize("is_there", [True, False])
-def test_models_and_states_are_written_whole_or_not_at_all(tmp_path, fitted, share, is_there):
+def test_models_and_states_are_written_whole_or_not_at_all(
+    tmp_path, fitted, share, is_there
+):
     monitor = ConditionMonitor(fitted[0], WINDOW)
     monitor.update(sound("good", 5 * WINDOW, 3))
     writers = {
@@ -58,12 +62,21 @@ def test_models_and_states_are_written_whole_or_not_at_all(tmp_path, fitted, sha
 
 
 @pytest.mark.parametrize(
-    ("suffix", "share"), [*(("csv", share) for share in SHARES), ("json", 0.5), ("html", 0.5)]
+    ("suffix", "share"),
+    [*(("csv", share) for share in SHARES), ("json", 0.5), ("html", 0.5)],
 )
 def test_results_are_written_whole_or_not_at_all(run, tmp_path, models, suffix, share):
     np.save(tmp_path / "one.npy", sound("worn", 5 * WINDOW, 4))
     output = tmp_path / f"found.{suffix}"
-    command = ("diagnose", models[0], tmp_path / "one.npy", "-o", output, "--sampling-rate", RATE)
+    command = (
+        "diagnose",
+        models[0],
+        tmp_path / "one.npy",
+        "-o",
+        output,
+        "--sampling-rate",
+        RATE,
+    )
     assert run(*command)[0] == 0
     size = output.stat().st_size
     output.write_bytes(old := output.read_bytes())
@@ -71,7 +84,8 @@ def test_results_are_written_whole_or_not_at_all(run, tmp_path, models, suffix, 
         code, _, err = run(*command)
     assert code == 1 and "Traceback" not in err and "File too large" in err
     assert output.read_bytes() == old
-    # What was diagnosed is kept, and the same command goes on from there or starts anew.
+    # What was diagnosed is kept, and the same command goes on from there or starts
+    # anew.
     assert not [name for name in listing(tmp_path) if name.endswith(".tmp")]
     code, out, _ = run(*command)
     assert code == 0 and "worn" in out
@@ -96,7 +110,9 @@ def test_a_model_that_fit_cannot_write_leaves_nothing(run, tmp_path):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5])
-def test_watch_ends_with_one_line_if_its_state_cannot_be_written(run, tmp_path, models, share):
+def test_watch_ends_with_one_line_if_its_state_cannot_be_written(
+    run, tmp_path, models, share
+):
     np.savetxt(tmp_path / "s.csv", sound("good", 5 * WINDOW, 3))
     options = ("--idle", 0.02, "--poll", 0.005, "--state", tmp_path / "state.json")
     watch = ("watch", models[0], tmp_path / "s.csv", *options)
@@ -121,7 +137,9 @@ def test_evaluate_leaves_no_half_written_table(run, tmp_path, no_figures):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
+@pytest.mark.skipif(
+    not os.path.exists("/dev/full"), reason="no device that is always full"
+)
 @pytest.mark.parametrize("command", ["diagnose", "watch", "info"])
 def test_a_full_disk_behind_the_output_ends_with_one_line(tmp_path, models, command):
     np.savetxt(tmp_path / "s.csv", sound("good", 5 * WINDOW, 3))
@@ -130,9 +148,18 @@ def test_a_full_disk_behind_the_output_ends_with_one_line(tmp_path, models, comm
         "watch": [tmp_path / "s.csv", "--idle", "0.02"],
         "info": [],
     }
-    arguments = [sys.executable, "-m", "skarxlag", command, models[0], *further[command]]
+    arguments = [
+        sys.executable,
+        "-m",
+        "skarxlag",
+        command,
+        models[0],
+        *further[command],
+    ]
     with open("/dev/full", "w") as full:
-        found = subprocess.run(arguments, stdout=full, stderr=subprocess.PIPE, text=True)
+        found = subprocess.run(
+            arguments, stdout=full, stderr=subprocess.PIPE, text=True
+        )
     assert found.returncode == 1 and "Traceback" not in found.stderr
     assert found.stderr.strip().endswith("No space left on device")
 
@@ -156,6 +183,9 @@ def test_machine_code_that_cannot_be_stored_is_used_all_the_same(tmp_path, room)
     for allowed in (room, 10**9):
         program = COMPILES.format(room=allowed)
         found = subprocess.run(
-            [sys.executable, "-c", program], capture_output=True, text=True, env=environment
+            [sys.executable, "-c", program],
+            capture_output=True,
+            text=True,
+            env=environment,
         )
         assert (found.returncode, found.stdout) == (0, "(1, 4)\n"), found.stderr

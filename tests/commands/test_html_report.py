@@ -26,7 +26,9 @@ def signal(condition, seed, n_windows=30):
 @pytest.fixture(scope="module")
 def plant(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plant")
-    X = np.concatenate([make_windows(signal(c, 0, 200), WINDOW) for c in ("good", "worn")])
+    X = np.concatenate(
+        [make_windows(signal(c, 0, 200), WINDOW) for c in ("good", "worn")]
+    )
     diagnoser = make_diagnoser(healthy="good").fit(X, np.repeat(["good", "worn"], 200))
     save_diagnoser(diagnoser, folder / "m.skops", sampling_rate=RATE)
     partly = signal("worn", 2)
@@ -39,7 +41,9 @@ def plant(tmp_path_factory):
         np.save(folder / f"{name}.npy", values)
         condition = "worn" if name in ("worn", "<b>") else "good"
         lines.append(f"{name}.npy,{condition},300,{RATE},north & south")
-    (folder / "table.csv").write_text("\n".join([*lines, f"lost.npy,worn,300,{RATE},x"]))
+    (folder / "table.csv").write_text(
+        "\n".join([*lines, f"lost.npy,worn,300,{RATE},x"])
+    )
     return folder
 
 
@@ -70,7 +74,12 @@ def diagnosed(plant, *recordings):
     """The report of some recordings, or of the table."""
     output = plant / "report.html"
     what = recordings or ("--table", plant / "table.csv")
-    main([str(each) for each in ["diagnose", plant / "m.skops", *what, "-o", output, "-q"]])
+    main(
+        [
+            str(each)
+            for each in ["diagnose", plant / "m.skops", *what, "-o", output, "-q"]
+        ]
+    )
     return output.read_text()
 
 
@@ -82,7 +91,9 @@ def report(plant):
 def test_the_report_is_one_file_that_asks_for_nothing(report):
     document = Document(report)
     assert not document.open
-    assert all(load.startswith(("#r", "data:image/svg+xml;base64,")) for load in document.loads)
+    assert all(
+        load.startswith(("#r", "data:image/svg+xml;base64,")) for load in document.loads
+    )
     assert "http" not in report and "<script" not in report and "@import" not in report
     assert 'name="viewport"' in report and "@media print" in report
 
@@ -95,7 +106,9 @@ def test_the_report_says_what_the_table_says_and_what_came_of_it(report):
     assert "2 of 4 verdicts agree with the stated condition" in text
     assert "hall: north & south" in text and "<b>.npy" in text
     assert "6 of 30 windows carry no signal (constant: 6)." in text
-    assert "lost.npy no verdict: no such file" in text and "Without a verdict: 1." in text
+    assert (
+        "lost.npy no verdict: no such file" in text and "Without a verdict: 1." in text
+    )
     assert "Healthy condition: good." in text and f"skarxlag {__version__}" in text
     assert re.search(r"\d{4}-\d\d-\d\d, skarxlag", text) and "300 rpm" in text
 
@@ -114,7 +127,9 @@ def test_recordings_that_are_not_healthy_have_details_and_figures(report):
     drawn = images(report)
     assert list(drawn) == ["worn.npy", "dead.npy", "lost.npy"]
     timeline, signal = drawn["worn.npy"]
-    assert ">Time (s)<" in timeline and ">worn<" in timeline and ">no signal<" in timeline
+    assert (
+        ">Time (s)<" in timeline and ">worn<" in timeline and ">no signal<" in timeline
+    )
     assert ">Time (ms)<" in signal
     # All windows of a dead sensor are alike.
     assert drawn["dead.npy"] == drawn["lost.npy"] == []
@@ -139,7 +154,13 @@ def test_a_report_without_matplotlib_has_no_figures(plant, monkeypatch):
 
 def test_a_report_needs_jinja2(plant, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "jinja2", None)
-    arguments = ["diagnose", plant / "m.skops", plant / "good.npy", "-o", plant / "no.html"]
+    arguments = [
+        "diagnose",
+        plant / "m.skops",
+        plant / "good.npy",
+        "-o",
+        plant / "no.html",
+    ]
     assert main([str(each) for each in arguments]) == 1
     err = capsys.readouterr().err
     assert "a report needs jinja2: pip install 'skarxlag[io]'" in err
@@ -162,13 +183,19 @@ def test_many_recordings_are_a_short_page(plant, monkeypatch):
     assert page.count("<tr>") == 61 and "<section" not in page
 
 
-def test_tables_are_short_so_that_a_browser_skips_those_off_the_screen(plant, monkeypatch):
+def test_tables_are_short_so_that_a_browser_skips_those_off_the_screen(
+    plant, monkeypatch
+):
     page = page_of_many(plant, monkeypatch, "dead", 230)
     tables = re.findall(r'<div class="scroll part"><table>.*?</table>', page, re.S)
     assert [table.count('<td class="name">') for table in tables] == [100, 100, 30]
     assert [table.count("<th>recording") for table in tables] == [1, 1, 1]
     names = [f"r{n}" for n in range(1, 231)]
-    assert re.findall('href="#(.*?)"', page) == re.findall('section id="(.*?)"', page) == names
+    assert (
+        re.findall('href="#(.*?)"', page)
+        == re.findall('section id="(.*?)"', page)
+        == names
+    )
     assert "content-visibility: auto" in page
 
 
@@ -176,7 +203,9 @@ def luminance(colour):
     """Relative luminance as the guidelines for accessible web content define it."""
     digits = "".join(2 * c for c in colour[1:]) if len(colour) == 4 else colour[1:]
     values = np.array([int(digits[i : i + 2], 16) / 255 for i in (0, 2, 4)])
-    linear = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    linear = np.where(
+        values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4
+    )
     return linear @ [0.2126, 0.7152, 0.0722]
 
 
@@ -187,7 +216,9 @@ def contrast(colour, ground):
 
 @pytest.mark.parametrize("dark", [False, True])
 def test_what_is_written_stands_out_from_the_page(report, dark):
-    light, _, rest = report.partition("@media screen and (prefers-color-scheme: dark) {")
+    light, _, rest = report.partition(
+        "@media screen and (prefers-color-scheme: dark) {"
+    )
     sheet = rest.partition("\n*")[0] if dark else light
     colours = dict(re.findall(r"--(\w+): (#\w+);", sheet))
     page, line = colours.pop("page"), colours.pop("line")

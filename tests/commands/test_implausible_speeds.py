@@ -27,7 +27,10 @@ pytestmark = [
 ]
 RATE, LENGTH = 2000.0, 1000
 RNG = np.random.default_rng(0)
-GOOD, WORN = RNG.normal(size=(40, LENGTH)), lfilter([1], [1, -0.5], RNG.normal(size=(40, LENGTH)))
+GOOD, WORN = (
+    RNG.normal(size=(40, LENGTH)),
+    lfilter([1], [1, -0.5], RNG.normal(size=(40, LENGTH))),
+)
 X, Y, RPM = (
     np.concatenate([GOOD, WORN]),
     np.repeat(["good", "worn"], 40),
@@ -42,7 +45,10 @@ def models():
     with_speed = {"rpm": RPM}
     yield make_diagnoser(healthy="good").fit(X, Y, **with_speed), True
     yield make_diagnoser(healthy="good").fit(X, Y), False
-    yield make_diagnoser(sampling_rate=RATE, bearing=ORDERS).fit(X, Y, **with_speed), True
+    yield (
+        make_diagnoser(sampling_rate=RATE, bearing=ORDERS).fit(X, Y, **with_speed),
+        True,
+    )
     yield make_alpio(healthy="good").fit(X, Y), False
     yield make_extended_state_pio(healthy="good").fit(X, Y, **with_speed), True
     yield make_detector(false_alarm_rate=0.1).fit(GOOD, rpm=RPM[:40]), True
@@ -81,11 +87,14 @@ def test_too_few_turns_give_no_verdict_and_no_error():
         assert found["verdict"].startswith("no verdict: combs need")
         assert np.isnan(found["probability of healthy"]) and np.isnan(found["alarm"])
         if rpm is not None:
-            whole = recording_verdicts(model, rows, [0, 0], rpm=rpm, train_rpm=[900.0]).iloc[0]
+            whole = recording_verdicts(
+                model, rows, [0, 0], rpm=rpm, train_rpm=[900.0]
+            ).iloc[0]
             assert whole["verdict"] == "healthy" and whole["share of healthy"] == 1
     monitor = ConditionMonitor(combs.fit(GOOD), RATE, window_length=LENGTH)
     first, second = (
-        monitor.update(row, rpm=rpm)[0] for row, rpm in zip(GOOD[:2], (900, 230), strict=True)
+        monitor.update(row, rpm=rpm)[0]
+        for row, rpm in zip(GOOD[:2], (900, 230), strict=True)
     )
     assert first.verdict == "healthy" and second.quality == "no verdict"
     assert second.window_verdict.startswith("no verdict: combs need")
@@ -95,7 +104,8 @@ def test_too_few_turns_give_no_verdict_and_no_error():
     ("kind", "knows_speeds"),
     [
         *((kind, knows) for kind in ("--rpm", "--table") for knows in (True, False)),
-        # A model without speeds does not look for one in a file, and combs need no training.
+        # A model without speeds does not look for one in a file, and combs need no
+        # training.
         ("file", True),
         ("--bearing", False),
     ],
@@ -120,20 +130,27 @@ def test_no_recording_gets_a_verdict(run, tmp_path, fitted, kind, knows_speeds):
         assert code == 3 and "Traceback" not in err, err
         code, _, err = run("diagnose", *arguments, "-o", found)
         (row,) = json.loads(found.read_text())["recordings"]
-        assert row["verdict"] == f"no verdict: {row['error']}" and row["error"], (rpm, row)
+        assert row["verdict"] == f"no verdict: {row['error']}" and row["error"], (
+            rpm,
+            row,
+        )
         failed = f"1 of 1 recordings failed:\n  {row['recording']}: {row['error']}\n"
         assert code == 1 and failed in err, err
 
 
 @pytest.mark.parametrize("is_column", [True, False])
 @pytest.mark.parametrize("knows_speeds", [True, False])
-def test_no_window_of_a_stream_gets_a_verdict(run, tmp_path, fitted, is_column, knows_speeds):
+def test_no_window_of_a_stream_gets_a_verdict(
+    run, tmp_path, fitted, is_column, knows_speeds
+):
     model, path = tmp_path / "model.skops", tmp_path / "log.csv"
     diagnoser = next(each for each, knows in fitted if knows == knows_speeds)
     save_diagnoser(diagnoser, model, window_length=LENGTH, sampling_rate=RATE)
     for rpm in [0.001, 1e9] + IN_HERTZ * knows_speeds:
         signal = GOOD[:2].ravel()
-        path.write_bytes(b"y,n\n" + lines_of(np.stack([signal, np.full(len(signal), rpm)])))
+        path.write_bytes(
+            b"y,n\n" + lines_of(np.stack([signal, np.full(len(signal), rpm)]))
+        )
         speed = ("--rpm-column", "n") if is_column else ("--channel", "y", "--rpm", rpm)
         code, out, err = run("watch", model, path, *IDLE, *speed)
         found = [json.loads(line)["verdict"] for line in out.splitlines()]

@@ -58,14 +58,18 @@ def test_what_fit_saved_is_printed(run, tmp_path, windows):
     assert any("too few" in sentence for sentence in facts["limits"])
 
 
-def test_what_save_diagnoser_saved_is_printed_as_far_as_it_is_known(run, tmp_path, windows):
+def test_what_save_diagnoser_saved_is_printed_as_far_as_it_is_known(
+    run, tmp_path, windows
+):
     X, y = windows
     save_diagnoser(make_alpio(healthy="good").fit(X, y), tmp_path / "m.skops")
     rows, limits = card(run("info", tmp_path / "m.skops")[1])
     assert rows["conditions"] == "good, worn" and rows["sampling rate"] == "not stated"
     assert rows["train rpm"] == "not stated" and rows["window length"] == "200 samples"
     assert "The sampling rate of recordings cannot be checked" in limits
-    save_diagnoser(make_detector(false_alarm_rate=0.1).fit(X[:20]), tmp_path / "d.skops")
+    save_diagnoser(
+        make_detector(false_alarm_rate=0.1).fit(X[:20]), tmp_path / "d.skops"
+    )
     rows, limits = card(run("info", tmp_path / "d.skops")[1])
     assert rows["healthy"] == "healthy" and "names no fault" in limits
     assert "At other speeds" in limits
@@ -73,12 +77,16 @@ def test_what_save_diagnoser_saved_is_printed_as_far_as_it_is_known(run, tmp_pat
     detector.fit(X[:20], rpm=np.repeat([300.0, 600.0], 10))
     save_diagnoser(detector, tmp_path / "d.skops")
     rows, limits = card(run("info", tmp_path / "d.skops")[1])
-    assert rows["healthy limits"].startswith("20 healthy windows; false alarms at speeds that were")
+    assert rows["healthy limits"].startswith(
+        "20 healthy windows; false alarms at speeds that were"
+    )
     assert "At other speeds" not in limits
 
 
 def ended_by(classifier):
-    return make_pipeline(ARXLaguerre(order=4), PIObserver(), StandardScaler(), classifier)
+    return make_pipeline(
+        ARXLaguerre(order=4), PIObserver(), StandardScaler(), classifier
+    )
 
 
 @pytest.fixture(scope="module")
@@ -112,11 +120,13 @@ def test_classifiers_of_others_in_all_commands(run, classifiers, windows, piped)
         code, out, _ = run("diagnose", model, *files, "-o", output)
         found = json.loads(output.read_text())["recordings"]
         assert code == 0 and [row["verdict"] for row in found] == ["good", "worn"]
-        # The threshold of a ladder counts wherever a pipeline holds it as its last step, at the
-        # speeds of the training.
+        # The threshold of a ladder counts wherever a pipeline holds it as its last
+        # step, at the speeds of the training.
         assert [row["alarm"] for row in found] == ["-", "-"]
         assert found[0]["window_rows"][0]["alarm"] is None
-        reason = "the speed is not" if name == "nested" else "no healthy limits were learned"
+        reason = (
+            "the speed is not" if name == "nested" else "no healthy limits were learned"
+        )
         assert out.count(f"All recordings: No alarm: {reason}") == 1
         code, _, _ = run("diagnose", model, *files, "-o", folder / f"{name}.html")
         assert code == 0 and "nan" not in (folder / f"{name}.html").read_text().lower()
@@ -137,7 +147,10 @@ def test_what_nobody_stated_is_asked_for(run, classifiers):
     assert card(run("info", logistic)[1])[0]["healthy"] == "not stated"
     code, _, err = run("diagnose", logistic, file, "--fail-on", "alarm")
     assert code == 2 and "does not state which condition is healthy" in err
-    assert run("diagnose", classifiers / "calibrated.skops", file, "--fail-on", "alarm")[0] == 3
+    assert (
+        run("diagnose", classifiers / "calibrated.skops", file, "--fail-on", "alarm")[0]
+        == 3
+    )
     code, _, err = run("info", classifiers / "svc.skops")
     assert code == 1 and "svc.skops: diagnoser states no probabilities" in err
 
@@ -158,7 +171,11 @@ def test_channels_of_a_recording(run, tmp_path):
     assert speed == "Shaft speed: 900.5 rpm"
     found = json.loads(run("info", path, "--json")[1])
     assert found["rpm"] == 900.5 and found["channels"][0]["sampling_rate"] is None
-    assert [row["channel"] for row in found["channels"]] == ["time (s)", "acc (g)", "rpm"]
+    assert [row["channel"] for row in found["channels"]] == [
+        "time (s)",
+        "acc (g)",
+        "rpm",
+    ]
     np.savez(tmp_path / "none.npz", y=np.arange(5.0))
     assert "Shaft speed: not stated" in run("info", tmp_path / "none.npz")[1]
 

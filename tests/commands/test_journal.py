@@ -54,11 +54,17 @@ def result(journal, recording):
 
 def test_an_interrupted_run_leaves_its_results(journal, recording, capsys):
     text = interrupted(journal, recording)
-    assert journal.path.name == "out.csv.skarxlag-journal" and len(text.splitlines()) == 2
+    assert (
+        journal.path.name == "out.csv.skarxlag-journal" and len(text.splitlines()) == 2
+    )
     message = f"{journal.path}: the same command goes on from here\n"
     assert capsys.readouterr().err == message
     found = result(journal, recording)
-    assert (found.verdict, found.sampling_rate, found.remarks) == (VERDICT, 5e3, ["short"])
+    assert (found.verdict, found.sampling_rate, found.remarks) == (
+        VERDICT,
+        5e3,
+        ["short"],
+    )
     pd.testing.assert_frame_equal(found.windows, WINDOWS)
 
 
@@ -84,7 +90,9 @@ def test_a_recording_that_failed_is_not_kept(journal, recording):
     interrupted(journal, recording)
     kept = journal.path.read_text().splitlines()
     with pytest.raises(KeyboardInterrupt), journal:
-        journal.add(replace(recording, name="b"), Diagnosis.failed(recording, "damaged"))
+        journal.add(
+            replace(recording, name="b"), Diagnosis.failed(recording, "damaged")
+        )
         raise KeyboardInterrupt
     assert [line for line in journal.path.read_text().splitlines() if line] == kept
 
@@ -129,7 +137,9 @@ def test_a_file_that_changed_is_diagnosed_once_more(journal, recording, content)
     assert result(journal, recording) is None
 
 
-def test_a_file_of_another_time_or_that_vanished_is_diagnosed_once_more(journal, recording):
+def test_a_file_of_another_time_or_that_vanished_is_diagnosed_once_more(
+    journal, recording
+):
     interrupted(journal, recording)
     status = recording.path.stat()
     os.utime(recording.path, ns=(status.st_atime_ns, status.st_mtime_ns + 1_000_000))
@@ -144,7 +154,9 @@ def test_results_after_a_line_that_was_cut_are_kept(journal, recording):
         file.write('{"recording": ["9.np')
     other = replace(recording, name="b")
     interrupted(journal, other)
-    assert result(journal, recording).verdict == result(journal, other).verdict == VERDICT
+    assert (
+        result(journal, recording).verdict == result(journal, other).verdict == VERDICT
+    )
 
 
 @pytest.mark.parametrize(
@@ -173,7 +185,10 @@ def test_a_damaged_line_is_computed_once_more(journal, recording, damage):
 def test_two_runs_do_not_share_a_journal(tmp_path, journal):
     with journal:
         other = Journal(tmp_path / "out.csv", ["model", "0.1"])
-        with pytest.raises(CommandError, match="another run is writing these results"), other:
+        with (
+            pytest.raises(CommandError, match="another run is writing these results"),
+            other,
+        ):
             pass
         assert journal.path.exists()
     with other:
@@ -189,7 +204,10 @@ def test_a_journal_that_was_hardly_begun_is_begun_anew(journal, recording, conte
 @pytest.mark.parametrize("content", [b"notes\n", b'{"format": "skarxlag table"}\n'])
 def test_a_file_that_is_no_journal_is_kept(journal, content):
     journal.path.write_bytes(content)
-    with pytest.raises(CommandError, match="exists and is no journal of this command"), journal:
+    with (
+        pytest.raises(CommandError, match="exists and is no journal of this command"),
+        journal,
+    ):
         pass
     assert journal.path.read_bytes() == content
 
@@ -209,7 +227,9 @@ def test_a_link_is_not_followed(tmp_path, journal):
 
 @pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 @pytest.mark.parametrize("option", ["--dask", "-o"])
-def test_a_missing_library_leaves_no_journal(run, models, tmp_path, monkeypatch, option):
+def test_a_missing_library_leaves_no_journal(
+    run, models, tmp_path, monkeypatch, option
+):
     """Neither that of the cluster, nor that of the format of the results."""
     np.save(tmp_path / "a.npy", sound("good", 2 * WINDOW, 3))
     arguments = {"--dask": ("--dask", "tcp://127.0.0.1:1", "-o", tmp_path / "out.csv")}

@@ -8,9 +8,14 @@ from functools import partial
 import numpy as np
 import pytest
 
-from skarxlag import ConditionMonitor, load_diagnoser, load_monitor_state, save_monitor_state
+from skarxlag import (
+    ConditionMonitor,
+    load_diagnoser,
+    load_monitor_state,
+    save_monitor_state,
+)
 from skarxlag.commands import main
-from skarxlag.persistence import save_diagnoser
+from skarxlag.persistence.models import save_diagnoser
 from tests.commands.watching import RATE, WINDOW, sound
 
 resource = pytest.importorskip("resource")
@@ -18,7 +23,9 @@ pytestmark = [
     pytest.mark.slow,
     pytest.mark.filterwarnings("ignore:rpm is not given"),
     # Newer versions of Python warn of a fork beside threads.
-    pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning"),
+    pytest.mark.filterwarnings(
+        "ignore:This process .* is multi-threaded:DeprecationWarning"
+    ),
 ]
 EVENTS = ("open", "os.rename", "os.remove", "os.chmod")
 
@@ -37,7 +44,11 @@ def killed(work, folder, n_events=None, n_bytes=None, name=""):
                 seen[0] += 1
                 if seen[0] == n_events:
                     os.kill(os.getpid(), signal.SIGKILL)
-                if n_bytes is not None and event == "open" and name in str(arguments[0]):
+                if (
+                    n_bytes is not None
+                    and event == "open"
+                    and name in str(arguments[0])
+                ):
                     # The kernel writes as many bytes and ends the process.
                     resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, n_bytes))
 
@@ -72,8 +83,16 @@ def test_models_and_states_are_whole_or_not_there(tmp_path, fitted, is_there):
     monitor = ConditionMonitor(fitted[0], RATE, window_length=WINDOW)
     monitor.update(sound("good", 5 * WINDOW, 3))
     for path, write, read in [
-        (tmp_path / "m.skops", lambda to: save_diagnoser(fitted[0], to), load_diagnoser),
-        (tmp_path / "s.json", lambda to: save_monitor_state(monitor, to), load_monitor_state),
+        (
+            tmp_path / "m.skops",
+            lambda to: save_diagnoser(fitted[0], to),
+            load_diagnoser,
+        ),
+        (
+            tmp_path / "s.json",
+            lambda to: save_monitor_state(monitor, to),
+            load_monitor_state,
+        ),
     ]:
         write(path)
         new, size = path.read_bytes(), path.stat().st_size
@@ -101,7 +120,11 @@ def test_a_killed_run_leaves_whole_results_and_goes_on(run, tmp_path, models, su
     wanted = {path.name: path.read_bytes() for path in out.iterdir()}
 
     def finished():
-        return {path.name: path.read_bytes() for path in out.iterdir() if path.name in wanted}
+        return {
+            path.name: path.read_bytes()
+            for path in out.iterdir()
+            if path.name in wanted
+        }
 
     for death in each_death(lambda: main(command), out, min(map(len, wanted.values()))):
         assert finished().items() <= wanted.items(), death
@@ -109,6 +132,8 @@ def test_a_killed_run_leaves_whole_results_and_goes_on(run, tmp_path, models, su
         assert code == 0 and "Traceback" not in err, death
         assert finished() == wanted, death
         # The name of a temporary file is random, so it may stay; the journal may not.
-        assert all(path.suffix == ".tmp" for path in out.iterdir() if path.name not in wanted)
+        assert all(
+            path.suffix == ".tmp" for path in out.iterdir() if path.name not in wanted
+        )
         for path in out.iterdir():
             path.unlink()

@@ -12,13 +12,20 @@ RATE, WINDOW = 10_000, 1200
 @pytest.fixture(scope="module")
 def workshop(tmp_path_factory):
     """Recordings of two accelerometers and a torque, at two speeds, and their table."""
-    folder, lines = tmp_path_factory.mktemp("two"), ["path,condition,rpm,sampling_rate,channel"]
+    folder, lines = (
+        tmp_path_factory.mktemp("two"),
+        ["path,condition,rpm,sampling_rate,channel"],
+    )
     for rpm in (600, 900):
         for number, (condition, pole) in enumerate({"good": 0.2, "worn": 0.8}.items()):
             noise = np.random.default_rng([number, rpm]).normal(size=(3, 20 * WINDOW))
             x, y = (lfilter([1], [1, -pole], each) for each in noise[:2])
             # The second sensor of the worn machine hears nothing at the other speed.
-            y = lfilter([1], [1, -0.2], noise[1]) if (rpm, condition) == (900, "worn") else y
+            y = (
+                lfilter([1], [1, -0.2], noise[1])
+                if (rpm, condition) == (900, "worn")
+                else y
+            )
             np.savez(folder / f"{condition}_{rpm}.npz", x=x, y=y, torque=noise[2])
             lines.append(f"{condition}_{rpm}.npz,{condition},{rpm},{RATE},x;y;torque")
     (folder / "table.csv").write_text("\n".join(lines))
@@ -51,7 +58,9 @@ def test_one_verdict_and_that_of_each_output(run, workshop, model):
     assert code == 1 and "in this order" in err
     code, out, _ = run("info", model)
     assert "SensorFusion" in out
-    assert "20 healthy windows are too few to hold the rate 0.005" in " ".join(out.split())
+    assert "20 healthy windows are too few to hold the rate 0.005" in " ".join(
+        out.split()
+    )
 
 
 def test_outputs_that_cannot_be(run, workshop):

@@ -14,7 +14,13 @@ from skarxlag.commands import evaluate, protocols
 from skarxlag.commands.evaluate import log_spectrum
 
 WINDOW, N_WINDOWS, RATE = 1200, 6, 8_000
-PLACES = {"good": "healthy", "IR2": "inner", "IR5": "inner", "OR2": "outer", "OR5": "outer"}
+FAULT_LOCATIONS = {
+    "good": "healthy",
+    "IR2": "inner",
+    "IR5": "inner",
+    "OR2": "outer",
+    "OR5": "outer",
+}
 POLES = {"good": 0.0, "IR2": 0.8, "IR5": 0.6, "OR2": -0.8, "OR5": -0.2}
 
 
@@ -52,45 +58,76 @@ def evaluated(table):
 
     output, printed = table.parent / "out", StringIO()
     with redirect_stdout(printed):
-        main(["evaluate", str(table), "--window-length", str(WINDOW), "-q", "-o", str(output)])
+        main(
+            [
+                "evaluate",
+                str(table),
+                "--window-length",
+                str(WINDOW),
+                "-q",
+                "-o",
+                str(output),
+            ]
+        )
     return printed.getvalue(), output
 
 
 def test_another_bearing_is_summarized_beside_another_speed(evaluated):
     out, output = evaluated
-    summary = pd.read_csv(output / "table_protocols.csv").set_index(["test", "diagnoser"])
-    tests = ["another speed", "another bearing", "another bearing and speed", "another load"]
+    summary = pd.read_csv(output / "table_protocols.csv").set_index(
+        ["test", "diagnoser"]
+    )
+    tests = [
+        "another speed",
+        "another bearing",
+        "another bearing and speed",
+        "another load",
+    ]
     assert summary.index.get_level_values("test").unique().tolist() == tests
     shown = [line for line in out.splitlines() if line.startswith("another ")]
     assert [line.split("make_diagnoser")[0].strip() for line in shown] == tests
-    first, last = summary.loc[tests[0], "make_diagnoser"], summary.loc[tests[1], "make_diagnoser"]
+    first, last = (
+        summary.loc[tests[0], "make_diagnoser"],
+        summary.loc[tests[1], "make_diagnoser"],
+    )
     assert (first["bearings"], last["bearings"]) == (5, 4)
     assert first["condition"] > 60 and np.isnan(last["condition"])
     assert f"{last['place']:.0f} % (another bearing)" in out
-    assert "Another bearing: not measured for healthy, because too few such bearings" in out
+    assert (
+        "Another bearing: not measured for healthy, because too few such bearings"
+        in out
+    )
 
 
 @pytest.mark.parametrize("test_speed", ["same", "other"])
-def test_the_summary_of_another_bearing_is_that_of_the_splitter(evaluated, rig, test_speed):
+def test_the_summary_of_another_bearing_is_that_of_the_splitter(
+    evaluated, rig, test_speed
+):
     right, probability = [], []
     groups = pd.DataFrame({"specimen": rig.specimen, "rpm": rig.rpm})
-    places = np.array([PLACES[condition] for condition in rig.target])
-    for train, test in SpecimenSplit(test_speed=test_speed).split(rig.data, places, groups):
+    places = np.array([FAULT_LOCATIONS[condition] for condition in rig.target])
+    for train, test in SpecimenSplit(test_speed=test_speed).split(
+        rig.data, places, groups
+    ):
         spectrum = FunctionTransformer(log_spectrum, kw_args={"nperseg": 256})
         peer = make_pipeline(spectrum, LinearDiscriminantAnalysis())
         peer.fit(rig.data[train], rig.target[train])
         found = pd.DataFrame(peer.predict_proba(rig.data[test]), columns=peer.classes_)
-        found = found.T.groupby(PLACES).sum().T
+        found = found.T.groupby(FAULT_LOCATIONS).sum().T
         right += (found.idxmax(axis=1) == places[test]).tolist()
         probability += found.max(axis=1).tolist()
     is_stated = np.array(probability) >= 0.9
-    table = pd.read_csv(evaluated[1] / "table_protocols.csv").set_index(["test", "diagnoser"])
+    table = pd.read_csv(evaluated[1] / "table_protocols.csv").set_index(
+        ["test", "diagnoser"]
+    )
     test = {"same": "another bearing", "other": "another bearing and speed"}[test_speed]
     row = table.loc[test, "log spectrum + LDA"]
     assert row["place"] == pytest.approx(100 * np.mean(right), rel=1e-5)
     assert row["stated"] == pytest.approx(100 * is_stated.mean(), rel=1e-5)
     if is_stated.sum() >= 30:
-        assert row["of these"] == pytest.approx(100 * np.mean(np.array(right)[is_stated]), rel=1e-5)
+        assert row["of these"] == pytest.approx(
+            100 * np.mean(np.array(right)[is_stated]), rel=1e-5
+        )
     else:
         assert np.isnan(row["of these"])
 
@@ -122,7 +159,11 @@ def test_conditions_that_count_as_bearings_are_named_as_such(rig, is_there):
 def test_first_halves_train_on_a_rig(rig):
     splits, _ = protocols.bearing_splits(rig, every(rig), halves=True)
     for train, test, *_ in splits:
-        assert len(train) == 3 * N_WINDOWS / 2 and set(rig.start[train]) == {0, 1200, 2400}
+        assert len(train) == 3 * N_WINDOWS / 2 and set(rig.start[train]) == {
+            0,
+            1200,
+            2400,
+        }
         assert len(test) == 4 * N_WINDOWS
 
 
@@ -132,7 +173,9 @@ def test_rows_that_cannot_be_used_are_in_no_split(rig):
         protocols.bearing_splits(rig, usable, halves=False),
         protocols.load_splits(rig, usable),
     ):
-        assert splits and all(usable[rows].all() for split in splits for rows in split[:2])
+        assert splits and all(
+            usable[rows].all() for split in splits for rows in split[:2]
+        )
 
 
 def test_what_cannot_be_measured_of_bearings_is_said(rig):
@@ -140,11 +183,17 @@ def test_what_cannot_be_measured_of_bearings_is_said(rig):
     del one["specimen"]
     splits, (sentence,) = protocols.bearing_splits(one, every(rig), halves=False)
     assert splits == []
-    assert sentence == "Another bearing: not measured, because each place has one specimen."
+    assert (
+        sentence
+        == "Another bearing: not measured, because each place has one specimen."
+    )
     # The races were recorded at different speeds.
     usable = (rig.rpm == 900) == np.isin(rig.target, ["IR2", "IR5"])
     splits, (sentence,) = protocols.bearing_splits(rig, usable, halves=False)
-    assert splits == [] and "without one bearing of each place, no speed has all" in sentence
+    assert (
+        splits == []
+        and "without one bearing of each place, no speed has all" in sentence
+    )
 
 
 def test_each_load_is_left_out_in_turn(rig):
@@ -153,11 +202,15 @@ def test_each_load_is_left_out_in_turn(rig):
     for train, test, protocol, rpm in splits:
         assert protocol == "load" and np.isnan(rpm)
         assert not set(rig.load[train]) & set(rig.load[test])
-    assert sorted(np.concatenate([test for _, test, *_ in splits])) == [*range(len(rig.target))]
+    assert sorted(np.concatenate([test for _, test, *_ in splits])) == [
+        *range(len(rig.target))
+    ]
 
 
 def test_rows_without_a_stated_load_are_left_out(rig):
-    rig.load = np.where(rig.recording == "OR5_900.npy", "", np.where(rig.load == 0, "low", "high"))
+    rig.load = np.where(
+        rig.recording == "OR5_900.npy", "", np.where(rig.load == 0, "low", "high")
+    )
     splits, (sentence,) = protocols.load_splits(rig, every(rig))
     assert sentence == "Another load: 1 recordings without a stated load were left out."
     used = {row for split in splits for rows in split[:2] for row in rows}
@@ -170,7 +223,10 @@ def test_rows_without_a_stated_load_are_left_out(rig):
         (None, "no load is stated"),
         (lambda rig: np.full(len(rig.target), np.nan), "no load is stated"),
         (lambda rig: np.where(rig.rpm == 900, 2.0, np.nan), "only one load is stated"),
-        (lambda rig: np.unique(rig.target, return_inverse=True)[1] * 1.0, "at one load only"),
+        (
+            lambda rig: np.unique(rig.target, return_inverse=True)[1] * 1.0,
+            "at one load only",
+        ),
     ],
 )
 def test_what_cannot_be_measured_of_loads_is_said(rig, load, reason):
@@ -197,7 +253,9 @@ def verdicts(n_stated):
             "predicted": "IR2",
             "is_known": False,
             "is_place": np.tile([True, True, True, False], rows // 2),
-            "place_probability": np.tile(np.where(np.arange(rows) < n_stated, 0.9, 0.89), 2),
+            "place_probability": np.tile(
+                np.where(np.arange(rows) < n_stated, 0.9, 0.89), 2
+            ),
         }
     )
 
@@ -214,7 +272,9 @@ def test_a_share_of_few_stated_verdicts_is_not_given():
 
 
 def test_better_diagnosers_are_named_where_they_are_better():
-    tests = pd.MultiIndex.from_product([["another speed", "another bearing"], ["A", "B", "D"]])
+    tests = pd.MultiIndex.from_product(
+        [["another speed", "another bearing"], ["A", "B", "D"]]
+    )
     shares = [80.0, 92.0, 90.0, 60.0, 40.9, 60.5]
     table = pd.DataFrame({"condition": shares}, tests)
     (sentence,) = protocols.better_ones(table, "D")
@@ -230,7 +290,10 @@ def test_a_rig_leaves_bearings_out_at_the_chosen_training_speed(
     assert run("evaluate", *options)[0] == 0
     found = pd.read_csv(tmp_path / "uestc_verdicts.csv")
     bearings = found[found["protocol"] == "bearing"]
-    assert set(bearings["train_rpm"]) == {900} and set(bearings["test_rpm"]) == {900, 1500}
+    assert set(bearings["train_rpm"]) == {900} and set(bearings["test_rpm"]) == {
+        900,
+        1500,
+    }
     assert set(bearings["true"]) == {"IR2", "IR5", "OR2", "OR5"}
     assert "load" in set(found["protocol"])
     # Tables and figures across speeds are of the same bearings.

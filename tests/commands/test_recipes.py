@@ -72,7 +72,9 @@ def test_every_block_has_its_test(page):
     found = blocks(page)
     unknown = [text for text in found if not text.startswith(tuple(TESTS[page]))]
     assert not unknown and len(found) >= len(TESTS[page])
-    assert [start for start in TESTS[page] if not any(t.startswith(start) for t in found)] == []
+    assert [
+        start for start in TESTS[page] if not any(t.startswith(start) for t in found)
+    ] == []
 
 
 @pytest.fixture
@@ -130,7 +132,9 @@ def save_model(path, seed=2, rate=RATE):
 @pytest.fixture
 def plant(tmp_path):
     """The folder of the plant of the page: its table, models, files and programs."""
-    (tmp_path / "plant.csv").write_text(local(block("plant", "name,source,model"), tmp_path))
+    (tmp_path / "plant.csv").write_text(
+        local(block("plant", "name,source,model"), tmp_path)
+    )
     for number, name in enumerate(["pump-7", "blower-2"]):
         save_model(tmp_path / f"{name}.skops")
         folder = tmp_path / "data" / name
@@ -193,7 +197,11 @@ def test_fit_and_check(shell, tmp_path):
     assert found.returncode == 0, found.stderr
     assert found.stdout.count("later/2.wav") >= 2 and "healthy" in found.stdout
     # The fit is repeated over its model.
-    (again,) = (t for t in blocks("plant") if t.startswith("skarxlag fit") and t.count("\n") == 1)
+    (again,) = (
+        t
+        for t in blocks("plant")
+        if t.startswith("skarxlag fit") and t.count("\n") == 1
+    )
     before = (tmp_path / "pump-7.skops").read_bytes()
     rows.pop()
     (tmp_path / "healthy.csv").write_text("\n".join(rows))
@@ -210,7 +218,9 @@ def test_unit(tmp_path):
     assert "systemd-analyze verify /etc/systemd/system/skarxlag.service" in block(
         "plant", "systemd-analyze"
     )
-    checked = subprocess.run(["systemd-analyze", "verify", unit], capture_output=True, text=True)
+    checked = subprocess.run(
+        ["systemd-analyze", "verify", unit], capture_output=True, text=True
+    )
     assert (checked.returncode, checked.stderr) == (0, "")
 
 
@@ -249,7 +259,10 @@ def test_service(shell, plant, broker):
     found = shell(local(command[1], plant, port))
     assert found.returncode == 0, found.stderr
     check_messages(waited(messages), found.stdout)
-    assert {path.name for path in (plant / "states").iterdir()} == {"pump-7.json", "blower 2.json"}
+    assert {path.name for path in (plant / "states").iterdir()} == {
+        "pump-7.json",
+        "blower 2.json",
+    }
 
 
 @needs_bash
@@ -257,7 +270,9 @@ def test_service(shell, plant, broker):
 def test_mqtt(shell, plant, broker):
     port, messages = broker
     (command,) = (
-        text for text in blocks("plant") if "python publish.py" in text and "[" not in text
+        text
+        for text in blocks("plant")
+        if "python publish.py" in text and "[" not in text
     )
     found = shell(local(command, plant, port))
     assert found.returncode == 0, found.stderr
@@ -279,23 +294,43 @@ def test_influx(shell, plant):
     lines = [parse_line(text) for text in found.stdout.splitlines()]
     assert {line["tags"]["sensor"] for line in lines} == {"pump-7", "blower 2", "gone"}
     of_gone = [line["fields"] for line in lines if line["tags"]["sensor"] == "gone"]
-    assert {each["problem"] for each in of_gone} == {"data/gone: no such file or folder"}
+    assert {each["problem"] for each in of_gone} == {
+        "data/gone: no such file or folder"
+    }
     verdicts = [line for line in lines if line["tags"]["kind"] == "verdict"]
     assert {line["fields"]["alarm"] for line in verdicts} == {True, False}
-    assert {line["fields"]["alarm_state"] for line in verdicts} == {"not yet an alarm", "on"}
+    assert {line["fields"]["alarm_state"] for line in verdicts} == {
+        "not yet an alarm",
+        "on",
+    }
     now = 1000 * time.time()
     assert all(now - 600_000 < line["time"] <= now for line in lines)
 
 
 @needs_parser
-@pytest.mark.parametrize("name", ["pump 7", "a,b=c d", "back\\slash", "end\\", 'quo"te', "Müller"])
+@pytest.mark.parametrize(
+    "name", ["pump 7", "a,b=c d", "back\\slash", "end\\", 'quo"te', "Müller"]
+)
 def test_names_and_texts_in_line_protocol(plant, name):
     from line_protocol_parser import parse_line
 
-    line = {"kind": "heartbeat", "time": "2026-11-22T07:00:00.060+00:00", "sensor": name}
-    line |= {"verdict": None, "alarm": None, "p_value": 3e-7, "problem": 'no "a=b, c\\d" \\'}
+    line = {
+        "kind": "heartbeat",
+        "time": "2026-11-22T07:00:00.060+00:00",
+        "sensor": name,
+    }
+    line |= {
+        "verdict": None,
+        "alarm": None,
+        "p_value": 3e-7,
+        "problem": 'no "a=b, c\\d" \\',
+    }
     command = [sys.executable, plant / "influx.py"]
-    options = {"input": json.dumps(line), "encoding": "utf-8", "stdout": subprocess.PIPE}
+    options = {
+        "input": json.dumps(line),
+        "encoding": "utf-8",
+        "stdout": subprocess.PIPE,
+    }
     environment = {**os.environ, "PYTHONIOENCODING": "utf-8"}
     found = subprocess.run(command, check=True, env=environment, **options)
     parsed = parse_line(found.stdout.strip())
@@ -309,10 +344,22 @@ def test_example_of_line_protocol(plant):
     from line_protocol_parser import parse_line
 
     shown = block("plant", "bearing,kind").strip()
-    fields = parse_line(shown)["fields"] | {"probability": None, "p_value": None, "verdict": None}
-    line = {"kind": "verdict", "time": "2026-11-22T07:00:00.060+00:00", "sensor": "blower 2"}
+    fields = parse_line(shown)["fields"] | {
+        "probability": None,
+        "p_value": None,
+        "verdict": None,
+    }
+    line = {
+        "kind": "verdict",
+        "time": "2026-11-22T07:00:00.060+00:00",
+        "sensor": "blower 2",
+    }
     command = [sys.executable, plant / "influx.py"]
-    options = {"input": json.dumps(line | fields), "text": True, "stdout": subprocess.PIPE}
+    options = {
+        "input": json.dumps(line | fields),
+        "text": True,
+        "stdout": subprocess.PIPE,
+    }
     assert subprocess.run(command, check=True, **options).stdout.strip() == shown
 
 
@@ -340,13 +387,17 @@ def test_sound_card(shell, tmp_path):
     (1000 * sound("good", 9 * WINDOW, 3)).astype("<i2").tofile(tmp_path / "samples.raw")
     found = shell(block("monitoring", "arecord"))
     assert found.returncode == 0, found.stderr
-    assert len(found.stdout.splitlines()) == 9 and f"{9 * WINDOW} samples" in found.stderr
+    assert (
+        len(found.stdout.splitlines()) == 9 and f"{9 * WINDOW} samples" in found.stderr
+    )
 
 
 @needs_bash
 @pytest.mark.slow
 def test_table(shell, tmp_path):
-    (tmp_path / "plant.csv").write_text(local(block("monitoring", "name,source,model"), tmp_path))
+    (tmp_path / "plant.csv").write_text(
+        local(block("monitoring", "name,source,model"), tmp_path)
+    )
     (tmp_path / "data" / "pump-7").mkdir(parents=True)
     for number, name in enumerate(["de", "fe"]):
         signals = np.stack([np.zeros(5 * WINDOW), sound("good", 5 * WINDOW, number)])
@@ -359,7 +410,9 @@ def test_table(shell, tmp_path):
     found = shell(local(block("monitoring", "skarxlag watch plant.csv"), tmp_path))
     assert found.returncode == 0, found.stderr
     lines = [json.loads(line) for line in found.stdout.splitlines()]
-    of_sensors = {line["sensor"]: line["rpm"] for line in lines if line["kind"] == "verdict"}
+    of_sensors = {
+        line["sensor"]: line["rpm"] for line in lines if line["kind"] == "verdict"
+    }
     names = ["pump-7 drive end", "pump-7 fan end", "blower 2"]
     assert of_sensors == dict(zip(names, [1480, 1480, 990], strict=True))
     assert {path.stem for path in (tmp_path / "states").iterdir()} == {*names}
@@ -383,7 +436,9 @@ def builder():
     reason = "no builder of images"
     for name in filter(shutil.which, ["docker", "podman"]):
         for command in (["info"], ["pull", image]):
-            done = subprocess.run([name, *command], capture_output=True, text=True, timeout=300)
+            done = subprocess.run(
+                [name, *command], capture_output=True, text=True, timeout=300
+            )
             if done.returncode != 0:
                 reason = f"{name} {command[0]}: {done.stderr.strip()[-200:]}"
                 break
@@ -432,9 +487,17 @@ def test_what_the_image_is_built_from():
     def is_ignored(path):
         parts = [path, *map(str, Path(path).parents)]
         patterns = [pattern.removeprefix("**/") for pattern in ignored]
-        return any(fnmatch.fnmatch(part, pattern) for part in parts for pattern in patterns)
+        return any(
+            fnmatch.fnmatch(part, pattern) for part in parts for pattern in patterns
+        )
 
-    unwanted = [".git/config", ".venv/bin/python", ".venv-highest/x", "build/lib", "model.skops"]
+    unwanted = [
+        ".git/config",
+        ".venv/bin/python",
+        ".venv-highest/x",
+        "build/lib",
+        "model.skops",
+    ]
     unwanted += ["skarxlag.egg-info/PKG-INFO", "skarxlag-results/a.csv"]
     assert all(map(is_ignored, unwanted))
     needed = ["pyproject.toml", "README.md", "LICENSE", "skarxlag/__init__.py"]

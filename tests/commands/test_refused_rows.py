@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from skarxlag.persistence import load_diagnoser
+from skarxlag.persistence.models import load_diagnoser
 
-from ..test_orders import ORDERS, RATE, strikes
+from ..distances.test_orders import ORDERS, RATE, strikes
 from .conftest import counts
 
 SECONDS = 1.3
@@ -48,8 +48,12 @@ def test_rows_without_a_signal_are_left_out_and_reported(run, workshop):
     # diagnose refuses the same rows.
     recording = workshop / "outer_0.npy"
     model = workshop / "bearing.skops"
-    code, out, _ = run("diagnose", model, recording, "--sampling-rate", RATE, "--rpm", 500)
-    assert code == 0 and "4 of 10 windows carry no signal (constant: 3, clipped: 1)" in out
+    code, out, _ = run(
+        "diagnose", model, recording, "--sampling-rate", RATE, "--rpm", 500
+    )
+    assert (
+        code == 0 and "4 of 10 windows carry no signal (constant: 3, clipped: 1)" in out
+    )
 
 
 def test_an_output_without_a_signal_is_named(run, workshop):
@@ -66,14 +70,19 @@ def test_an_output_without_a_signal_is_named(run, workshop):
     options = ("--window-length", 1000, "--outputs", 2)
     code, out, err = run(*fit(workshop, *options, table="both.csv"))
     assert code == 0, err
-    assert "1 windows left out because they carry no signal: 1 constant in output 2 in both" in out
+    assert (
+        "1 windows left out because they carry no signal: 1 constant in output 2 in both"
+        in out
+    )
 
 
 def test_a_condition_without_any_signal_is_an_error(run, workshop):
     for i in (0, 1):
         np.save(workshop / f"outer_{i}.npy", np.full(int(SECONDS * RATE), float(i)))
     code, _, err = run(*fit(workshop, "--window-length", 1000))
-    assert code == 1 and "table.csv: outer: no signal (constant); check the sensor" in err
+    assert (
+        code == 1 and "table.csv: outer: no signal (constant); check the sensor" in err
+    )
     assert not (workshop / "bearing.skops").exists()
 
 
@@ -82,8 +91,18 @@ def test_it_is_said_at_which_speeds_orders_do_not_count(run, workshop):
     assert code == 0 and "0.6 s at 8000 Hz, 5 turns at 500 rpm" in out
     assert "Order spectra" not in out
     model = workshop / "bearing.skops"
-    assert "no order spectra below 300 rpm: a stretch needs 3 turns." in run("info", model)[1]
-    arguments = ("diagnose", model, workshop / "outer_0.npy", "--sampling-rate", RATE, "--rpm")
+    assert (
+        "no order spectra below 300 rpm: a stretch needs 3 turns."
+        in run("info", model)[1]
+    )
+    arguments = (
+        "diagnose",
+        model,
+        workshop / "outer_0.npy",
+        "--sampling-rate",
+        RATE,
+        "--rpm",
+    )
     code, out, _ = run(*arguments, 300)
     assert code == 0 and "Order spectra" not in out
     code, out, _ = run(*arguments, 150)
@@ -100,7 +119,8 @@ def test_fit_says_that_its_stretches_are_too_short_for_orders(run, workshop):
     code, out, _ = run(*fit(workshop, *options))
     assert (
         code == 0
-        and "Note: Order spectra are not compared: 0.25 s are 2.08 turns at 500 rpm" in out
+        and "Note: Order spectra are not compared: 0.25 s are 2.08 turns at 500 rpm"
+        in out
     )
     said = run("info", workshop / "bearing.skops")[1]
     assert "It compares no order spectra, because its stretches are too short." in said
@@ -119,7 +139,12 @@ def test_fit_says_why_it_takes_windows(run, workshop):
 
 @pytest.mark.parametrize("text", ["1.000", "1,000", "1.797", "12.500"])
 def test_a_separator_of_thousands_is_refused(run, workshop, text):
-    table = (workshop / "table.csv").read_text().replace(",", ";").replace(";500;", f";{text};")
+    table = (
+        (workshop / "table.csv")
+        .read_text()
+        .replace(",", ";")
+        .replace(";500;", f";{text};")
+    )
     (workshop / "other.csv").write_text(table)
     code, _, err = run(*fit(workshop, table="other.csv"))
     whole = text.replace(",", ".")
@@ -140,13 +165,18 @@ def test_other_speeds_with_decimals_are_not_ambiguous(run, workshop, text):
 
 def test_a_speed_at_which_nothing_turns_is_refused(run, workshop):
     table = (
-        (workshop / "table.csv").read_text().replace("outer_1.npy,outer,500", "outer_1.npy,outer,1")
+        (workshop / "table.csv")
+        .read_text()
+        .replace("outer_1.npy,outer,500", "outer_1.npy,outer,1")
     )
     (workshop / "other.csv").write_text(table)
     for options in ((), ("--window-length", 1000)):
         code, _, err = run(*fit(workshop, *options, table="other.csv"))
         assert code == 1 and "outer_1.npy: rpm is 1, at which the 1." in err
-        assert "expected revolutions per minute. If the speed is right, leave it out" in err
+        assert (
+            "expected revolutions per minute. If the speed is right, leave it out"
+            in err
+        )
 
 
 def test_a_run_up_may_begin_at_rest(run, workshop):

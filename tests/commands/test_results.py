@@ -23,7 +23,9 @@ def saved(tmp_path_factory):
     X = rng.normal(size=(40, WINDOW))
     X[20:] = lfilter([1.0], [1.0, -0.9], X[20:])
     path = folder / "bearing.skops"
-    save_diagnoser(make_alpio(healthy="good").fit(X, np.repeat(["good", "worn"], 20)), path)
+    save_diagnoser(
+        make_alpio(healthy="good").fit(X, np.repeat(["good", "worn"], 20)), path
+    )
     return path, X
 
 
@@ -47,17 +49,35 @@ READERS = {".csv": pd.read_csv, ".parquet": pd.read_parquet}
 @pytest.mark.parametrize("suffix", READERS)
 def test_a_row_for_each_recording_and_one_for_each_window(run, plant, suffix):
     output = plant / f"out{suffix}"
-    arguments = ("diagnose", plant / "bearing.skops", "--table", plant / "table.csv", "-o", output)
+    arguments = (
+        "diagnose",
+        plant / "bearing.skops",
+        "--table",
+        plant / "table.csv",
+        "-o",
+        output,
+    )
     code, out, _ = run(*arguments)
     assert code == 1 and str(output) in out
     rows = READERS[suffix](output)
-    assert rows["recording"].tolist() == ["good.npy", "worn.npy", "dead.npy", "lost.npy"]
+    assert rows["recording"].tolist() == [
+        "good.npy",
+        "worn.npy",
+        "dead.npy",
+        "lost.npy",
+    ]
     assert rows["verdict"].iloc[:3].tolist() == ["good", "worn", "no signal"]
     assert rows["condition"].tolist() == ["good", "worn", "dead", "worn"]
-    assert rows["windows"].iloc[:3].tolist() == [5, 4, 3] and rows["no_signal"].iloc[2] == 3
+    assert (
+        rows["windows"].iloc[:3].tolist() == [5, 4, 3]
+        and rows["no_signal"].iloc[2] == 3
+    )
     # The name of the recording has a column of its own.
     assert rows["verdict"].iloc[3] == "no verdict: no such file"
-    assert rows["error"].iloc[3] == "no such file" and "constant: 3" in rows["remark"].iloc[2]
+    assert (
+        rows["error"].iloc[3] == "no such file"
+        and "constant: 3" in rows["remark"].iloc[2]
+    )
     assert set(rows["healthy"]) == {"good"} and not any(" " in name for name in rows)
     windows = READERS[suffix](plant / f"out_windows{suffix}")
     assert windows["recording"].value_counts().to_dict() == {
@@ -71,7 +91,14 @@ def test_a_row_for_each_recording_and_one_for_each_window(run, plant, suffix):
 
 def test_json_holds_the_windows_of_each_recording(run, plant):
     output = plant / "out.json"
-    arguments = ("diagnose", plant / "bearing.skops", "--table", plant / "table.csv", "-o", output)
+    arguments = (
+        "diagnose",
+        plant / "bearing.skops",
+        "--table",
+        plant / "table.csv",
+        "-o",
+        output,
+    )
     run(*arguments)
     content = json.loads(output.read_text(), parse_constant=pytest.fail)
     assert content["model"]["conditions"] == ["good", "worn"]
@@ -79,13 +106,21 @@ def test_json_holds_the_windows_of_each_recording(run, plant):
     assert [len(row["window_rows"]) for row in rows] == [5, 4, 3, 0]
     assert [row["verdict"] for row in rows][:3] == ["good", "worn", "no signal"]
     assert content["model"]["healthy"] == "good"
-    assert not any(" " in name for row in rows for name in (*row, *row["window_rows"][:1]))
+    assert not any(
+        " " in name for row in rows for name in (*row, *row["window_rows"][:1])
+    )
     assert rows[2]["window_rows"][0]["probability_of_good"] is None
-    assert {window["alarm"] for row in rows for window in row["window_rows"]} <= {True, False, None}
+    assert {window["alarm"] for row in rows for window in row["window_rows"]} <= {
+        True,
+        False,
+        None,
+    }
     assert run(*arguments)[0] == 1
 
 
-@pytest.mark.parametrize("name", ["bearing.skops", "table.csv", "good.csv", "out.csv", "link.csv"])
+@pytest.mark.parametrize(
+    "name", ["bearing.skops", "table.csv", "good.csv", "out.csv", "link.csv"]
+)
 def test_an_output_never_replaces_an_input(run, plant, name):
     np.savetxt(plant / "good.csv", np.load(plant / "good.npy"))
     if name == "link.csv":
@@ -97,7 +132,13 @@ def test_an_output_never_replaces_an_input(run, plant, name):
     table = ("--table", plant / "table.csv")
     files = (plant / "good.csv", plant / "out_windows.csv")
     code, _, err = run(
-        "diagnose", plant / "bearing.skops", *files, *table, "-o", plant / name, "--force"
+        "diagnose",
+        plant / "bearing.skops",
+        *files,
+        *table,
+        "-o",
+        plant / name,
+        "--force",
     )
     assert code == 2 and "argument -o/--output" in err
     code, _, err = run("fit", plant / "table.csv", "-o", plant / "good.npy", "--force")
@@ -108,9 +149,18 @@ def test_an_output_never_replaces_an_input(run, plant, name):
 def test_files_of_another_kind_are_replaced_on_request_only(run, plant):
     precious = plant / "notes.csv"
     precious.write_text("recording,what I saw\n")
-    arguments = ("diagnose", plant / "bearing.skops", plant / "good.npy", "-o", precious)
+    arguments = (
+        "diagnose",
+        plant / "bearing.skops",
+        plant / "good.npy",
+        "-o",
+        precious,
+    )
     code, _, err = run(*arguments)
-    assert code == 2 and "notes.csv exists and was not written by this command; --force" in err
+    assert (
+        code == 2
+        and "notes.csv exists and was not written by this command; --force" in err
+    )
     assert precious.read_text() == "recording,what I saw\n"
     assert run(*arguments, "--force")[0] == 0
     assert pd.read_csv(precious)["verdict"].tolist() == ["good"]
@@ -126,9 +176,20 @@ def test_files_of_another_kind_are_replaced_on_request_only(run, plant):
 
 @pytest.mark.parametrize("name", ["out.txt", "out", "nowhere/out.csv", "."])
 def test_outputs_that_cannot_be_are_refused_before_anything_is_read(run, plant, name):
-    arguments = ("diagnose", plant / "bearing.skops", plant / "good.npy", "-o", plant / name)
+    arguments = (
+        "diagnose",
+        plant / "bearing.skops",
+        plant / "good.npy",
+        "-o",
+        plant / name,
+    )
     code, out, err = run(*arguments)
-    assert code == 2 and not out and "argument -o/--output" in err and "good.npy" not in err
+    assert (
+        code == 2
+        and not out
+        and "argument -o/--output" in err
+        and "good.npy" not in err
+    )
 
 
 def test_scripts_learn_of_an_alarm_by_the_exit_status(run, plant):
@@ -143,7 +204,12 @@ def test_scripts_learn_of_an_alarm_by_the_exit_status(run, plant):
 
 
 def test_progress_is_printed_and_can_be_silenced(run, plant):
-    arguments = ("diagnose", plant / "bearing.skops", plant / "good.npy", plant / "worn.npy")
+    arguments = (
+        "diagnose",
+        plant / "bearing.skops",
+        plant / "good.npy",
+        plant / "worn.npy",
+    )
     _, out, err = run(*arguments, "--n-jobs", "1")
     assert [line[:5] for line in err.splitlines()] == ["[1/2]", "[2/2]"]
     assert err.splitlines()[0].endswith("good.npy: good")
@@ -181,7 +247,9 @@ def test_a_spreadsheet_runs_no_text_of_a_csv(run, plant):
         output = plant / f"safe{suffix}"
         run("diagnose", plant / "bearing.skops", "--table", table, "-o", output)
     rows = pd.read_csv(plant / "safe.csv", dtype=str, keep_default_na=False)
-    cells = [str(cell) for cell in [*rows, *rows.to_numpy().ravel()] if len(str(cell)) > 1]
+    cells = [
+        str(cell) for cell in [*rows, *rows.to_numpy().ravel()] if len(str(cell)) > 1
+    ]
     assert not any(cell.startswith(("=", "+", "-", "@", "\uff1d")) for cell in cells)
     assert {"'=1+1.npy", "'@SUM(A1)", "'\uff1d1+1"} <= set(cells)
     # A program reads what was meant.
@@ -191,7 +259,15 @@ def test_a_spreadsheet_runs_no_text_of_a_csv(run, plant):
 
 def test_recordings_of_one_name_keep_their_windows(run, plant):
     output, file = plant / "out.json", plant / "good.npy"
-    run("diagnose", plant / "bearing.skops", file, plant / "worn.npy", file, "-o", output)
+    run(
+        "diagnose",
+        plant / "bearing.skops",
+        file,
+        plant / "worn.npy",
+        file,
+        "-o",
+        output,
+    )
     rows = json.loads(output.read_text())["recordings"]
     assert [len(row["window_rows"]) for row in rows] == [5, 4, 5]
 
@@ -219,7 +295,9 @@ def test_a_journal_replaces_nothing_that_is_foreign(run, plant, kind):
         foreign.symlink_to(precious)
     else:
         foreign.mkdir()
-    code, _, err = run("diagnose", plant / "bearing.skops", plant / "good.npy", "-o", output)
+    code, _, err = run(
+        "diagnose", plant / "bearing.skops", plant / "good.npy", "-o", output
+    )
     assert code == 1 and f"{foreign}: exists and is no journal of this command" in err
     assert precious.read_text() == "what I saw" and os.path.lexists(foreign)
     assert not output.exists()
@@ -236,9 +314,14 @@ def test_a_file_called_partial_is_left_alone(run, plant):
 def test_a_second_run_on_one_output_is_refused(run, plant):
     output = plant / "out.csv"
     with Journal(output, []):
-        code, _, err = run("diagnose", plant / "bearing.skops", plant / "good.npy", "-o", output)
+        code, _, err = run(
+            "diagnose", plant / "bearing.skops", plant / "good.npy", "-o", output
+        )
         assert code == 1 and "another run is writing these results" in err
-    assert run("diagnose", plant / "bearing.skops", plant / "good.npy", "-o", output)[0] == 0
+    assert (
+        run("diagnose", plant / "bearing.skops", plant / "good.npy", "-o", output)[0]
+        == 0
+    )
 
 
 def test_a_file_that_changes_while_it_is_read_has_no_verdict(run, plant, monkeypatch):
@@ -254,7 +337,9 @@ def test_a_file_that_changes_while_it_is_read_has_no_verdict(run, plant, monkeyp
 
     monkeypatch.setattr(SavedModel, "diagnose", replaced)
     files = (path, plant / "dead.npy", plant / "worn.npy")
-    code, _, err = run("diagnose", plant / "bearing.skops", *files, "-o", plant / "out.csv")
+    code, _, err = run(
+        "diagnose", plant / "bearing.skops", *files, "-o", plant / "out.csv"
+    )
     assert code == 1 and f"{path}: the file changed while it was read" in err
     assert "dead.npy" in err.partition("2 of 3 recordings failed")[2]
     rows = pd.read_csv(plant / "out.csv")
@@ -266,7 +351,9 @@ def test_a_recording_that_was_not_diagnosed_is_not_counted_as_wrong(run, plant, 
     """An implausible speed counts like a file that cannot be read."""
     lines = ["path,condition,rpm,sampling_rate", "good.npy,good,300,5e3"]
     (plant / "table.csv").write_text("\n".join([*lines, f"worn.npy,worn,{rpm},5e3"]))
-    code, out, err = run("diagnose", plant / "bearing.skops", "--table", plant / "table.csv")
+    code, out, err = run(
+        "diagnose", plant / "bearing.skops", "--table", plant / "table.csv"
+    )
     failed = "1 of 2 recordings failed:\n  worn.npy: speed 0.001 rpm"
     n, status = (2, 0) if rpm == 300 else (1, 1)
     assert f"{n} of {n} verdicts agree" in out and code == status
@@ -276,8 +363,22 @@ def test_a_recording_that_was_not_diagnosed_is_not_counted_as_wrong(run, plant, 
 def test_agreement_counts_what_a_model_can_name():
     rows = pd.DataFrame(
         {
-            "condition": ["inner ring small", "Normal", "outer", "unbalance", "ball", None],
-            "verdict": ["inner", "healthy", "inner", "healthy", "no verdict: gone", "ball"],
+            "condition": [
+                "inner ring small",
+                "Normal",
+                "outer",
+                "unbalance",
+                "ball",
+                None,
+            ],
+            "verdict": [
+                "inner",
+                "healthy",
+                "inner",
+                "healthy",
+                "no verdict: gone",
+                "ball",
+            ],
             "alarm": ["yes", "no", "no", "yes", "-", "yes"],
             "error": ["", "", "", "", "gone", ""],
         }

@@ -13,9 +13,19 @@ from scipy.signal import lfilter
 WINDOW = 200
 RATE = 5_000
 QUICK = settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=40,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
-FILES = ["good.npy", "worn.csv", "both.npz", "sound.wav", "=1 ä.npy", "dead.npy", "nan.npy"]
+FILES = [
+    "good.npy",
+    "worn.csv",
+    "both.npz",
+    "sound.wav",
+    "=1 ä.npy",
+    "dead.npy",
+    "nan.npy",
+]
 FILES += ["short.npy", "text.txt", "lost.mat"]
 COUNTER = itertools.count()
 
@@ -32,7 +42,9 @@ def plant(tmp_path_factory):
     np.savez(folder / "both.npz", drive=worn, fan=good, fs=RATE, rpm=300)
     wavfile.write(folder / "sound.wav", 2 * RATE, good.astype(np.float32))
     np.save(folder / "dead.npy", np.zeros(12 * WINDOW))
-    np.save(folder / "nan.npy", np.where(np.arange(12 * WINDOW) < 3 * WINDOW, np.nan, good))
+    np.save(
+        folder / "nan.npy", np.where(np.arange(12 * WINDOW) < 3 * WINDOW, np.nan, good)
+    )
     np.save(folder / "short.npy", good[: WINDOW // 2])
     (folder / "text.txt").write_text("no numbers\nat all\n")
     (folder / "broken.skops").write_bytes(b"PK\x03\x04 and no more")
@@ -57,9 +69,13 @@ def models(plant):
 def options(**values):
     """Draw up to three options, each with one of its values or as a flag."""
     each = [
-        [f"--{name.replace('_', '-')}", *value] for name, own in values.items() for value in own
+        [f"--{name.replace('_', '-')}", *value]
+        for name, own in values.items()
+        for value in own
     ]
-    some = st.lists(st.sampled_from(each), max_size=3, unique_by=lambda option: option[0])
+    some = st.lists(
+        st.sampled_from(each), max_size=3, unique_by=lambda option: option[0]
+    )
     return some.map(lambda chosen: [part for option in chosen for part in option])
 
 
@@ -92,7 +108,11 @@ CELLS = {
 def tables(draw):
     """Draw the text of a table, half of them without a mistake."""
     if draw(st.booleans()):
-        columns = ["condition", "sampling rate", *draw(st.sets(st.sampled_from(["RPM", "hall"])))]
+        columns = [
+            "condition",
+            "sampling rate",
+            *draw(st.sets(st.sampled_from(["RPM", "hall"]))),
+        ]
         names, n_cells = ["good.npy", "worn.csv", "=1 ä.npy"], 1
     else:
         columns = draw(st.lists(st.sampled_from(list(CELLS)), unique=True))
@@ -103,7 +123,9 @@ def tables(draw):
         cells |= {"condition": st.just("gw"[number % 2])} if n_cells else {}
         lines.append([name, *(draw(cells[each]) for each in columns)])
     separator = draw(st.sampled_from([",", ";"]))
-    quoted = [[f'"{cell}"' if separator in cell else cell for cell in line] for line in lines]
+    quoted = [
+        [f'"{cell}"' if separator in cell else cell for cell in line] for line in lines
+    ]
     return "\n".join(map(separator.join, quoted))
 
 
@@ -137,7 +159,9 @@ def test_fit_and_info_of_any_table(run, plant, text, chosen):
     table.write_text(text)
     model.unlink(missing_ok=True)
     plain = ("--window-length", WINDOW, "--healthy", "g")
-    code, out, err = run("fit", table, "-o", model, "-q", "--n-jobs", 1, *plain, *chosen)
+    code, out, err = run(
+        "fit", table, "-o", model, "-q", "--n-jobs", 1, *plain, *chosen
+    )
     check(code, out, err)
     assert model.exists() == (code == 0) == (f"to {model}" in out)
     if code == 0:
@@ -154,7 +178,9 @@ def test_fit_and_info_of_any_table(run, plant, text, chosen):
     st.data(),
     st.lists(st.sampled_from(FILES), max_size=3),
     options(
-        output=of("out.csv", "out.json", "out.parquet", "out.html", "out.x", "good.npy"),
+        output=of(
+            "out.csv", "out.json", "out.parquet", "out.html", "out.x", "good.npy"
+        ),
         fail_on=of("alarm"),
         resample=FLAG,
         bearing=of("6205", "x"),
@@ -163,7 +189,9 @@ def test_fit_and_info_of_any_table(run, plant, text, chosen):
     ),
     st.none() | tables(),
 )
-def test_diagnose_gives_each_recording_a_verdict(run, plant, models, data, files, chosen, text):
+def test_diagnose_gives_each_recording_a_verdict(
+    run, plant, models, data, files, chosen, text
+):
     model = data.draw(st.sampled_from([*models, None]))
     arguments = [] if model is None else [model]
     arguments += [plant / name for name in files]
@@ -258,7 +286,10 @@ LINES = [
 def test_watch_of_any_lines(run, plant, models, data, odd, n_lines, chosen):
     """Each whole window of a clean stream has a verdict, others a verdict or none."""
     model, path = data.draw(st.sampled_from(models)), plant / f"w{next(COUNTER)}.csv"
-    lines = [f"{value:.6g}".encode() for value in np.random.default_rng(1).normal(size=n_lines)]
+    lines = [
+        f"{value:.6g}".encode()
+        for value in np.random.default_rng(1).normal(size=n_lines)
+    ]
     for at, line in odd:
         lines.insert(at, line)
     path.write_bytes(b"".join(line + b"\n" for line in lines))

@@ -25,7 +25,9 @@ def folder(tmp_path):
         for seed, condition in enumerate(["good", "worn"]):
             for rpm in (300, 310, 500):
                 name = f"{condition}_{rpm}_{hall}.npy"
-                np.save(runs / hall / name, signal(condition, seed + rpm + 1000 * place))
+                np.save(
+                    runs / hall / name, signal(condition, seed + rpm + 1000 * place)
+                )
     return tmp_path
 
 
@@ -42,11 +44,16 @@ def test_a_folder_whose_names_say_everything_needs_no_table(run, folder, model):
     assert facts["train_rpm"] == [300, 310, 500] and facts["n_windows"] == [60, 60]
     assert facts["n_recordings"] == [6, 6] and facts["sampling_rate"] == 5e3
     output = folder / "out.csv"
-    code, out, _ = run("diagnose", model, folder / "runs", "--pattern", PATTERN, "-o", output)
+    code, out, _ = run(
+        "diagnose", model, folder / "runs", "--pattern", PATTERN, "-o", output
+    )
     rows = pd.read_csv(output)
     assert code == 0 and len(rows) == 12 and rows["recording"].is_unique
     assert (rows["verdict"] == rows["condition"]).all()
-    assert set(rows["rpm"]) == {300, 310, 500} and set(rows["stated_hall"]) == {"a", "b"}
+    assert set(rows["rpm"]) == {300, 310, 500} and set(rows["stated_hall"]) == {
+        "a",
+        "b",
+    }
     code, out, _ = run("diagnose", model, folder / "runs" / "*" / "worn_3*.npy", "-q")
     assert code == 0 and sum(".npy " in line for line in out.splitlines()) == 4
 
@@ -54,7 +61,11 @@ def test_a_folder_whose_names_say_everything_needs_no_table(run, folder, model):
 def test_speeds_of_the_training_are_a_range(run, folder):
     path = folder / "m.skops"
     options = ("--pattern", PATTERN, "--sampling-rate", "5e3", "--train-rpm")
-    for text, expected in [("300", [300]), ("305+-2%", [300, 310]), ("305..600", [310, 500])]:
+    for text, expected in [
+        ("300", [300]),
+        ("305+-2%", [300, 310]),
+        ("305..600", [310, 500]),
+    ]:
         assert run("fit", folder / "runs", "-o", path, *FIT, *options, text)[0] == 0
         assert load_diagnoser(path)[1]["train_rpm"] == expected
     code, _, err = run("fit", folder / "runs", "-o", path, *FIT, *options, "700+-50")
@@ -64,14 +75,18 @@ def test_speeds_of_the_training_are_a_range(run, folder):
 def test_windows_are_sampled_on_request_and_this_is_reported(run, folder):
     path = folder / "m.skops"
     options = ("--pattern", PATTERN, "--sampling-rate", "5e3")
-    code, out, _ = run("fit", folder / "runs", "-o", path, *FIT, *options, "--max-windows", 5)
+    code, out, _ = run(
+        "fit", folder / "runs", "-o", path, *FIT, *options, "--max-windows", 5
+    )
     assert code == 0 and "at most 5 windows of each, fewer than there are in 12" in out
     assert load_diagnoser(path)[1]["n_windows"] == [30, 30]
     assert run("fit", folder / "runs", "-o", path, *FIT, *options, "--hop", 400)[0] == 0
     assert load_diagnoser(path)[1]["n_windows"] == [30, 30]
 
 
-def test_another_sampling_rate_is_resampled_on_request_and_this_is_reported(run, folder, model):
+def test_another_sampling_rate_is_resampled_on_request_and_this_is_reported(
+    run, folder, model
+):
     path = folder / "run.wav"
     wavfile.write(path, 10_000, signal("worn", 5).astype(np.float32))
     code, _, err = run("diagnose", model, path)
@@ -79,9 +94,12 @@ def test_another_sampling_rate_is_resampled_on_request_and_this_is_reported(run,
     code, out, _ = run("diagnose", model, path, "--resample")
     assert code == 0 and "run.wav: Resampled from 10000 to 5000 Hz." in out
     assert (
-        next(line for line in out.splitlines() if line.startswith(str(path))).split()[1] == "worn"
+        next(line for line in out.splitlines() if line.startswith(str(path))).split()[1]
+        == "worn"
     )
-    wavfile.write(folder / "runs" / "worn_300_c.wav", 10_000, signal("worn", 5).astype(np.float32))
+    wavfile.write(
+        folder / "runs" / "worn_300_c.wav", 10_000, signal("worn", 5).astype(np.float32)
+    )
     fit = ("fit", folder / "runs", "-o", model, *FIT, "--pattern", PATTERN)
     (folder / "runs" / "good_300_c.npy").unlink(missing_ok=True)
     code, _, err = run(*fit, "--sampling-rate", "5e3")
@@ -90,19 +108,34 @@ def test_another_sampling_rate_is_resampled_on_request_and_this_is_reported(run,
 
 def test_several_channels_are_given_by_name_position_or_pattern(run, tmp_path):
     for seed, condition in enumerate(["good", "worn"]):
-        channels = {"X_DE_time": signal(condition, seed), "X_FE_time": signal("good", 9)}
+        channels = {
+            "X_DE_time": signal(condition, seed),
+            "X_FE_time": signal("good", 9),
+        }
         np.savez(tmp_path / f"{condition}.npz", **channels)
-    fit = ("fit", tmp_path / "*.npz", "-o", tmp_path / "m.skops", *FIT, "--sampling-rate", "5e3")
+    fit = (
+        "fit",
+        tmp_path / "*.npz",
+        "-o",
+        tmp_path / "m.skops",
+        *FIT,
+        "--sampling-rate",
+        "5e3",
+    )
     options = ("--pattern", r"(?P<condition>\w+)\.npz", "--channel")
     assert run(*fit, *options, "*DE_time; 1")[0] == 0
     assert load_diagnoser(tmp_path / "m.skops")[1]["channels"] == ["*DE_time", "1"]
     file = tmp_path / "worn.npz"
-    code, out, _ = run("diagnose", tmp_path / "m.skops", file, "--channel", "*DE_time; *FE_time")
+    code, out, _ = run(
+        "diagnose", tmp_path / "m.skops", file, "--channel", "*DE_time; *FE_time"
+    )
     assert code == 0 and " worn " in out
 
 
 def test_a_table_among_the_recordings_of_a_folder_is_named_as_one(run, folder, model):
     (folder / "runs" / "table.csv").write_text("path,rpm\na/good_300_a.npy,300\n")
     code, _, err = run("diagnose", model, folder / "runs", "--sampling-rate", "5e3")
-    reason = "table.csv: this is a table of recordings, expected samples; --table takes it"
+    reason = (
+        "table.csv: this is a table of recordings, expected samples; --table takes it"
+    )
     assert code == 1 and "1 of 13 recordings failed" in err and reason in err

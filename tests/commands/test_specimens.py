@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 
 from skarxlag import load_recordings, make_alpio
 from skarxlag.commands import evaluate, fit
-from skarxlag.ladder import ThresholdLadder
+from skarxlag.decisions.ladder import ThresholdLadder
 
 WINDOW, N_WINDOWS = 200, 8
 
@@ -33,7 +33,9 @@ def table(tmp_path):
         colour = [1.0, -0.9] if condition == "good" else [1.0, 0.9]
         noise = np.random.default_rng(seed).normal(size=N_WINDOWS * WINDOW)
         np.save(tmp_path / f"{seed}.npy", lfilter([1.0], colour, noise))
-        rows.append((f"{seed}.npy", condition, specimen, ["", "2.5"][seed % 2], 300, 2_000))
+        rows.append(
+            (f"{seed}.npy", condition, specimen, ["", "2.5"][seed % 2], 300, 2_000)
+        )
     columns = ["path", "condition", "specimen", "load", "rpm", "sampling_rate"]
     pd.DataFrame(rows, columns=columns).to_csv(tmp_path / "table.csv", index=False)
     return tmp_path / "table.csv"
@@ -44,7 +46,9 @@ def test_fit_passes_stated_specimens_to_the_steps_that_request_them(
     run, table, monkeypatch, is_stated
 ):
     def make(healthy=None):
-        return make_alpio(healthy=healthy).set_params(decide=SpecimenLadder(healthy=healthy))
+        return make_alpio(healthy=healthy).set_params(
+            decide=SpecimenLadder(healthy=healthy)
+        )
 
     monkeypatch.setitem(fit.DIAGNOSERS, "alpio", ("ALPIO", make))
     SpecimenLadder.seen.clear()
@@ -53,7 +57,9 @@ def test_fit_passes_stated_specimens_to_the_steps_that_request_them(
     model = table.with_suffix(".skops")
     # A model file cannot hold a decision of another package.
     with pytest.raises(TypeError, match="SpecimenLadder"):
-        run("fit", table, "-o", model, "--diagnoser", "alpio", "--window-length", WINDOW)
+        run(
+            "fit", table, "-o", model, "--diagnoser", "alpio", "--window-length", WINDOW
+        )
     (seen,) = SpecimenLadder.seen
     if is_stated:
         assert seen.tolist() == np.repeat(["B1", "B2", "B3", "B1"], N_WINDOWS).tolist()
@@ -65,7 +71,9 @@ def test_evaluate_passes_specimens_to_the_steps_that_request_them(
     run, table, monkeypatch, no_figures
 ):
     def make(healthy=None):
-        return make_alpio(healthy=healthy).set_params(decide=SpecimenLadder(healthy=healthy))
+        return make_alpio(healthy=healthy).set_params(
+            decide=SpecimenLadder(healthy=healthy)
+        )
 
     rig = load_recordings(table, window_length=WINDOW)
     monkeypatch.setattr(evaluate, "DIAGNOSERS", {"diagnoser": ("Diagnoser", make)})

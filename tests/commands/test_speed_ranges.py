@@ -21,7 +21,9 @@ def test_ends_of_a_range(text, low, high):
     assert speed_range(text) == (low, high)
 
 
-@pytest.mark.parametrize("text", ["", "fast", "0", "-5", "1800..1700", "nan", "1..2..3", "5+-"])
+@pytest.mark.parametrize(
+    "text", ["", "fast", "0", "-5", "1800..1700", "nan", "1..2..3", "5+-"]
+)
 def test_what_is_no_range(text):
     with pytest.raises(
         ArgumentTypeError, match=r"expected a speed such as 1797, 1797\+-30 or 1700\.\."

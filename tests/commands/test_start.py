@@ -43,7 +43,9 @@ def test_a_refusal_imports_no_numerics(tmp_path, case):
     (tmp_path / "bad.csv").write_text("path,condition\nx.npy,\n")
     status, arguments = REFUSED[case]
     command = [sys.executable, "-c", PROGRAM, *arguments]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, check=True
+    )
     assert done.stdout.split() == [str(status)], done.stderr
 
 

@@ -9,9 +9,9 @@ import pytest
 
 from skarxlag import bearing_orders, make_diagnoser
 from skarxlag.bearings import SKF_6205
-from skarxlag.persistence import load_diagnoser
+from skarxlag.persistence.models import load_diagnoser
 
-from ..test_orders import ORDERS, RATE, strikes
+from ..distances.test_orders import ORDERS, RATE, strikes
 from .conftest import counts
 
 SECONDS = 4
@@ -46,19 +46,27 @@ def test_long_recordings_are_compared_by_stretches_and_speeds(run, workshop):
     assert "train rpm             900 rpm" in run("info", model)[1]
     # The number of threads belongs to the machine, not to the file.
     assert diagnoser["decide"].residual_.order_residual_.n_jobs is None
-    assert diagnoser["decide"].residual_.order_residual_.samples_a_turn_ == pytest.approx(
-        60 * RATE / 900
+    assert diagnoser[
+        "decide"
+    ].residual_.order_residual_.samples_a_turn_ == pytest.approx(60 * RATE / 900)
+    code, out, _ = run(
+        "diagnose", model, "--table", workshop / "600.csv", "-o", workshop / "v.csv"
     )
-    code, out, _ = run("diagnose", model, "--table", workshop / "600.csv", "-o", workshop / "v.csv")
     assert code == 0 and "stretches of 7200 samples, 0.9 s at 8000 Hz" in out
     verdicts = pd.read_csv(workshop / "v.csv")
-    assert verdicts["verdict"].tolist() == list(ORDERS) and verdicts["rpm"].tolist() == [600, 600]
+    assert verdicts["verdict"].tolist() == list(ORDERS) and verdicts[
+        "rpm"
+    ].tolist() == [600, 600]
     by_hand = diagnoser.predict_proba(
         np.load(workshop / "inner_600.npy")[: 4 * 7200].reshape(4, -1), rpm=600
     )
     windows = pd.read_csv(workshop / "v_windows.csv")
     assert (windows["probability_of_inner"][:4] <= by_hand[:, 0]).all()
-    columns = [name for name in windows if name.startswith("probability_of_") and "rec" not in name]
+    columns = [
+        name
+        for name in windows
+        if name.startswith("probability_of_") and "rec" not in name
+    ]
     np.testing.assert_allclose(windows[columns].sum(axis=1), 1)
 
 
@@ -68,8 +76,13 @@ def test_a_speed_may_be_unknown(run, workshop):
     run("fit", workshop / "900.csv", *HEALTHY, "-o", model)
     recording = workshop / "outer_600.npy"
     code, out, _ = run("diagnose", model, recording, "--sampling-rate", RATE)
-    assert code == 0 and "The speed is not stated. Speeds near those of fit were searched." in out
-    code, out, _ = run("diagnose", model, recording, "--sampling-rate", RATE, "--rpm", "600")
+    assert (
+        code == 0
+        and "The speed is not stated. Speeds near those of fit were searched." in out
+    )
+    code, out, _ = run(
+        "diagnose", model, recording, "--sampling-rate", RATE, "--rpm", "600"
+    )
     assert code == 0 and "outer" in out and "not stated" not in out
     table = pd.read_csv(workshop / "900.csv").drop(columns="rpm")
     table.to_csv(workshop / "unknown.csv", index=False)
@@ -84,7 +97,10 @@ def test_a_speed_may_be_unknown(run, workshop):
     [
         (("--window-length", "1200"), "Windows of 1200 samples, 0.15 s at 8000 Hz"),
         (("--diagnoser", "alpio"), "Windows of 1200 samples, 0.15 s at 8000 Hz"),
-        (("--diagnoser", "stretches", "--window-length", "16000"), "Stretches of 16000 samples"),
+        (
+            ("--diagnoser", "stretches", "--window-length", "16000"),
+            "Stretches of 16000 samples",
+        ),
     ],
 )
 def test_options_that_say_otherwise(run, workshop, options, expected):
@@ -107,7 +123,10 @@ def test_more_than_memory_shall_hold_is_sampled(run, workshop, monkeypatch):
     assert "[2/2] outer_900.npy: read (4 windows of 7200 samples)" in err
     assert "4 stretches: fitting" in err
     stretches = load_diagnoser(workshop / "sampled.skops")[0]
-    X = [np.load(workshop / f"{name}_900.npy")[: 4 * 7200].reshape(4, -1)[::2] for name in ORDERS]
+    X = [
+        np.load(workshop / f"{name}_900.npy")[: 4 * 7200].reshape(4, -1)[::2]
+        for name in ORDERS
+    ]
     y = np.repeat(list(ORDERS), 2)
     by_hand = make_diagnoser(sampling_rate=RATE, healthy="inner")
     by_hand.fit(np.concatenate(X), y, rpm=np.full(4, 900.0))
@@ -125,12 +144,17 @@ def test_short_recordings_are_compared_by_windows(run, workshop):
     lines = ["path,condition,rpm,sampling_rate"]
     for condition in ORDERS:
         np.save(
-            workshop / f"short_{condition}.npy", np.load(workshop / f"{condition}_900.npy")[:6000]
+            workshop / f"short_{condition}.npy",
+            np.load(workshop / f"{condition}_900.npy")[:6000],
         )
         lines.append(f"short_{condition}.npy,{condition},900,{RATE}")
     (workshop / "short.csv").write_text("\n".join(lines))
-    code, out, _ = run("fit", workshop / "short.csv", *HEALTHY, "-o", workshop / "short.skops")
-    assert code == 0 and "Windows of 1200 samples" in out and "Saved diagnoser to" in out
+    code, out, _ = run(
+        "fit", workshop / "short.csv", *HEALTHY, "-o", workshop / "short.skops"
+    )
+    assert (
+        code == 0 and "Windows of 1200 samples" in out and "Saved diagnoser to" in out
+    )
     code, _, err = run(
         "fit",
         workshop / "short.csv",
@@ -163,7 +187,9 @@ def report_of(run, workshop, model, *options):
 
 def figures(page):
     codes = re.findall(r'alt="Row [^"]*"', page)
-    return codes, [b64decode(c).decode() for c in re.findall(r"svg\+xml;base64,([^\"]*)", page)]
+    return codes, [
+        b64decode(c).decode() for c in re.findall(r"svg\+xml;base64,([^\"]*)", page)
+    ]
 
 
 @pytest.mark.slow
@@ -172,12 +198,16 @@ def test_report_draws_orders_and_marks_the_faults_of_a_bearing(run, workshop, mo
     # The healthy recording has a line, the other one has figures.
     assert len(captions) == 1 and "rpm found at nominal 600 rpm" in plain
     orders = bearing_orders(SKF_6205)
-    _, (*_, marked) = figures(report_of(run, workshop, model, "--bearing", "9,7.94,39.04"))
+    _, (*_, marked) = figures(
+        report_of(run, workshop, model, "--bearing", "9,7.94,39.04")
+    )
     for name in ("shaft", "cage", "outer", "inner", "ball"):
         label = f"{name} {orders[name]:.3g}"
         assert label in marked and label not in plain
     # A contact angle moves the orders.
-    _, (*_, tilted) = figures(report_of(run, workshop, model, "--bearing", "9,7.94,39.04,40"))
+    _, (*_, tilted) = figures(
+        report_of(run, workshop, model, "--bearing", "9,7.94,39.04,40")
+    )
     assert f"outer {orders['outer']:.3g}<" not in tilted and "outer 3.8<" in tilted
 
 
@@ -206,12 +236,27 @@ def test_a_bearing_that_is_none(run, workshop, model, value, expected):
 def test_a_bearing_needs_a_report_of_orders(run, workshop, model):
     recording = workshop / "inner_600.npy"
     for output in ((), ("-o", workshop / "bad.csv")):
-        code, _, err = run("diagnose", model, recording, "--bearing", "9,7.94,39.04", *output)
-        assert code == 2 and "argument --bearing: belongs to a report, -o FILE.html" in err
+        code, _, err = run(
+            "diagnose", model, recording, "--bearing", "9,7.94,39.04", *output
+        )
+        assert (
+            code == 2 and "argument --bearing: belongs to a report, -o FILE.html" in err
+        )
     windows = workshop / "windows.skops"
     assert (
-        run("fit", workshop / "900.csv", *HEALTHY, "-o", windows, "--window-length", "1200")[0] == 0
+        run(
+            "fit",
+            workshop / "900.csv",
+            *HEALTHY,
+            "-o",
+            windows,
+            "--window-length",
+            "1200",
+        )[0]
+        == 0
     )
     output = workshop / "bad.html"
-    code, _, err = run("diagnose", windows, recording, "--bearing", "9,7.94,39.04", "-o", output)
+    code, _, err = run(
+        "diagnose", windows, recording, "--bearing", "9,7.94,39.04", "-o", output
+    )
     assert code == 1 and "No step compares order spectra" in err

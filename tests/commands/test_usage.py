@@ -9,19 +9,53 @@ from tests.commands.watching import RATE, WINDOW, sound
 @pytest.mark.parametrize(
     ("arguments", "line", "of_help"),
     [
-        (["fit", "t.csv", "-o", "m.skops", "--train-rpm", "x"], "argument --train-rpm: 'x'", "97"),
-        (["fit", "t.csv"], "the following arguments are required: -o/--output", "-o FILE.skops"),
-        (["fit", "-o", "m"], "the following arguments are required: table", "csv table of the"),
+        (
+            ["fit", "t.csv", "-o", "m.skops", "--train-rpm", "x"],
+            "argument --train-rpm: 'x'",
+            "97",
+        ),
+        (
+            ["fit", "t.csv"],
+            "the following arguments are required: -o/--output",
+            "-o FILE.skops",
+        ),
+        (
+            ["fit", "-o", "m"],
+            "the following arguments are required: table",
+            "csv table of the",
+        ),
         (["diagnose"], "argument MODEL.skops: none given", "MODEL.skops  or --bearing"),
-        (["diagnose", "-q", "-v"], "argument -v/--verbose: not allowed", "-v, --verbose"),
-        (["watch", "m.skops", "--poll", "0"], "argument --poll: '0', expected", "--poll SECONDS"),
+        (
+            ["diagnose", "-q", "-v"],
+            "argument -v/--verbose: not allowed",
+            "-v, --verbose",
+        ),
+        (
+            ["watch", "m.skops", "--poll", "0"],
+            "argument --poll: '0', expected",
+            "--poll SECONDS",
+        ),
         (["info", "--jason"], "the following arguments are required: FILE", "FILE "),
-        (["info", "f", "--jason"], "unrecognized arguments: --jason", "info --help lists all"),
-        (["fits"], "argument COMMAND: invalid choice: 'fits'", "diagnose a running sensor"),
-        ([], "the following arguments are required: COMMAND", "diagnose a running sensor"),
+        (
+            ["info", "f", "--jason"],
+            "unrecognized arguments: --jason",
+            "info --help lists all",
+        ),
+        (
+            ["fits"],
+            "argument COMMAND: invalid choice: 'fits'",
+            "diagnose a running sensor",
+        ),
+        (
+            [],
+            "the following arguments are required: COMMAND",
+            "diagnose a running sensor",
+        ),
     ],
 )
-def test_usage_errors_are_one_line_with_the_help_of_the_argument(run, arguments, line, of_help):
+def test_usage_errors_are_one_line_with_the_help_of_the_argument(
+    run, arguments, line, of_help
+):
     code, out, err = run(*arguments)
     first, *rest = err.splitlines()
     assert code == 2 and out == "" and f": error: {line}" in first
@@ -42,7 +76,9 @@ def test_a_rate_beside_a_table(run, tmp_path):
     assert code == 1 and "sampling_rate is missing" in err
     code, out, _ = run("fit", table, *options, "--sampling-rate", RATE)
     assert code == 0 and f"at {RATE:g} Hz" in out
-    code, out, err = run("diagnose", model, "--table", table, "--sampling-rate", 2 * RATE)
+    code, out, err = run(
+        "diagnose", model, "--table", table, "--sampling-rate", 2 * RATE
+    )
     assert code == 1 and f"sampled at {2 * RATE:g} Hz" in err
     code, out, err = run("diagnose", model, "--table", table, "--sampling-rate", RATE)
     assert code == 0 and "2 of 2 verdicts agree" in out

@@ -15,9 +15,9 @@ from skarxlag import (
     make_windows,
     save_diagnoser,
 )
-from skarxlag._answers import Answers
 from skarxlag.commands import main
 from skarxlag.commands.messages import counted
+from skarxlag.core.capabilities import Capabilities
 from skarxlag.recordings.listing import ListedRecording
 from skarxlag.recordings.live import from_folder, from_growing_file
 from skarxlag.recordings.live_samples import RawSamples
@@ -40,7 +40,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 def blocks_of(folder, warn, place=None, settle=1e-6):
     """Blocks from the files of a folder, in windows of 5 samples."""
     files = ListedRecording(None, "", folder, sampling_rate=1.0)
-    return from_folder(files, Answers(window_length=5), settle, False, warn, place)
+    return from_folder(files, Capabilities(window_length=5), settle, False, warn, place)
 
 
 def test_csv_lines_on_standard_input(run, models, fitted, piped):
@@ -59,7 +59,9 @@ def test_csv_lines_on_standard_input(run, models, fitted, piped):
     assert summary.endswith(f"p-value {last['p_value']:.2g}")
 
 
-@pytest.mark.parametrize(("dtype", "scale"), [("<i2", 1000), ("<f4", 1.0), (">f8", 1.0)])
+@pytest.mark.parametrize(
+    ("dtype", "scale"), [("<i2", 1000), ("<f4", 1.0), (">f8", 1.0)]
+)
 def test_raw_samples_on_standard_input(run, models, fitted, piped, dtype, scale):
     samples = (scale * sound("worn", 700, 4)).astype(dtype)
     piped(samples.tobytes() + b"\0")
@@ -68,7 +70,9 @@ def test_raw_samples_on_standard_input(run, models, fitted, piped, dtype, scale)
     assert verdicts_of(out) == expected(fitted, samples)
 
 
-def test_columns_are_chosen_and_bad_lines_are_missing_samples(run, models, fitted, piped):
+def test_columns_are_chosen_and_bad_lines_are_missing_samples(
+    run, models, fitted, piped
+):
     signal = sound("good", 600, 3)
     lines = lines_of(np.stack([np.zeros(600), signal]), ";").splitlines()
     lines[250] = b"sensor lost"
@@ -122,14 +126,16 @@ def test_files_of_a_folder_are_one_recording(run, models, fitted, tmp_path):
     code, out, err = run("watch", models[0], tmp_path, *IDLE)
     found = verdicts_of(out)
     assert code == 0
-    assert [v.pop("source") for v in found] == ["0.npy"] + ["1.npy"] * 3 + ["2.npy"] * 4 + [
-        "3.npy"
-    ] * 2
+    assert [v.pop("source") for v in found] == ["0.npy"] + ["1.npy"] * 3 + [
+        "2.npy"
+    ] * 4 + ["3.npy"] * 2
     assert found == expected(fitted, signal)
     assert "skipped" in err and "3b.npy" in err
 
 
-def test_times_of_files_show_gaps_and_the_state_which_files_were_read(run, models, tmp_path):
+def test_times_of_files_show_gaps_and_the_state_which_files_were_read(
+    run, models, tmp_path
+):
     folder = tmp_path / "logger"
     folder.mkdir()
     state = tmp_path / "state.json"
@@ -139,7 +145,11 @@ def test_times_of_files_show_gaps_and_the_state_which_files_were_read(run, model
         os.utime(folder / f"{number}.npy", (end, end))
     code, out, err = run("watch", models[0], folder, *options)
     times = [v["time"] for v in verdicts_of(out)]
-    assert code == 0 and times[0] == pytest.approx(999.2) and times[-1] == pytest.approx(1030.0)
+    assert (
+        code == 0
+        and times[0] == pytest.approx(999.2)
+        and times[-1] == pytest.approx(1030.0)
+    )
     assert "1 gap of 28.0 s" in err
     np.save(folder / "late.npy", sound("good", 1000, 9))
     os.utime(folder / "late.npy", (1031.0, 1031.0))
@@ -196,16 +206,22 @@ def test_files_after_a_clock_was_set_back_are_read_with_a_warning(tmp_path):
     source = blocks_of(tmp_path, messages.append, [900 * 10**9, "old.npy"])
     blocks = drained(source, write)
     assert [block.source for block in blocks] == ["a.npy", "b.npy"]
-    assert messages == [f"{tmp_path / 'b.npy'}: older than the file before, read nevertheless"]
+    assert messages == [
+        f"{tmp_path / 'b.npy'}: older than the file before, read nevertheless"
+    ]
     # The place is that of the latest file: a restart does not read a file twice.
     assert [block.place for block in blocks] == [[1000 * 10**9, "a.npy"]] * 2
 
 
-def test_a_file_of_other_rate_or_channels_is_skipped_with_a_warning(run, models, tmp_path):
+def test_a_file_of_other_rate_or_channels_is_skipped_with_a_warning(
+    run, models, tmp_path
+):
     signal = sound("good", 450, 3)
     wavfile.write(tmp_path / "a.wav", 1001, signal.astype(np.float32))
     wavfile.write(tmp_path / "b.wav", 1100, signal.astype(np.float32))
-    wavfile.write(tmp_path / "c.wav", 1000, np.stack([signal, signal], axis=1).astype(np.float32))
+    wavfile.write(
+        tmp_path / "c.wav", 1000, np.stack([signal, signal], axis=1).astype(np.float32)
+    )
     code, out, err = run("watch", models[0], tmp_path, *IDLE)
     assert code == 0 and {v["source"] for v in verdicts_of(out)} == {"a.wav"}
     assert "b.wav: sampling_rate is 1000 Hz but the file states 1100 Hz" in err
@@ -223,7 +239,9 @@ def test_a_log_that_is_rotated_is_read_to_its_end_first(tmp_path):
         file.write("5\n6")
     path.rename(tmp_path / "log.1")
     path.write_text("time;x\ns;g\n0;7,5\n1;8,5\n")
-    samples = [block.samples.tolist() for block in drained(blocks) if block.samples.size]
+    samples = [
+        block.samples.tolist() for block in drained(blocks) if block.samples.size
+    ]
     assert samples == [[[45]], [[7.5, 8.5]]]
     assert messages == [f"{path} was started afresh"]
 
@@ -238,7 +256,9 @@ def test_a_stream_of_another_number_of_channels_is_refused(run, models, piped):
 def test_european_lines_with_times_and_units(run, models, fitted, piped, tmp_path):
     signal = np.round(sound("worn", 650, 4), 4)
     lines = [f"{k / 1000:.3f};{value:.4f};7\r\n" for k, value in enumerate(signal)]
-    text = "Zeit;Lager A;Drehzahl\r\ns;m/s2;1/min\r\n" + "".join(lines).replace(".", ",")
+    text = "Zeit;Lager A;Drehzahl\r\ns;m/s2;1/min\r\n" + "".join(lines).replace(
+        ".", ","
+    )
     piped(text.encode())
     options = ("--channel", "Lager*")
     code, out, err = run("watch", models[0], "-", *options)
@@ -253,7 +273,9 @@ def test_european_lines_with_times_and_units(run, models, fitted, piped, tmp_pat
         assert "no numbers" not in err
     wanted = expected(fitted, signal)
     # A later run takes the time anew from the lines, which are rounded.
-    assert [v.pop("time") for v in found] == pytest.approx([v.pop("time") for v in wanted])
+    assert [v.pop("time") for v in found] == pytest.approx(
+        [v.pop("time") for v in wanted]
+    )
     assert found == wanted
 
 
@@ -278,7 +300,10 @@ def test_fewer_lines(run, models, fitted, piped):
     news = [(v["verdict"], v["alarm"], v["quality"]) for v in every]
     kept = [0]
     for i in range(1, len(every)):
-        if news[i] != news[kept[-1]] or every[i]["time"] - every[kept[-1]]["time"] > 0.999:
+        if (
+            news[i] != news[kept[-1]]
+            or every[i]["time"] - every[kept[-1]]["time"] > 0.999
+        ):
             kept.append(i)
     assert found == [every[i] for i in kept]
     assert {v["quality"] for v in found} == {"good", "not finite"} and len(found) < 13
@@ -300,10 +325,12 @@ def test_ctrl_c_and_termination_end_cleanly(run, models, monkeypatch, number, tm
     os.write(writing, lines_of(sound("good", 450, 3)))
     with open(reading, "rb") as pipe, open(writing, "wb"):
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(pipe))
-        # Nobody writes any more, and nobody closes the pipe: only the signal can end it.
+        # Nobody writes any more, and nobody closes the pipe: only the signal can end
+        # it.
         ring = threading.Timer(0.05, os.kill, (os.getpid(), number))
         monkeypatch.setattr(
-            "skarxlag.commands.watch_stream.SensorStream._report", lambda *args: ring.start()
+            "skarxlag.commands.watch_stream.SensorStream._report",
+            lambda *args: ring.start(),
         )
         code, _, err = run("watch", models[0], "-", "--state", tmp_path / "state.json")
     assert code == 0
@@ -313,7 +340,9 @@ def test_ctrl_c_and_termination_end_cleanly(run, models, monkeypatch, number, tm
 
 def test_a_line_a_second_for_people(run, models, piped, monkeypatch):
     ticks = iter(range(100))
-    monkeypatch.setattr("skarxlag.commands.watch_stream.time.monotonic", lambda: next(ticks))
+    monkeypatch.setattr(
+        "skarxlag.commands.watch_stream.time.monotonic", lambda: next(ticks)
+    )
     piped(lines_of(sound("good", 450, 3)))
     err = run("watch", models[0], "-", "-v")[2]
     assert err.splitlines()[2].startswith("0.4 s, good, probability ")
@@ -327,9 +356,13 @@ def test_lines_come_in_any_pieces():
     assert whole.tolist() == signal.tolist()
     pieces = text_samples()
     parts = [parsed(pieces, data[i : i + 1]) for i in range(len(data))]
-    np.testing.assert_array_equal(np.concatenate([p for p in parts if p.size], axis=1), whole)
+    np.testing.assert_array_equal(
+        np.concatenate([p for p in parts if p.size], axis=1), whole
+    )
     unfinished = text_samples("1")
-    assert parsed(unfinished, b"1 2\n3 4\n5 6\n7 8\n9 1").tolist() == [[2.0, 4.0, 6.0, 8.0]]
+    assert parsed(unfinished, b"1 2\n3 4\n5 6\n7 8\n9 1").tolist() == [
+        [2.0, 4.0, 6.0, 8.0]
+    ]
     assert unfinished.n_pending == 3
     assert parsed(unfinished, b"", is_end=True).tolist() == [[1.0]]
     few = text_samples()
@@ -342,12 +375,20 @@ def test_lines_come_in_any_pieces():
     [
         (("gone.csv",), 1, "gone.csv: no such file or folder"),
         (("-", "--channel", "a"), 1, "no channel 'a'; available: '0'"),
-        (("-", "--channel", "1", "--dtype", "<i2"), 1, "no channel '1'; available: '0'"),
+        (
+            ("-", "--channel", "1", "--dtype", "<i2"),
+            1,
+            "no channel '1'; available: '0'",
+        ),
         (("-", "--sampling-rate", 999), 0, "2 samples"),
         (("-", "--sampling-rate", 900), 2, "--sampling-rate: 900.0, but"),
         (("-", "--dtype", "text"), 1, "dtype is 'text', expected real numbers such as"),
         (("-", "--hop", 0), 1, "hop == 0, must be >= 1"),
-        (("-", "--half-life", 0), 2, "argument --half-life: '0', expected a number above 0"),
+        (
+            ("-", "--half-life", 0),
+            2,
+            "argument --half-life: '0', expected a number above 0",
+        ),
     ],
 )
 def test_mistakes_are_reported_in_one_line(run, models, piped, argv, code, message):
@@ -363,10 +404,18 @@ def test_a_detector_alone_names_the_healthy_condition(run, models, piped):
     assert found[0]["alarm"] is False and found[0]["probability"] is None
 
 
-def test_p_values_come_from_the_healthy_limits_of_the_model(run, fitted, piped, tmp_path):
+def test_p_values_come_from_the_healthy_limits_of_the_model(
+    run, fitted, piped, tmp_path
+):
     path, loud = tmp_path / "model.skops", 99 * sound("good", 2000, 3)
-    detector = make_detector(fixed_gain=True).fit(make_windows(sound("good", 20_000, 2), WINDOW))
-    facts = {"conditions": ["good", "worn"], "sampling_rate": RATE, "window_length": WINDOW}
+    detector = make_detector(fixed_gain=True).fit(
+        make_windows(sound("good", 20_000, 2), WINDOW)
+    )
+    facts = {
+        "conditions": ["good", "worn"],
+        "sampling_rate": RATE,
+        "window_length": WINDOW,
+    }
     last = {}
     for name, limits in (("limits", detector), ("none", None)):
         save_diagnoser(fitted[0], path, detector=limits, **facts)
@@ -378,12 +427,18 @@ def test_p_values_come_from_the_healthy_limits_of_the_model(run, fitted, piped, 
 
 def test_limits_that_do_not_hold_are_reported_once(run, fitted, piped, tmp_path):
     path = tmp_path / "alone.skops"
-    facts = {"conditions": ["worn", "good"], "sampling_rate": RATE, "train_rpm": [900.0]}
+    facts = {
+        "conditions": ["worn", "good"],
+        "sampling_rate": RATE,
+        "train_rpm": [900.0],
+    }
     save_diagnoser(fitted[0], path, window_length=WINDOW, **facts)
     piped(lines_of(sound("good", 1000, 3)))
     code, out, err = run("watch", path, "-", "--rpm", 1800)
     found = verdicts_of(out)
-    assert code == 0 and err.count("No alarm: healthy limits hold at 900 rpm only.") == 1
+    assert (
+        code == 0 and err.count("No alarm: healthy limits hold at 900 rpm only.") == 1
+    )
     assert {(v["limits"], v["exceeds"], v["rpm"], v["healthy"]) for v in found} == {
         ("healthy limits hold at 900 rpm only", None, 1800.0, "worn")
     }
@@ -393,11 +448,17 @@ def test_a_detector_of_several_speeds_asks_for_the_speed(run, fitted, piped, tmp
     signal, path = sound("good", 450, 3), tmp_path / "detector.skops"
     healthy = make_windows(sound("good", 100 * WINDOW, 2), WINDOW)
     save_diagnoser(
-        make_detector().fit(healthy, rpm=np.repeat([300.0, 500.0], 50)), path, sampling_rate=RATE
+        make_detector().fit(healthy, rpm=np.repeat([300.0, 500.0], 50)),
+        path,
+        sampling_rate=RATE,
     )
     piped(lines_of(signal))
     code, _, err = run("watch", path, "-")
-    assert code == 2 and "argument --rpm: needed, " in err and "fitted at 300, 500 rpm" in err
+    assert (
+        code == 2
+        and "argument --rpm: needed, " in err
+        and "fitted at 300, 500 rpm" in err
+    )
     code, out, _ = run("watch", path, "-", "--rpm", "400")
     assert code == 0 and [v["alarm"] for v in verdicts_of(out)] == [False, False]
 
@@ -409,13 +470,18 @@ def test_a_state_of_other_settings_gives_the_place_only(run, models, fitted, tmp
     assert run("watch", models[0], path, *IDLE, "--state", state)[0] == 0
     path.write_bytes(lines_of(samples))
     code, out, err = run("watch", models[0], path, *IDLE, "--state", state, "--hop", 50)
-    assert code == 0 and "The state is of hop == 200, not of 50. Verdicts and the alarm" in err
+    assert (
+        code == 0
+        and "The state is of hop == 200, not of 50. Verdicts and the alarm" in err
+    )
     assert verdicts_of(out) == expected(fitted, samples[450:], hop=50)
 
 
 def test_numbers_of_things_are_grammatical(run, models, tmp_path):
     signal = sound("good", 2 * WINDOW, 3)
     np.savetxt(tmp_path / "s.csv", signal)
-    *_, err = run("watch", models[0], tmp_path / "s.csv", "--idle", 0.02, "--poll", 0.005)
+    *_, err = run(
+        "watch", models[0], tmp_path / "s.csv", "--idle", 0.02, "--poll", 0.005
+    )
     assert "400 samples; windows: 2 good; no gaps; 0 alarms" in err
     assert counted(1, "alarm") == "1 alarm" and counted(2, "alarm") == "2 alarms"

@@ -44,7 +44,10 @@ def source(tmp_path, monkeypatch):
 
 
 def read(blocks):
-    return [(block.source, block.samples[0, 0], len(block.samples[0])) for block in drained(blocks)]
+    return [
+        (block.source, block.samples[0, 0], len(block.samples[0]))
+        for block in drained(blocks)
+    ]
 
 
 def test_a_file_that_is_replaced_before_its_turn_is_read_once(source):
@@ -60,7 +63,9 @@ def test_a_file_that_is_replaced_while_it_is_read(source, n_samples):
     replace(folder / "a.npy", np.full(n_samples, 7))
     new = [("a.npy", 7, 5)] * (n_samples // 5)
     assert read(blocks) == [("b.npy", 1, 5)] * 2 + new
-    assert len(warnings) == 1 and warnings[0].startswith(f"skipped: {folder / 'a.npy'}: ")
+    assert len(warnings) == 1 and warnings[0].startswith(
+        f"skipped: {folder / 'a.npy'}: "
+    )
 
 
 def test_files_that_vanish_or_get_another_name_before_their_turn(source):
@@ -68,7 +73,9 @@ def test_files_that_vanish_or_get_another_name_before_their_turn(source):
     (folder / "b.npy").rename(folder / "c.npy")
     (folder / "a.npy").unlink()
     assert read(blocks) == [("c.npy", 1, 5)] * 2
-    assert len(warnings) == 1 and warnings[0].startswith(f"skipped: {folder / 'a.npy'}: ")
+    assert len(warnings) == 1 and warnings[0].startswith(
+        f"skipped: {folder / 'a.npy'}: "
+    )
 
 
 @pytest.mark.slow
@@ -93,7 +100,10 @@ def test_each_file_that_stays_is_diagnosed_once(run, models, tmp_path):
                 (folder / f"{number}.part").rename(path)
             elif how == 2:  # replaced later
                 path.write_bytes(whole)
-                replace(folder / f"{max(number - 5, 2)}.npy", sound("worn", N_WINDOWS * WINDOW, 2))
+                replace(
+                    folder / f"{max(number - 5, 2)}.npy",
+                    sound("worn", N_WINDOWS * WINDOW, 2),
+                )
             elif how == 3:  # removed later
                 path.write_bytes(whole)
                 (folder / f"{number - 5}.npy").unlink(missing_ok=True)
@@ -110,7 +120,8 @@ def test_each_file_that_stays_is_diagnosed_once(run, models, tmp_path):
     assert code == 0 and "Traceback" not in err
     n_windows = Counter(json.loads(line)["source"] for line in out.splitlines())
     for number, name in enumerate(names):
-        # A file that was replaced counts once for each of its contents that stayed long enough.
+        # A file that was replaced counts once for each of its contents that stayed long
+        # enough.
         allowed = {0: {5}, 1: {5}, 2: {5, 10}, 3: {0, 5}, 4: {5}}[number % 5]
         assert n_windows.pop(name, 0) in allowed, (name, err)
     # Names of files on their way to their place.

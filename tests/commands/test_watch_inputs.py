@@ -52,21 +52,34 @@ def test_a_value_that_is_no_sample(run, models, piped, text, quality, n_bad):
 
 def test_decimal_commas_of_one_column(run, models, fitted, piped):
     signal = np.round(sound("good", 600, 3), 4)
-    piped("\n".join(f"{value:+.4f}".replace(".", ",") for value in signal.tolist()).encode())
+    piped(
+        "\n".join(
+            f"{value:+.4f}".replace(".", ",") for value in signal.tolist()
+        ).encode()
+    )
     code, out, _ = run("watch", models[0], "-")
     assert code == 0 and verdicts_of(out) == expected(fitted, signal)
     piped(b"512,498\n" * 600)
     code, _, err = run("watch", models[0], "-")
-    assert code == 1 and "2 channels, expected 1; the comma may separate two columns" in err
+    assert (
+        code == 1
+        and "2 channels, expected 1; the comma may separate two columns" in err
+    )
 
 
-def test_names_that_come_again_and_a_first_line_that_was_cut(run, models, fitted, piped):
+def test_names_that_come_again_and_a_first_line_that_was_cut(
+    run, models, fitted, piped
+):
     samples = sound("good", 600, 3)
     lines = lines_of(np.stack([samples, samples])).splitlines()
     options = ("--channel", "0")
     piped(b"\n".join([b"a,b", *lines[:300], b"a,b", *lines[300:]]))
     code, out, err = run("watch", models[0], "-", *options)
-    assert code == 0 and verdicts_of(out) == expected(fitted, samples) and "no numbers" not in err
+    assert (
+        code == 0
+        and verdicts_of(out) == expected(fitted, samples)
+        and "no numbers" not in err
+    )
     for cut in (b".25", b"e-05", b"\xef\xbb\xbf17"):
         piped(b"\r\n".join([cut, *lines]))
         code, out, err = run("watch", models[0], "-", *options)
@@ -81,7 +94,12 @@ def test_names_that_come_again_in_another_order(quote):
 
     text = header("time", "y", "u") + "s;g;Nm\n0.1;1;-1\n0.2;2;-2\n0.3;x;-3\n"
     text += header("u", "time", "y") + "Nm;s;g\n-4;0.4;4\n"
-    text += header("y", "time", "temperature") + "5;0.5;20\n" + header("y", "u", "time") + "6;-6;.6"
+    text += (
+        header("y", "time", "temperature")
+        + "5;0.5;20\n"
+        + header("y", "u", "time")
+        + "6;-6;.6"
+    )
     parser = TextSamples("y", StreamTimes("time", 10.0, 0.05, 10))
     parts = list(parser.parts(text.encode(), is_end=True))
     samples = np.concatenate([samples for samples, _ in parts], axis=1)
@@ -91,11 +109,17 @@ def test_names_that_come_again_in_another_order(quote):
 
 
 @pytest.mark.parametrize("first", [b"", b"\xef\xbb\xbf", b"\xef\xbb\xbfacc\r\n"])
-def test_a_byte_order_mark_and_two_signs_at_the_end_of_a_line(run, models, fitted, piped, first):
+def test_a_byte_order_mark_and_two_signs_at_the_end_of_a_line(
+    run, models, fitted, piped, first
+):
     samples = sound("good", 450, 3)
     piped(first + lines_of(samples).replace(b"\n", b"\r\n"))
     code, out, err = run("watch", models[0], "-")
-    assert code == 0 and verdicts_of(out) == expected(fitted, samples) and "no numbers" not in err
+    assert (
+        code == 0
+        and verdicts_of(out) == expected(fitted, samples)
+        and "no numbers" not in err
+    )
 
 
 @pytest.mark.parametrize(
@@ -107,7 +131,10 @@ def test_a_byte_order_mark_and_two_signs_at_the_end_of_a_line(run, models, fitte
         ),
         (bytes(1_400_000), "bytes without a line of numbers, expected csv lines"),
         (b"1" * 1_400_000, "bytes without a line of numbers, expected csv lines"),
-        (b"<html>\n<p>Not found\n</p>\n</html>\n", "'<p>Not found' is no line of 1 numbers"),
+        (
+            b"<html>\n<p>Not found\n</p>\n</html>\n",
+            "'<p>Not found' is no line of 1 numbers",
+        ),
         ("1.5\n2.5\n".encode("utf-16"), "expected csv lines in UTF-8"),
         (b"1.5,5\n" * 300, "2 channels, expected 1; --channel chooses"),
     ],
@@ -123,8 +150,13 @@ def test_the_layout_does_not_depend_on_how_the_lines_come():
     whole = parsed(text_samples(), data)
     pieces = text_samples()
     parts = [parsed(pieces, data[i : i + 5]) for i in range(0, len(data), 5)]
-    np.testing.assert_array_equal(np.concatenate([p for p in parts if p.size], axis=1), whole)
-    assert whole[:, 0].tolist() == [1.0, 2.0] and pieces.unread["lines that are no numbers"] == 70
+    np.testing.assert_array_equal(
+        np.concatenate([p for p in parts if p.size], axis=1), whole
+    )
+    assert (
+        whole[:, 0].tolist() == [1.0, 2.0]
+        and pieces.unread["lines that are no numbers"] == 70
+    )
 
 
 def test_a_line_without_an_end_takes_no_memory():
@@ -149,7 +181,9 @@ def test_no_standard_input(run, models, monkeypatch):
     assert code == 1 and "-: there is no standard input" in err
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="names and links that the system lacks")
+@pytest.mark.skipif(
+    sys.platform == "win32", reason="names and links that the system lacks"
+)
 def test_odd_entries_of_a_folder(run, models, tmp_path):
     folder = tmp_path / "logger"
     folder.mkdir()
@@ -191,8 +225,13 @@ def test_a_file_that_is_removed_is_waited_for(tmp_path):
             path.write_text("5\n6\n7\n8\n")
 
     messages = []
-    blocks = drained(from_growing_file(path, text_samples(), messages.append), act, len(steps))
-    assert [block.samples.tolist() for block in blocks] == [[[1, 2, 3, 4]], [[5, 6, 7, 8]]]
+    blocks = drained(
+        from_growing_file(path, text_samples(), messages.append), act, len(steps)
+    )
+    assert [block.samples.tolist() for block in blocks] == [
+        [[1, 2, 3, 4]],
+        [[5, 6, 7, 8]],
+    ]
     assert messages == [f"{path} was started afresh"]
 
 
@@ -206,7 +245,11 @@ def test_a_state_belongs_to_its_source(run, models, tmp_path):
     other = tmp_path / "other.csv"
     other.write_bytes(lines_of(samples))
     code, out, err = run("watch", models[0], other, *options)
-    assert code == 1 and out == "" and f"state of source '{path.resolve()}', expected" in err
+    assert (
+        code == 1
+        and out == ""
+        and f"state of source '{path.resolve()}', expected" in err
+    )
     for option, value, message in (
         ("--channel", "0", "of channel None, expected '0'"),
         ("--time-column", "none", "of time column None, expected 'none'"),
@@ -251,16 +294,26 @@ def test_a_place_that_is_none(run, models, fitted, tmp_path, place):
     monitor = ConditionMonitor(fitted[0], RATE, window_length=WINDOW)
     save_monitor_state(monitor, state, place=place)
     code, out, err = run("watch", models[0], path, *IDLE, "--state", state)
-    assert code == 1 and out == "" and f"state.json: place {place!r}, expected two values" in err
+    assert (
+        code == 1
+        and out == ""
+        and f"state.json: place {place!r}, expected two values" in err
+    )
 
 
-def test_a_state_that_cannot_be_written_is_reported_at_once(run, models, piped, tmp_path):
+def test_a_state_that_cannot_be_written_is_reported_at_once(
+    run, models, piped, tmp_path
+):
     piped(lines_of(sound("good", 450, 3)))
-    code, out, err = run("watch", models[0], "-", "--state", tmp_path / "nowhere" / "state.json")
+    code, out, err = run(
+        "watch", models[0], "-", "--state", tmp_path / "nowhere" / "state.json"
+    )
     assert code == 1 and out == "" and "nowhere" in err
 
 
-def test_a_request_to_end_waits_for_the_end_of_a_file(run, models, tmp_path, monkeypatch):
+def test_a_request_to_end_waits_for_the_end_of_a_file(
+    run, models, tmp_path, monkeypatch
+):
     """The state holds whole files: a later run reads none twice, and none in part."""
     folder, state = tmp_path / "logger", tmp_path / "state.json"
     folder.mkdir()
@@ -282,13 +335,19 @@ def test_a_request_to_end_waits_for_the_end_of_a_file(run, models, tmp_path, mon
 
 def test_a_column_of_shaft_speeds(run, models, piped, tmp_path):
     signal, rpm = sound("good", 1000, 3), np.repeat([900.0, 905.5], 500)
-    for header, column in ((b"acc,n\n", "n"), (b"acc,speed of shaft\n", "speed*"), (b"", "1")):
+    for header, column in (
+        (b"acc,n\n", "n"),
+        (b"acc,speed of shaft\n", "speed*"),
+        (b"", "1"),
+    ):
         piped(header + lines_of(np.stack([signal, rpm])))
         code, out, err = run("watch", models[0], "-", "--rpm-column", column)
         found = verdicts_of(out)
         assert code == 0 and [v["rpm"] for v in found] == [900.0] * 2 + [905.5] * 3, err
     piped(b"n,acc\n" + lines_of(np.stack([rpm, signal])))
-    moved = verdicts_of(run("watch", models[0], "-", "--rpm-column", "n", "--channel", "acc")[1])
+    moved = verdicts_of(
+        run("watch", models[0], "-", "--rpm-column", "n", "--channel", "acc")[1]
+    )
     assert moved == found
     piped(lines_of(signal))
     code, _, err = run("watch", models[0], "-", "--rpm-column", "n")
@@ -299,4 +358,7 @@ def test_a_column_of_shaft_speeds(run, models, piped, tmp_path):
     code, _, err = run("watch", models[0], "-", "--rpm-column", "n", "--rpm", 900)
     assert code == 2 and "not allowed with argument" in err
     code, _, err = run("watch", models[0], "-", "--rpm", "log.csv")
-    assert code == 2 and "--rpm: log.csv is for a folder; use tacho:CHANNEL, --rpm-column" in err
+    assert (
+        code == 2
+        and "--rpm: log.csv is for a folder; use tacho:CHANNEL, --rpm-column" in err
+    )

@@ -37,7 +37,9 @@ def two_models(fitted, tmp_path):
         detector = make_detector(fixed_gain=True).fit(healthy)
         facts = {"conditions": ["good", "worn"], "n_channels": 1, "detector": detector}
         paths.append(tmp_path / f"{number}.skops")
-        save_diagnoser(fitted[0], paths[-1], window_length=WINDOW, sampling_rate=RATE, **facts)
+        save_diagnoser(
+            fitted[0], paths[-1], window_length=WINDOW, sampling_rate=RATE, **facts
+        )
     return paths
 
 
@@ -98,10 +100,19 @@ def exchange(new, old):
     ("columns", "message"),
     [
         ({"source": ["0.csv", "gone", "2.csv"]}, "gone: no such file or folder"),
-        ({"source": ["0.csv", "-", "2.csv"]}, "line 3: source '-', expected a file or a folder"),
-        ({"rpm": [900, "fast", 900]}, "line 3: rpm is 'fast', expected a positive number"),
+        (
+            {"source": ["0.csv", "-", "2.csv"]},
+            "line 3: source '-', expected a file or a folder",
+        ),
+        (
+            {"rpm": [900, "fast", 900]},
+            "line 3: rpm is 'fast', expected a positive number",
+        ),
         ({"model": ["0.skops", "gone.skops", "1.skops"]}, "gone.skops: no such file"),
-        ({"model": ["0.skops", "0.csv", "1.skops"]}, "0.csv: no diagnoser saved by skarxlag"),
+        (
+            {"model": ["0.skops", "0.csv", "1.skops"]},
+            "0.csv: no diagnoser saved by skarxlag",
+        ),
         ({"model": ["0.skops", "", "1.skops"]}, "line 3: model '', expected a file"),
         ({"name": ["a", "b/c", "c"]}, "line 3: name 'b/c', expected a unique name"),
         ({"name": ["a", "", "c"]}, "line 3: name '', expected a unique name"),
@@ -113,7 +124,10 @@ def test_a_sensor_that_cannot_be_watched_does_not_keep_the_others_from_it(
     change(plant, **columns)
     code, out, err = run("watch", plant, *IDLE, *LOOK, "--heartbeat", 0.01)
     assert code == 1 and "Traceback" not in err
-    assert {name: len(found) for name, found in of_kind(out).items()} == {"a": 3, "c": 3}
+    assert {name: len(found) for name, found in of_kind(out).items()} == {
+        "a": 3,
+        "c": 3,
+    }
     # It is tried again in each pass, and reported once.
     (line,) = (line for line in err.splitlines() if "error" in line)
     assert message in line and "tried again every 1e-09 s" in line
@@ -141,7 +155,11 @@ def test_a_sensor_is_not_tried_again_too_soon(run, plant, during):
     log = lines_of(sound("good", WINDOW, 5))
     during(lambda: (plant.parent / "later.csv").write_bytes(log))
     code, out, err = run("watch", plant)
-    assert code == 1 and of_kind(out).keys() == {"a", "c"} and "tried again every 60 s" in err
+    assert (
+        code == 1
+        and of_kind(out).keys() == {"a", "c"}
+        and "tried again every 60 s" in err
+    )
 
 
 @pytest.mark.parametrize(
@@ -221,23 +239,41 @@ def test_lines_of_the_table_are_corrected_added_changed_and_removed(run, plant, 
     change(plant, rpm=[900, "fast", 900])
     table = pd.read_csv(plant)
     corrected = table.assign(rpm=[900, 901, 900])
-    added = pd.DataFrame({"name": ["d"], "source": ["0.csv"], "model": ["0.skops"], "rpm": [902]})
+    added = pd.DataFrame(
+        {"name": ["d"], "source": ["0.csv"], "model": ["0.skops"], "rpm": [902]}
+    )
     grown = pd.concat([corrected, added])
     others = grown[grown["name"] != "c"].replace({902: 903})
-    steps = [lambda table=each: table.to_csv(plant, index=False) for each in (corrected, grown)]
+    steps = [
+        lambda table=each: table.to_csv(plant, index=False)
+        for each in (corrected, grown)
+    ]
 
     def spoil():
         plant.write_text("what\n")
 
     during(*steps, spoil, lambda: None, lambda: others.to_csv(plant, index=False))
     code, out, err = run("watch", plant, *LOOK)
-    speeds = {name: [line["rpm"] for line in lines] for name, lines in of_kind(out).items()}
-    # Without a state, a sensor that is started again reads its source from the beginning.
-    wanted = {"a": [900] * 3, "b": [901] * 3, "c": [900] * 3, "d": [902] * 3 + [903] * 3}
+    speeds = {
+        name: [line["rpm"] for line in lines] for name, lines in of_kind(out).items()
+    }
+    # Without a state, a sensor that is started again reads its source from the
+    # beginning.
+    wanted = {
+        "a": [900] * 3,
+        "b": [901] * 3,
+        "c": [900] * 3,
+        "d": [902] * 3 + [903] * 3,
+    }
     assert code == 0 and speeds == wanted
-    assert err.count("plant.csv: 0 sensors with the columns what; expected name, source") == 1
+    assert (
+        err.count("plant.csv: 0 sensors with the columns what; expected name, source")
+        == 1
+    )
     assert "the sensors are watched as before" in err
-    assert [line.split(":")[0] for line in err.splitlines() if "600 samples" in line] == [
+    assert [
+        line.split(":")[0] for line in err.splitlines() if "600 samples" in line
+    ] == [
         *("c", "d", "a", "b", "d"),
     ]
 
@@ -259,7 +295,10 @@ def test_a_pipe_is_not_opened_again_if_its_line_changes(run, plant, during):
         (0, 900),
         (200, 900),
     ]
-    assert err.count("b: a pipe or a device cannot be opened again; its line was not read") == 1
+    assert (
+        err.count("b: a pipe or a device cannot be opened again; its line was not read")
+        == 1
+    )
     assert [v["rpm"] for v in of_kind(out)["a"]] == [900] * 3 + [901] * 3
 
 
@@ -282,7 +321,9 @@ def test_a_pipe_of_other_channels_is_tried_again_without_a_thread_for_each_attem
         # Those that wait for the pipe end with what it holds next.
         append()
         threading.Event().wait(0.01)
-    assert code == 1 and err.count("b: error: ") == 1 and "2 channels, expected 1" in err
+    assert (
+        code == 1 and err.count("b: error: ") == 1 and "2 channels, expected 1" in err
+    )
     assert len(pieces) > 20 and threading.active_count() <= n_before + 1
     os.close(pipe)
 
@@ -291,20 +332,28 @@ def test_a_table_that_stays_damaged_is_a_problem(run, plant, during):
     during(lambda: plant.write_text("what\n"), *[lambda: None] * 5)
     code, out, err = run("watch", plant, *LOOK)
     assert code == 1 and err.count("the sensors are watched as before") == 1
-    assert {name: len(found) for name, found in of_kind(out).items()} == {"a": 3, "b": 3, "c": 3}
+    assert {name: len(found) for name, found in of_kind(out).items()} == {
+        "a": 3,
+        "b": 3,
+        "c": 3,
+    }
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device")
 def test_an_output_that_is_full_ends_the_command(plant):
     command = [sys.executable, "-m", "skarxlag", "watch", plant, "--idle", "1"]
     with open("/dev/full", "w") as full:
-        found = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, timeout=300)
+        found = subprocess.run(
+            command, stdout=full, stderr=subprocess.PIPE, timeout=300
+        )
     assert found.returncode == 1 and b"standard output: [Errno 28]" in found.stderr
     assert b"Traceback" not in found.stderr and b"tried again" not in found.stderr
 
 
 @pytest.mark.parametrize("is_running", [True, False])
-def test_the_model_of_one_sensor_is_exchanged(run, plant, two_models, during, is_running):
+def test_the_model_of_one_sensor_is_exchanged(
+    run, plant, two_models, during, is_running
+):
     """The others keep theirs, no sample is read twice, and states name their model."""
     table, log = plant, plant.parent / "1.csv"
     private = table.parent / "b.skops"
@@ -336,16 +385,22 @@ def test_the_model_of_one_sensor_is_exchanged(run, plant, two_models, during, is
         *((0, new), (200, new)),
     ]
     assert {line["model"] for line in found["a"] + found["c"]} == {old} != {new}
-    assert f"b: The state is of model {old} ({private}), not of {new} ({private})." in err
+    assert (
+        f"b: The state is of model {old} ({private}), not of {new} ({private})." in err
+    )
     state, facts = load_monitor_state(table.parent / "states" / "b.json")
     assert facts["model"].startswith(new) and facts["model_file"] == str(private)
     assert state["stream"]["n_samples"] == 2 * WINDOW
-    assert (f"b: Before the exchange of the model: {3 * WINDOW} samples" in err) == is_running
+    assert (
+        f"b: Before the exchange of the model: {3 * WINDOW} samples" in err
+    ) == is_running
     code, out, _ = run("info", private)
     assert code == 0 and f"model                 {new}" in out
 
 
-def test_a_model_that_cannot_be_read_does_not_replace_the_present_one(run, plant, during):
+def test_a_model_that_cannot_be_read_does_not_replace_the_present_one(
+    run, plant, during
+):
     private, log = plant.parent / "0.skops", plant.parent / "0.csv"
     whole, model = private.read_bytes(), plant.parent / "1.skops"
     change(plant, model=["0.skops", "1.skops", "1.skops"])
@@ -354,7 +409,11 @@ def test_a_model_that_cannot_be_read_does_not_replace_the_present_one(run, plant
         with log.open("ab") as file:
             file.write(lines_of(sound("good", WINDOW, 20)))
 
-    during(lambda: private.write_bytes(whole[:1000]), append, lambda: exchange(model, private))
+    during(
+        lambda: private.write_bytes(whole[:1000]),
+        append,
+        lambda: exchange(model, private),
+    )
     code, out, err = run("watch", plant, *LOOK)
     found = of_kind(out)["a"]
     assert code == 0 and [line["start"] for line in found] == [0, 200, 400, 600]
@@ -373,7 +432,10 @@ def test_an_alarm_is_latched_until_it_is_acknowledged(run, plant, two_models):
             file.write(lines_of(signal))
         code, out, _ = run(*options, *further)
         assert code == 0
-        return [(line["exceeds"], line["alarm"], line["alarm_state"]) for line in of_kind(out)["a"]]
+        return [
+            (line["exceeds"], line["alarm"], line["alarm_state"])
+            for line in of_kind(out)["a"]
+        ]
 
     loud, calm = 50 * sound("good", 4 * WINDOW, 30), sound("good", 20 * WINDOW, 31)
     assert watched(loud)[-4:] == [
@@ -410,7 +472,11 @@ def test_an_alarm_is_acknowledged_while_it_is_watched(run, plant, during):
     assert codes == [0] and code == 0
     assert err.count("a: The alarm was acknowledged, and is off.") == 1
     (line,) = of_kind(out, "acknowledged")["a"]
-    assert line["alarm"] is False and line["alarm_state"] == "off" and line["verdict"] == "good"
+    assert (
+        line["alarm"] is False
+        and line["alarm_state"] == "off"
+        and line["verdict"] == "good"
+    )
     later = of_kind(out, "heartbeat")["a"][-1]
     assert later["alarm"] is False and later["alarm_state"] == "off"
 
@@ -435,7 +501,10 @@ def test_the_delay_of_the_alarm_is_chosen_and_printed(run, two_models, piped, de
     (found,) = of_kind(out).values()
     assert code == 0 and [line["alarm"] for line in found].index(True) == delay - 1
     seconds = f"({0.2 * delay:g} s of signal, plus its pauses)"
-    assert f"Alarm: after {delay} windows in a row that exceed the healthy limits {seconds}" in err
+    assert (
+        f"Alarm: after {delay} windows in a row that exceed the healthy limits {seconds}"
+        in err
+    )
 
 
 def test_the_delay_follows_from_the_interval_of_false_alarms(run, two_models, piped):
@@ -446,7 +515,9 @@ def test_the_delay_follows_from_the_interval_of_false_alarms(run, two_models, pi
         (found,) = of_kind(out).values()
         delays[hours] = [line["alarm"] for line in found].index(True) + 1
         assert f"Alarm: after {delays[hours]} windows in a row" in err
-        assert float(err.split("Mean time between false alarms: ")[1].split()[0]) >= hours
+        assert (
+            float(err.split("Mean time between false alarms: ")[1].split()[0]) >= hours
+        )
     assert 1 < delays[1] < delays[1000]
     code, _, err = run(
         *("watch", two_models[0], "-", "--alarm-delay", 3, "--false-alarm-interval", 9)
@@ -460,12 +531,16 @@ def test_no_line_shows_a_window_above_the_limits_without_the_state_of_the_alarm(
     signal = np.concatenate([sound("good", 2000, 3), 50 * sound("good", 8000, 4)])
     piped(lines_of(signal))
     (found,) = of_kind(run("watch", two_models[0], "-")[1]).values()
-    states = {line["alarm_state"] for line in found if line["exceeds"] and not line["alarm"]}
+    states = {
+        line["alarm_state"] for line in found if line["exceeds"] and not line["alarm"]
+    }
     assert states == {"not yet an alarm"}
     assert {line["alarm_state"] for line in found if line["alarm"]} == {"on"}
 
 
-def test_a_status_line_says_that_there_is_not_yet_an_alarm(run, two_models, piped, monkeypatch):
+def test_a_status_line_says_that_there_is_not_yet_an_alarm(
+    run, two_models, piped, monkeypatch
+):
     ticks = itertools.count()
     monkeypatch.setattr(time, "monotonic", lambda: next(ticks))
     piped(lines_of(50 * sound("good", 450, 3)))
@@ -475,7 +550,9 @@ def test_a_status_line_says_that_there_is_not_yet_an_alarm(run, two_models, pipe
     assert f"0.4 s, good, {probability}, not yet an alarm, at " in err
 
 
-def test_the_model_of_a_stream_is_exchanged_while_the_stream_stays_open(two_models, fitted):
+def test_the_model_of_a_stream_is_exchanged_while_the_stream_stays_open(
+    two_models, fitted
+):
     """A real process: what a pipe held before is not lost, and what comes after has its verdict."""
     model, other = two_models
     command = [sys.executable, "-m", "skarxlag", "watch", model, "-", "--retry", "0.01"]
@@ -493,12 +570,20 @@ def test_the_model_of_a_stream_is_exchanged_while_the_stream_stays_open(two_mode
 
         first = verdict(sound("good", WINDOW, 3))
         said(b"Alarm: after")
-        X = np.stack([make_windows(sound(c, 9 * WINDOW, 5), WINDOW) for c in ("good", "worn")])
-        of_two = make_diagnoser().fit(np.repeat(X.reshape(18, 1, WINDOW), 2, axis=1), [0, 1] * 9)
+        X = np.stack(
+            [make_windows(sound(c, 9 * WINDOW, 5), WINDOW) for c in ("good", "worn")]
+        )
+        of_two = make_diagnoser().fit(
+            np.repeat(X.reshape(18, 1, WINDOW), 2, axis=1), [0, 1] * 9
+        )
         save_diagnoser(of_two, model, sampling_rate=RATE, n_channels=2)
         assert b"2 channels, expected 1; the model before is used" in said(b"error: ")
         again = verdict(sound("good", WINDOW, 4))
-        facts = {"conditions": ["good", "worn"], "window_length": WINDOW, "n_channels": 1}
+        facts = {
+            "conditions": ["good", "worn"],
+            "window_length": WINDOW,
+            "n_channels": 1,
+        }
         save_diagnoser(fitted[0], model, sampling_rate=1.5 * RATE, **facts)
         assert b"sampled at 1500 Hz, expected 1000 Hz" in said(b"error: ")
         exchange(other, model)

@@ -28,7 +28,9 @@ def plant(models, tmp_path):
     rows.append(("fan", "fan", models[0], "", ""))
     columns = ["name", "source", "model", "channel", "rpm"]
     # Spreadsheets of many countries separate by semicolons.
-    pd.DataFrame(rows, columns=columns).to_csv(tmp_path / "plant.csv", index=False, sep=";")
+    pd.DataFrame(rows, columns=columns).to_csv(
+        tmp_path / "plant.csv", index=False, sep=";"
+    )
     return tmp_path / "plant.csv", signals
 
 
@@ -47,14 +49,18 @@ def test_each_sensor_has_its_own_verdicts_and_the_model_is_loaded_once(
     assert code == 0 and len(loaded) == 1
     assert err.splitlines()[2].startswith("pump 1: 700 samples; windows: 3 good; ")
     lines = out.splitlines()
-    for (name, signal), speed in zip(signals.items(), (900.0, 901.0, None), strict=True):
+    for (name, signal), speed in zip(
+        signals.items(), (900.0, 901.0, None), strict=True
+    ):
         own = [line for line in lines if json.loads(line)["sensor"] == name]
         found = verdicts_of("\n".join(own))
         assert {verdict.pop("rpm") for verdict in found} == {speed}
         for verdict in found:
             assert verdict.pop("source", "a.npy") == "a.npy"
         wanted = expected(fitted, signal)
-        assert found == [{k: v for k, v in each.items() if k != "rpm"} for each in wanted]
+        assert found == [
+            {k: v for k, v in each.items() if k != "rpm"} for each in wanted
+        ]
 
 
 def test_a_later_run_continues_each_sensor(run, plant):
@@ -70,7 +76,9 @@ def test_a_later_run_continues_each_sensor(run, plant):
 
 def test_a_source_that_fails_does_not_end_the_others(run, plant):
     table, _ = plant
-    (table.parent / "0.csv").write_bytes(b"acc\n" + b"1" * 2**20 + b"\n" * 9 + b"x\n" * 9)
+    (table.parent / "0.csv").write_bytes(
+        b"acc\n" + b"1" * 2**20 + b"\n" * 9 + b"x\n" * 9
+    )
     code, out, err = run("watch", table, *IDLE)
     assert code == 1 and {json.loads(line)["sensor"] for line in out.splitlines()} == {
         "pump 2",
@@ -87,7 +95,10 @@ def test_a_source_that_fails_does_not_end_the_others(run, plant):
             lambda t: t.drop(columns="model"),
             "3 sensors with the columns name, source, channel, rpm",
         ),
-        (lambda t: t.assign(speed=1), "expected name, source, model, and if needed channel, rpm"),
+        (
+            lambda t: t.assign(speed=1),
+            "expected name, source, model, and if needed channel, rpm",
+        ),
         (lambda t: t[:0], "0 sensors with the columns"),
     ],
 )
@@ -98,10 +109,14 @@ def test_a_table_that_is_none_ends_the_command(run, plant, change, message):
     assert code == 1 and out == "" and message in err and "Traceback" not in err
 
 
-@pytest.mark.parametrize(("option", "column"), [("--sensor", "name"), ("--rpm-column", "rpm")])
+@pytest.mark.parametrize(
+    ("option", "column"), [("--sensor", "name"), ("--rpm-column", "rpm")]
+)
 def test_an_option_that_a_column_replaces_is_refused(run, plant, option, column):
     code, _, err = run("watch", plant[0], option, "x")
-    assert code == 2 and f"argument {option}: " in err and f"has a column {column}" in err
+    assert (
+        code == 2 and f"argument {option}: " in err and f"has a column {column}" in err
+    )
 
 
 def test_a_model_alone_reads_standard_input(run, models, monkeypatch):

@@ -11,7 +11,15 @@ import pytest
 from skarxlag import ConditionMonitor
 from skarxlag.recordings.formats._contents import ContentError
 from skarxlag.recordings.live_samples import StreamTimes, TextSamples
-from tests.commands.watching import IDLE, RATE, WINDOW, expected, lines_of, sound, verdicts_of
+from tests.commands.watching import (
+    IDLE,
+    RATE,
+    WINDOW,
+    expected,
+    lines_of,
+    sound,
+    verdicts_of,
+)
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 
@@ -20,7 +28,8 @@ START = datetime(2026, 11, 22, 7, tzinfo=UTC)
 
 def timed(times, signal, header=b"time,acc\n"):
     return header + b"".join(
-        f"{time},{value!r}\n".encode() for time, value in zip(times, signal.tolist(), strict=True)
+        f"{time},{value!r}\n".encode()
+        for time, value in zip(times, signal.tolist(), strict=True)
     )
 
 
@@ -37,7 +46,8 @@ def test_a_gap_across_lines_is_a_gap_of_the_record(run, models, fitted, piped):
     times = 5 + np.arange(1000) / RATE
     times[500:] += 7.5
     in_two = [
-        datetime.fromisoformat(date).strftime("%d.%m.%Y,%H:%M:%S.%f") for date in dates(times)
+        datetime.fromisoformat(date).strftime("%d.%m.%Y,%H:%M:%S.%f")
+        for date in dates(times)
     ]
     for written, start, header in [
         (times, 0.0, b"time,acc\n"),
@@ -46,20 +56,28 @@ def test_a_gap_across_lines_is_a_gap_of_the_record(run, models, fitted, piped):
     ]:
         piped(timed(written, signal, header))
         code, out, err = run("watch", models[0], "-")
-        monitor = ConditionMonitor(fitted[0], RATE, detector=fitted[1], window_length=WINDOW)
-        wanted = monitor.update(signal[:500], time=5.0) + monitor.update(signal[500:], time=13.0)
+        monitor = ConditionMonitor(
+            fitted[0], RATE, detector=fitted[1], window_length=WINDOW
+        )
+        wanted = monitor.update(signal[:500], time=5.0) + monitor.update(
+            signal[500:], time=13.0
+        )
         found = verdicts_of(out)
         assert code == 0 and "1 gap of 7.5 s" in err
         assert [v["start"] for v in found] == [0, 200, 500, 700]
         assert [v["time"] - start for v in found] == pytest.approx(
             [v.time for v in wanted], abs=1e-6
         )
-        assert [v["probability"] for v in found] == pytest.approx([v.probability for v in wanted])
+        assert [v["probability"] for v in found] == pytest.approx(
+            [v.probability for v in wanted]
+        )
 
 
 def test_times_are_equal_however_the_lines_come():
     rng = np.random.default_rng(0)
-    times = np.cumsum(rng.normal(1 / RATE, 1e-4, size=25_000)) + np.repeat([0, 3.0], 12_500)
+    times = np.cumsum(rng.normal(1 / RATE, 1e-4, size=25_000)) + np.repeat(
+        [0, 3.0], 12_500
+    )
     data = timed(np.round(times, 5), rng.normal(size=25_000))
 
     def parsed_in_parts(size):
@@ -84,11 +102,17 @@ def test_times_of_another_rate_end_the_command(run, models, piped, factor):
     piped(timed(np.arange(3000) / (factor * RATE), sound("good", 3000, 3)))
     code, out, err = run("watch", models[0], "-")
     assert code == 1 and len(out.splitlines()) <= 1
-    assert "-: " in err and "samples take" in err and "at 1000 Hz: another sampling rate" in err
+    assert (
+        "-: " in err
+        and "samples take" in err
+        and "at 1000 Hz: another sampling rate" in err
+    )
 
 
 def test_the_clock_of_a_logger_drifts(run, models, piped):
-    piped(timed(np.round(np.arange(30_000) / (1.004 * RATE), 6), sound("good", 30_000, 3)))
+    piped(
+        timed(np.round(np.arange(30_000) / (1.004 * RATE), 6), sound("good", 30_000, 3))
+    )
     code, out, err = run("watch", models[0], "-")
     assert code == 0 and "150 good; no gaps" in err
     assert verdicts_of(out)[-1]["time"] == pytest.approx(30 / 1.004, abs=5e-3)
@@ -109,7 +133,9 @@ def test_times_in_an_unstated_unit(run, models, piped):
     code, out, err = run("watch", models[0], "-")
     assert code == 0 and verdicts_of(out)[0]["time"] == pytest.approx(0.2005)
     piped(timed(milliseconds, signal))
-    code, out, err = run("watch", models[0], "-", "--time-column", "none", "--channel", "acc")
+    code, out, err = run(
+        "watch", models[0], "-", "--time-column", "none", "--channel", "acc"
+    )
     assert code == 0 and verdicts_of(out)[0]["time"] == 0.2
 
 
@@ -130,7 +156,9 @@ def test_a_clock_that_stands_still(run, models, piped, size):
     times = np.floor(np.arange(15_000) / RATE / 5) * 5
     list(parser(tolerance=5.0).parts(timed(times, np.ones(15_000))))
     stream, data = parser(), timed(np.full(15_000, 8.5), np.ones(15_000))
-    with pytest.raises(ContentError, match=r"samples take 0 s by their times, expected 1"):
+    with pytest.raises(
+        ContentError, match=r"samples take 0 s by their times, expected 1"
+    ):
         for start in range(0, len(data), size):
             list(stream.parts(data[start : start + size]))
     piped(timed(np.full(11_000, 8.5), sound("good", 11_000, 3)))
@@ -141,7 +169,9 @@ def test_a_clock_that_stands_still(run, models, piped, size):
 @pytest.mark.parametrize("size", [100_000, 777])
 def test_times_that_fall(size):
     stream, data = parser(), timed(100 - np.arange(3000) / RATE, np.ones(3000))
-    with pytest.raises(ContentError, match=r"samples take -0\.2 s by their times, expected 0\.2"):
+    with pytest.raises(
+        ContentError, match=r"samples take -0\.2 s by their times, expected 0\.2"
+    ):
         for start in range(0, len(data), size):
             list(stream.parts(data[start : start + size]))
 
@@ -157,11 +187,21 @@ def test_times_in_minutes(run, models, piped):
 def test_times_that_cannot_be_read_are_counted(run, models, piped):
     signal = sound("good", 700, 3)
     times = [f"{t:.3f}" for t in 4 + np.arange(700) / RATE]
-    for k, text in ((0, "22 Nov 2026"), (250, ""), (251, "NaN"), (252, "1e308"), (300, "later")):
+    for k, text in (
+        (0, "22 Nov 2026"),
+        (250, ""),
+        (251, "NaN"),
+        (252, "1e308"),
+        (300, "later"),
+    ):
         times[k] = text
     piped(timed(times, signal))
     code, out, err = run("watch", models[0], "-")
-    assert code == 0 and "times that could not be read: 5" in err and "3 good; no gaps" in err
+    assert (
+        code == 0
+        and "times that could not be read: 5" in err
+        and "3 good; no gaps" in err
+    )
     assert [v["time"] for v in verdicts_of(out)] == pytest.approx([4.2, 4.4, 4.6])
 
 
@@ -170,7 +210,8 @@ def test_rounded_times_are_no_gaps():
     found = list(parser("time", tolerance=1.0).parts(timed(times, np.ones(12_000))))
     assert (found[0][0].shape[1], found[0][1]) == (1300, 100.0)
     stated = np.cumsum([0] + [s.shape[1] for s, _ in found])[:-1] / RATE + 100.7
-    # The first time is rounded down, and nothing before it shows by how much. Later ones are exact.
+    # The first time is rounded down, and nothing before it shows by how much. Later
+    # ones are exact.
     assert [t for _, t in found[1:]] == pytest.approx(stated[1:])
 
 
@@ -180,7 +221,9 @@ def test_which_column_holds_times(run, models, fitted, piped):
     columns = lines_of(np.stack([signal, clock]))
     piped(b"acc,clock\n" + columns)
     options = ("--channel", "acc")
-    assert verdicts_of(run("watch", models[0], "-", *options)[1]) == expected(fitted, signal)
+    assert verdicts_of(run("watch", models[0], "-", *options)[1]) == expected(
+        fitted, signal
+    )
     for column in ("clock", "1", "cl*"):
         piped(b"acc,clock\n" + columns)
         found = run("watch", models[0], "-", *options, "--time-column", column)[1]
@@ -196,14 +239,18 @@ def test_which_column_holds_times(run, models, fitted, piped):
 
 
 def test_a_unit_that_is_none():
-    with pytest.raises(ContentError, match="column 'time' is in 'weeks', expected one of"):
+    with pytest.raises(
+        ContentError, match="column 'time' is in 'weeks', expected one of"
+    ):
         list(parser("time").parts(b"time;acc\nweeks;g\n0.1;1\n0.2;2\n"))
     found = list(parser().parts(b"time;acc\nweeks;g\n0.1;1\n0.2;2\n"))
     assert [time for _, time in found] == [None]
 
 
 def test_whole_numbers_are_no_dates():
-    found = list(parser("time*").parts(b"time (ms);acc\n" + b"10101010;1\n10101011;2\n" * 2))
+    found = list(
+        parser("time*").parts(b"time (ms);acc\n" + b"10101010;1\n10101011;2\n" * 2)
+    )
     assert found[0][1] == pytest.approx(10_101.010)
 
 
@@ -213,14 +260,18 @@ def test_files_that_state_dates(run, models, tmp_path):
         seconds = start + np.arange(1000) / RATE
         values = sound("good", 1000, number)
         if number == 1:
-            times = pd.Timestamp("2026-11-22 07:00") + pd.to_timedelta(seconds, unit="s")
+            times = pd.Timestamp("2026-11-22 07:00") + pd.to_timedelta(
+                seconds, unit="s"
+            )
             path = tmp_path / "1.parquet"
             pd.DataFrame({"time": times, "acc": values}).to_parquet(path)
         else:
             path = tmp_path / f"{number}.csv"
             path.write_bytes(timed(dates(seconds), values))
         os.utime(path, (5000 + number, 5000 + number))
-    code, out, err = run("watch", models[0], tmp_path, *IDLE, "--timed-files", "--channel", "acc")
+    code, out, err = run(
+        "watch", models[0], tmp_path, *IDLE, "--timed-files", "--channel", "acc"
+    )
     assert code == 0 and "15 good; 1 gap of 7.0 s" in err
     found = [v["time"] - START.timestamp() for v in verdicts_of(out)]
     assert found[::5] == pytest.approx([0.2, 1.2, 9.2], abs=1e-5)
@@ -238,8 +289,12 @@ def test_each_line_states_sensor_date_and_speed(run, models, piped, start):
         piped(timed(start + np.arange(450) / RATE, signal))
         code, out, _ = run("watch", models[0], "-", "--rpm", 900, *options)
         lines = [json.loads(line) for line in out.splitlines()]
-        assert code == 0 and {(line["sensor"], line["rpm"]) for line in lines} == {(sensor, 900.0)}
-        assert [line["seconds"] - start for line in lines] == pytest.approx([0.2, 0.4], abs=1e-6)
+        assert code == 0 and {(line["sensor"], line["rpm"]) for line in lines} == {
+            (sensor, 900.0)
+        }
+        assert [line["seconds"] - start for line in lines] == pytest.approx(
+            [0.2, 0.4], abs=1e-6
+        )
         assert not any(" " in name for line in lines for name in line)
         dates = [datetime.fromisoformat(line["time"]) for line in lines]
         if start == 50.0:
@@ -253,7 +308,10 @@ def test_a_heartbeat_while_nothing_comes(run, models, tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(lines_of(sound("good", 250, 3)))
     options = ("--idle", 0.8, "--poll", 0.005, "--heartbeat", 0.2)
-    lines = [json.loads(line) for line in run("watch", models[0], path, *options)[1].splitlines()]
+    lines = [
+        json.loads(line)
+        for line in run("watch", models[0], path, *options)[1].splitlines()
+    ]
     kinds = [line["kind"] for line in lines]
     assert kinds.count("verdict") == 1 and 2 <= kinds.count("heartbeat") <= 5
     last = lines[-1]

@@ -22,23 +22,32 @@ def verdicts_of(text):
     """The fields of `MonitorVerdict` and the healthy condition, in each line."""
     lines = [json.loads(line) for line in text.splitlines()]
     for line in lines:
-        assert line.pop("kind") == "verdict" and line.pop("sensor") and len(line.pop("model")) == 12
+        assert (
+            line.pop("kind") == "verdict"
+            and line.pop("sensor")
+            and len(line.pop("model")) == 12
+        )
         line["time"] = line.pop("seconds")
     return lines
 
 
 def expected(fitted, signal, **settings):
     diagnoser, detector = fitted
-    monitor = ConditionMonitor(diagnoser, RATE, detector=detector, window_length=WINDOW, **settings)
+    monitor = ConditionMonitor(
+        diagnoser, RATE, detector=detector, window_length=WINDOW, **settings
+    )
     found = [verdict._asdict() for verdict in monitor.update(signal)]
     return [
-        {k: None if v != v else v for k, v in each.items()} | {"healthy": "good"} for each in found
+        {k: None if v != v else v for k, v in each.items()} | {"healthy": "good"}
+        for each in found
     ]
 
 
 def lines_of(signal, separator=","):
     columns = np.atleast_2d(signal).T
-    return "".join(separator.join(map(repr, row)) + "\n" for row in columns.tolist()).encode()
+    return "".join(
+        separator.join(map(repr, row)) + "\n" for row in columns.tolist()
+    ).encode()
 
 
 def parsed(parser, data, *, is_end=False):

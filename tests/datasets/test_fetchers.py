@@ -64,7 +64,10 @@ def cwru_files(numbers, speeds):
 
 
 def hit_sm_files(folder):
-    return {f"{folder}/{c}_{r}.mat": (c, r, f"{c}_{r}") for c, r in product(ARCS, (600, 900, 1200))}
+    return {
+        f"{folder}/{c}_{r}.mat": (c, r, f"{c}_{r}")
+        for c, r in product(ARCS, (600, 900, 1200))
+    }
 
 
 RIGS = {
@@ -88,7 +91,11 @@ RIGS = {
         hit_sm_files("SpectraQuest MFS dataset"),
         51_200,
         HIT_SM + "SpectraQuest%20MFS%20dataset/Normal_600.mat",
-        ("publicly available and can be used by", "subdomain adaptation", "SpectraQuest MFS rig"),
+        (
+            "publicly available and can be used by",
+            "subdomain adaptation",
+            "SpectraQuest MFS rig",
+        ),
     ),
     "hit_sm self-built": Expected(
         hit_sm,
@@ -97,7 +104,11 @@ RIGS = {
         hit_sm_files("Self-built dataset"),
         51_200,
         HIT_SM + "Self-built%20dataset/Normal_600.mat",
-        ("publicly available and can be used by", "subdomain adaptation", "self-built rig"),
+        (
+            "publicly available and can be used by",
+            "subdomain adaptation",
+            "self-built rig",
+        ),
     ),
     "cwru drive end": Expected(
         cwru,
@@ -140,7 +151,9 @@ N_SAMPLES = 3000
 
 
 def test_every_fetcher_is_tested_here():
-    tested = {f"fetch_{rig.module.__name__.rpartition('.')[2]}" for rig in RIGS.values()}
+    tested = {
+        f"fetch_{rig.module.__name__.rpartition('.')[2]}" for rig in RIGS.values()
+    }
     assert tested == {name for name in datasets.__all__ if name.startswith("fetch_")}
     assert set(FETCHERS) < set(RIGS)
 
@@ -174,11 +187,21 @@ def content_of(name, number, signal):
     """Variables of an original file: the signal under the name that the rig gives it."""
     rig, path = RIGS[name], list(RIGS[name].files)[number]
     if rig.module is mfpt:
-        return {"bearing": {"sr": 48828.0, "gs": signal[:, None], "load": 25.0, "rate": 25.0}}
+        return {
+            "bearing": {
+                "sr": 48828.0,
+                "gs": signal[:, None],
+                "load": 25.0,
+                "rate": 25.0,
+            }
+        }
     if rig.module is cwru:
         own, sensor = Path(path).stem, "FE" if rig.options else "DE"
         other = {"DE": "FE", "FE": "DE"}[sensor]
-        arrays = {f"X{own}_{sensor}_time": signal[:, None], f"X{own}_{other}_time": signal[:9] + 1}
+        arrays = {
+            f"X{own}_{sensor}_time": signal[:, None],
+            f"X{own}_{other}_time": signal[:9] + 1,
+        }
         # One file repeats the arrays of another one, and one lacks its own number.
         if number == 1:
             return {f"X001_{sensor}_time": signal[:50]} | arrays
@@ -232,7 +255,9 @@ def server(originals):
     with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         server.requests, server.faults = [], {}
         server.url = f"http://127.0.0.1:{server.server_port}"
-        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        thread = threading.Thread(
+            target=server.serve_forever, kwargs={"poll_interval": 0.01}
+        )
         thread.start()
         yield server
         server.shutdown()
@@ -267,7 +292,9 @@ def test_downloaded_rig(fetch, rig_name, originals, tmp_path, server, capsys):
     assert len(lines) == len(RIGS[rig_name].files)
     assert lines[-1].startswith("downloading http://127.0.0.1")
     expected = RIGS[rig_name]
-    assert rig.target_names == list(dict.fromkeys(c for c, _, _ in expected.files.values()))
+    assert rig.target_names == list(
+        dict.fromkeys(c for c, _, _ in expected.files.values())
+    )
     assert rig.sampling_rate == expected.sampling_rate
     assert isinstance(rig.sampling_rate, float)
     assert rig.data.dtype == rig.rpm.dtype == np.float64
@@ -280,7 +307,9 @@ def test_downloaded_rig(fetch, rig_name, originals, tmp_path, server, capsys):
     np.testing.assert_array_equal(rig.data.ravel(), np.concatenate(signals))
     np.testing.assert_array_equal(rig.start, np.tile([0, 1200], len(signals)))
     for column, values in zip(
-        ("target", "rpm", "recording"), zip(*expected.files.values(), strict=True), strict=True
+        ("target", "rpm", "recording"),
+        zip(*expected.files.values(), strict=True),
+        strict=True,
     ):
         np.testing.assert_array_equal(rig[column], np.repeat(values, 2))
     np.testing.assert_array_equal(rig.specimen, rig.target)
@@ -289,7 +318,9 @@ def test_downloaded_rig(fetch, rig_name, originals, tmp_path, server, capsys):
 def test_loads_are_those_that_the_authors_state(fetch, rig_name, originals):
     rig = fetch(data_home=originals.root, download_if_missing=False)
     if rig_name == "mfpt":
-        assert [f"load{load:g}" for load in rig.load] == [n.split("_")[1] for n in rig.recording]
+        assert [f"load{load:g}" for load in rig.load] == [
+            n.split("_")[1] for n in rig.recording
+        ]
     elif rig_name.startswith("cwru"):
         assert dict(zip(rig.rpm, rig.load, strict=True)) == {
             rpm: load for load, rpm in enumerate(CWRU_SPEEDS) if rpm in rig.rpm
@@ -303,7 +334,10 @@ def test_second_call_needs_no_server(fetch, rig_name, tmp_path, capsys):
     capsys.readouterr()
     before = {path: path.stat().st_mtime_ns for path in files_below(tmp_path)}
     nowhere = "http://127.0.0.1:1/"
-    for options in ({"mirror": nowhere}, {"mirror": nowhere, "download_if_missing": False}):
+    for options in (
+        {"mirror": nowhere},
+        {"mirror": nowhere, "download_if_missing": False},
+    ):
         again = fetch(**options)
         np.testing.assert_array_equal(again.data, first.data)
     assert capsys.readouterr() == ("", "")
@@ -326,7 +360,9 @@ def test_window_length(fetch, rig_name, originals):
 
 
 def test_nothing_is_downloaded_unasked(fetch, rig_name, server, tmp_path):
-    with pytest.raises(OSError, match=r"\.mat is missing and download_if_missing is False"):
+    with pytest.raises(
+        OSError, match=r"\.mat is missing and download_if_missing is False"
+    ):
         fetch(download_if_missing=False)
     assert server.requests == []
     assert files_below(tmp_path) == []
@@ -347,16 +383,26 @@ def test_damaged_file_is_named_or_replaced(fetch, rig_name, server, tmp_path):
     assert len(server.requests) == 1
 
 
-def test_failed_download_names_the_file_and_leaves_nothing(fetch, rig_name, server, tmp_path):
-    faults = {404: "404", "truncated": "retrieval incomplete", "altered": "SHA256 checksum"}
+def test_failed_download_names_the_file_and_leaves_nothing(
+    fetch, rig_name, server, tmp_path
+):
+    faults = {
+        404: "404",
+        "truncated": "retrieval incomplete",
+        "altered": "SHA256 checksum",
+    }
     if rig_name == "mfpt":
         del faults["altered"]  # the SHA-256 sums of its files are unknown
     name = last_file(rig_name)
     for fault, message in faults.items():
         server.faults[Path(name).name] = fault
-        with pytest.raises(OSError, match=rf"{name} could not be fetched from http.*{message}"):
+        with pytest.raises(
+            OSError, match=rf"{name} could not be fetched from http.*{message}"
+        ):
             fetch()
-        assert not any(path.name.startswith(Path(name).name) for path in files_below(tmp_path))
+        assert not any(
+            path.name.startswith(Path(name).name) for path in files_below(tmp_path)
+        )
     fetch()
     assert len(files_below(tmp_path)) == len(RIGS[rig_name].files)
 
@@ -387,7 +433,9 @@ def test_a_failed_download_is_repeated_after_a_second(
 def test_default_data_home(fetch, rig_name, tmp_path, monkeypatch):
     monkeypatch.setenv("SCIKIT_LEARN_DATA", str(tmp_path / "elsewhere"))
     rig = fetch(data_home=None)
-    assert Path(rig.filenames[0]).is_relative_to(tmp_path / "elsewhere" / RIGS[rig_name].folder)
+    assert Path(rig.filenames[0]).is_relative_to(
+        tmp_path / "elsewhere" / RIGS[rig_name].folder
+    )
 
 
 def test_copy_of_the_repository_is_a_data_home(fetch, rig_name, originals, server):
@@ -406,7 +454,9 @@ def test_copy_of_the_repository_is_a_data_home(fetch, rig_name, originals, serve
     }
     if rig_name in orders:
         found = bearing_orders(rig.bearing)
-        np.testing.assert_allclose((found["outer"], found["inner"]), orders[rig_name], atol=6e-4)
+        np.testing.assert_allclose(
+            (found["outer"], found["inner"]), orders[rig_name], atol=6e-4
+        )
     else:
         assert rig.bearing is None
 
@@ -427,7 +477,9 @@ def test_default_source_is_a_fixed_commit(fetch, rig_name, monkeypatch, tmp_path
 @pytest.mark.parametrize("name", ["uestc", "hit_sm", "cwru"])
 def test_checksums_are_complete_and_distinct(name):
     sums = _repository.checksums(name)
-    expected = [file for rig in RIGS.values() if rig.folder == name for file in rig.files]
+    expected = [
+        file for rig in RIGS.values() if rig.folder == name for file in rig.files
+    ]
     assert list(sums) == expected
     assert len(set(sums.values())) == len(sums)
     assert all(len(value) == 64 and int(value, 16) >= 0 for value in sums.values())
@@ -440,11 +492,15 @@ def test_converted_files_are_accepted(name, tmp_path):
     recordings = [recording for _, _, recording in expected.files.values()]
     for number, recording in enumerate(recordings):
         signal = np.full(2400, number, dtype=np.float32)
-        np.savez(tmp_path / expected.converted / f"{recording}.npz", acceleration=signal)
+        np.savez(
+            tmp_path / expected.converted / f"{recording}.npz", acceleration=signal
+        )
     rig = expected.fetch(data_home=tmp_path, download_if_missing=False)
     assert rig.data.dtype == np.float64
     np.testing.assert_array_equal(rig.recording, np.repeat(recordings, 2))
-    np.testing.assert_array_equal(rig.data[:, 0], np.repeat(np.arange(len(recordings)), 2))
+    np.testing.assert_array_equal(
+        rig.data[:, 0], np.repeat(np.arange(len(recordings)), 2)
+    )
     bad = tmp_path / expected.converted / f"{recordings[-1]}.npz"
     np.savez(bad, other=signal)
     with pytest.raises(ValueError, match=rf"{bad.name}: no channel 'acceleration'"):
@@ -455,7 +511,9 @@ def test_converted_files_are_accepted(name, tmp_path):
 
 
 def test_length_of_mfpt_recordings_is_checked(originals):
-    with pytest.raises(OSError, match=r"load_1.mat has 3000 samples, but the original has 146484"):
+    with pytest.raises(
+        OSError, match=r"load_1.mat has 3000 samples, but the original has 146484"
+    ):
         datasets.fetch_mfpt(data_home=originals.root, download_if_missing=False)
 
 
@@ -469,8 +527,12 @@ def test_unknown_part_of_a_rig(name, option):
 @pytest.mark.parametrize("name", RIGS)
 def test_real_recordings(name):
     expected = RIGS[name]
-    rig = expected.fetch(data_home=REAL, download_if_missing=False, window_length=12_000)
-    assert list(dict.fromkeys(rig.recording)) == [each for _, _, each in expected.files.values()]
+    rig = expected.fetch(
+        data_home=REAL, download_if_missing=False, window_length=12_000
+    )
+    assert list(dict.fromkeys(rig.recording)) == [
+        each for _, _, each in expected.files.values()
+    ]
     assert np.isfinite(rig.data).all()
     assert rig.data.std(axis=1).min() > 0
 

@@ -16,7 +16,11 @@ from skarxlag.bearings import (
 from skarxlag.datasets.rig import Rig, defect_emission
 from skarxlag.datasets.simulated import simulate_rig
 from skarxlag.datasets.strikes import impact_velocity, simulate_strikes, transit_time
-from skarxlag.datasets.transmission import TransmissionPath, TransmissionPaths, impulse_response
+from skarxlag.datasets.transmission import (
+    TransmissionPath,
+    TransmissionPaths,
+    impulse_response,
+)
 
 SAMPLING_RATE = 250e3
 LEVELS = ("impact_level", "friction_level", "rubbing_level", "noise_level")
@@ -63,13 +67,19 @@ def test_strikes_come_at_the_defect_frequency(condition, location, rpm):
         load_distribution=10.0,
     )
     expected = 2.4 * defect_frequencies(SKF_6205, rpm)[location]
-    assert abs(len(strike_instants(emission)) - expected) < 1 + 4 * 0.01 * np.sqrt(expected)
+    assert abs(len(strike_instants(emission)) - expected) < 1 + 4 * 0.01 * np.sqrt(
+        expected
+    )
 
 
 def test_bearing_sets_the_strike_rate():
     bearing = BearingGeometry(n_elements=13, element_diameter=9.0, pitch_diameter=46.0)
     emission, _ = record(
-        bearing=bearing, paths=PULSES, impact_level=1.0, entry_ratio=0.0, n_samples=600_000
+        bearing=bearing,
+        paths=PULSES,
+        impact_level=1.0,
+        entry_ratio=0.0,
+        n_samples=600_000,
     )
     # By hand: 13 / 2 * 500 / 60 * (1 - 9 / 46) Hz over 2.4 s.
     assert len(strike_instants(emission)) == pytest.approx(104.6, abs=1.5)
@@ -117,7 +127,9 @@ def test_strikes_are_responses_set_off_at_entry_and_impact(location):
             lambda _, seed=seed: np.random.default_rng(seed),
         )
         rng = np.random.default_rng(seed)
-        times, load = simulate_strikes(rig, rpm, location, n_samples / SAMPLING_RATE, 0.2, rng)
+        times, load = simulate_strikes(
+            rig, rpm, location, n_samples / SAMPLING_RATE, 0.2, rng
+        )
         expected = np.zeros(n_samples)
         for time, force in zip(times, load, strict=True):
             transit = transit_time(SKF_6205, rpm, crack_mm)
@@ -138,7 +150,9 @@ def test_impact_level_is_the_peak_for_a_unit_impact_velocity(rpm, crack_mm):
 
 @pytest.mark.parametrize("crack_mm", [3, 6])
 def test_a_wider_crack_puts_more_time_between_entry_and_impact(crack_mm):
-    emission, _ = record(paths=PULSES, crack_mm=crack_mm, impact_level=1.0, entry_ratio=0.5)
+    emission, _ = record(
+        paths=PULSES, crack_mm=crack_mm, impact_level=1.0, entry_ratio=0.5
+    )
     instants = strike_instants(emission)
     heights = emission[instants]
     entries = np.flatnonzero(heights < 0.75 * heights.max())
@@ -181,17 +195,22 @@ def test_friction_grows_with_the_speed(rpm):
     assert emission.std() == pytest.approx(expected, rel=0.02)
 
 
-@pytest.mark.parametrize(("condition", "gain"), [("OR", 1.0), ("IR", 0.4), ("Ball", 0.6)])
+@pytest.mark.parametrize(
+    ("condition", "gain"), [("OR", 1.0), ("IR", 0.4), ("Ball", 0.6)]
+)
 @pytest.mark.parametrize("crack_mm", [3, 6])
 def test_rubbing_grows_with_the_crack(condition, gain, crack_mm):
-    emission, _ = record(condition, crack_mm=crack_mm, rubbing_level=0.01, n_samples=600_000)
+    emission, _ = record(
+        condition, crack_mm=crack_mm, rubbing_level=0.01, n_samples=600_000
+    )
     expected = 0.01 * crack_mm * contact_speed(SKF_6205, 500) * gain
     assert emission.std() == pytest.approx(expected, rel=0.03)
 
 
 def test_shorter_asperities_and_faster_contacts_emit_higher_frequencies():
     rough, fine = (
-        record("Normal", friction_level=0.02, asperity_um=length)[0] for length in (20.0, 1.0)
+        record("Normal", friction_level=0.02, asperity_um=length)[0]
+        for length in (20.0, 1.0)
     )
     assert centroid(fine) > 1.3 * centroid(rough)
     slow = record("Normal", friction_level=0.02, rpm=300)[0]
@@ -217,18 +236,26 @@ def test_torque_leak_is_recovered_by_least_squares_from_input_to_output():
 def test_torque_leak_is_recovered_under_friction_and_noise():
     leak = np.array([0.10, 0.05, -0.05, -0.10])
     emission, torque = record(
-        "Normal", torque_leak=leak, friction_level=0.02, noise_level=5e-4, n_samples=600_000
+        "Normal",
+        torque_leak=leak,
+        friction_level=0.02,
+        noise_level=5e-4,
+        n_samples=600_000,
     )
     lags = np.column_stack([np.roll(torque, lag) for lag in range(1, 5)])[5:]
-    coefficients = np.linalg.lstsq(lags - lags.mean(axis=0), emission[5:], rcond=None)[0]
-    # Standard error: RMS of the rest over RMS of the fluctuation and the root of the length.
+    coefficients = np.linalg.lstsq(lags - lags.mean(axis=0), emission[5:], rcond=None)[
+        0
+    ]
+    # Standard error: RMS of the rest over RMS of the fluctuation and the root of the
+    # length.
     tolerance = 5 * emission.std() / 0.02 / np.sqrt(600_000)
     np.testing.assert_allclose(coefficients, leak, atol=tolerance)
     assert tolerance < 0.01
 
 
 def test_torque_is_measured_in_the_second_channel():
-    # At 500 rpm a turn is 30,000 samples, so every order of the shaft is a line of its own.
+    # At 500 rpm a turn is 30,000 samples, so every order of the shaft is a line of its
+    # own.
     torque = record("Normal", n_samples=600_000)[1]
     lines = np.fft.rfft(torque) / len(torque)
     ripples = {0: 2.0, 20: 0.02, 240: 0.01, 500: 0.01}

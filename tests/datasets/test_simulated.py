@@ -29,7 +29,8 @@ def test_default_is_table_1(default_rig):
     assert simulate_rig(conditions="Normal", rpm=500).data.shape == (100, 2, 1200)
     rig = default_rig
     assert isinstance(rig, Bunch)
-    # Four normal recordings, and seven faults at four speeds with two cracks, 20 windows each.
+    # Four normal recordings, and seven faults at four speeds with two cracks, 20
+    # windows each.
     assert rig.data.shape == (20 * (4 + 7 * 4 * 2), 2, 1200)
     assert rig.data.dtype == np.float64
     assert rig.target_names == TABLE_1
@@ -74,7 +75,8 @@ def test_description_says_that_it_is_simulated():
 
 def test_window_length_only_cuts():
     coarse, fine = (
-        simulate_rig(**SMALL, conditions="IR", window_length=length) for length in (1200, 500)
+        simulate_rig(**SMALL, conditions="IR", window_length=length)
+        for length in (1200, 500)
     )
     assert fine.data.shape == (12, 2, 500)
     for channel in range(2):
@@ -85,7 +87,10 @@ def test_window_length_only_cuts():
 
 
 def test_n_samples_is_the_length_of_a_recording():
-    assert simulate_rig(**(SMALL | {"n_samples": 2400}), conditions="OR").data.shape[0] == 2
+    assert (
+        simulate_rig(**(SMALL | {"n_samples": 2400}), conditions="OR").data.shape[0]
+        == 2
+    )
 
 
 def test_conditions_come_in_the_order_of_the_table():
@@ -95,19 +100,27 @@ def test_conditions_come_in_the_order_of_the_table():
 
 
 def test_fault_is_what_the_defects_add_to_an_unchanged_output():
-    asked = {"rpm": (300, 500), "crack_mm": (3, 6), "n_samples": 6000, "random_state": 5}
+    asked = {
+        "rpm": (300, 500),
+        "crack_mm": (3, 6),
+        "n_samples": 6000,
+        "random_state": 5,
+    }
     rig = simulate_rig(**asked, return_fault=True)
     plain = simulate_rig(**asked)
     assert "fault" not in plain
     np.testing.assert_array_equal(rig.data, plain.data)
     assert rig.fault.shape == (len(rig.data), 1200)
-    # Without the sources of the healthy bearing the output is the fault signal, and vice versa.
+    # Without the sources of the healthy bearing the output is the fault signal, and
+    # vice versa.
     silent = Rig(friction_level=0.0, noise_level=0.0, torque_leak=())
     alone = simulate_rig(**asked, rig=silent, return_fault=True)
     np.testing.assert_allclose(rig.fault, alone.data[:, 0], rtol=0, atol=1e-15)
     np.testing.assert_array_equal(rig.fault, alone.fault)
     without = simulate_rig(**asked, rig=Rig(impact_level=0.0, rubbing_level=0.0))
-    np.testing.assert_allclose(rig.data[:, 0] - rig.fault, without.data[:, 0], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(
+        rig.data[:, 0] - rig.fault, without.data[:, 0], rtol=0, atol=1e-14
+    )
     faulty = rig.target != "Normal"
     assert np.all(rig.fault[~faulty] == 0)
     assert rig.fault[faulty].std(axis=1).min() > 1e-4
@@ -125,26 +138,39 @@ def test_output_less_the_fault_is_that_of_a_healthy_bearing():
 def test_output_keeps_its_values():
     # Printed tables rest on them.
     rig = simulate_rig(
-        rpm=(250, 500), crack_mm=(1, 5), n_samples=12_000, random_state=3, return_fault=True
+        rpm=(250, 500),
+        crack_mm=(1, 5),
+        n_samples=12_000,
+        random_state=3,
+        return_fault=True,
     )
     emission, torque = rig.data[:, 0], rig.data[:, 1]
     assert np.sum(emission**2) == pytest.approx(94.65552584031477, rel=1e-9)
-    assert np.sum(np.abs(np.diff(emission))) == pytest.approx(1823.9463020382584, rel=1e-9)
+    assert np.sum(np.abs(np.diff(emission))) == pytest.approx(
+        1823.9463020382584, rel=1e-9
+    )
     assert np.sum(torque**3) == pytest.approx(2888208.545562112, rel=1e-9)
 
 
 def test_random_state_decides_everything_random():
-    draws = [simulate_rig(**SMALL, conditions="Ball", random_state=seed).data for seed in (1, 1, 2)]
+    draws = [
+        simulate_rig(**SMALL, conditions="Ball", random_state=seed).data
+        for seed in (1, 1, 2)
+    ]
     np.testing.assert_array_equal(draws[0], draws[1])
     assert not np.any(draws[0] == draws[2])
     state = np.random.RandomState(1)
     from_state = simulate_rig(**SMALL, conditions="Ball", random_state=state).data
     np.testing.assert_array_equal(from_state, draws[0])
-    assert not np.any(simulate_rig(**SMALL, conditions="Ball", random_state=state).data == draws[0])
+    assert not np.any(
+        simulate_rig(**SMALL, conditions="Ball", random_state=state).data == draws[0]
+    )
 
 
 def test_a_recording_does_not_depend_on_what_else_is_generated(default_rig):
-    alone = simulate_rig(rpm=450, crack_mm=6, conditions="IR-Ball", n_samples=24_000).data
+    alone = simulate_rig(
+        rpm=450, crack_mm=6, conditions="IR-Ball", n_samples=24_000
+    ).data
     among = select(default_rig, rpm=450, crack_mm=6, target="IR-Ball")
     np.testing.assert_array_equal(alone, among)
 
@@ -186,14 +212,22 @@ def test_compound_faults_are_superpositions():
         ({"crack_mm": np.nan}, ValueError, "crack_mm .* nan"),
         ({"crack_mm": (3, 8)}, ValueError, r"crack_mm == \(3, 8\), .* 7.94 mm"),
         ({"conditions": ["IR", "Cage"]}, ValueError, "conditions .* 'Cage'"),
-        ({"conditions": ["IR", "IR"]}, ValueError, "conditions == .*, expected different"),
+        (
+            {"conditions": ["IR", "IR"]},
+            ValueError,
+            "conditions == .*, expected different",
+        ),
         ({"conditions": []}, ValueError, r"conditions == \[\]"),
         ({"n_samples": 1000}, ValueError, "n_samples == 1000, .* window_length=1200"),
         ({"n_samples": 0}, ValueError, "n_samples == 0"),
         ({"n_samples": 1200.0}, TypeError, "n_samples"),
         ({"window_length": 0}, ValueError, "window_length == 0"),
         ({"rig": Rig(sampling_rate=100e3)}, ValueError, "sampling_rate / 2 = 50000 Hz"),
-        ({"rig": {"slip": 0.02}}, TypeError, "rig must be an instance of .*Rig, not dict"),
+        (
+            {"rig": {"slip": 0.02}},
+            TypeError,
+            "rig must be an instance of .*Rig, not dict",
+        ),
         ({"random_state": "seed"}, ValueError, "seed"),
     ],
 )
@@ -207,7 +241,11 @@ def test_bad_input_is_refused_by_name_and_value(parameters, error, message):
     [
         ({"sampling_rate": 0.0}, ValueError, "sampling_rate == 0"),
         ({"bearing": "6205"}, TypeError, "bearing must be an instance of .*, not str"),
-        ({"paths": (1,)}, TypeError, "paths must be an instance of .*TransmissionPaths"),
+        (
+            {"paths": (1,)},
+            TypeError,
+            "paths must be an instance of .*TransmissionPaths",
+        ),
         ({"torque_leak": 0.1}, ValueError, "torque_leak == 0.1"),
         ({"torque_leak": (np.inf,)}, ValueError, "torque_leak .*inf"),
         ({"torque_leak": ("a",)}, ValueError, "torque_leak .*'a'"),

@@ -70,7 +70,9 @@ def test_what_came_before_does_not_change_what_comes():
     ],
 )
 def test_load_distribution_by_hand(degrees, factor, expected):
-    assert load_distribution_at(np.deg2rad(degrees), factor) == pytest.approx(expected, abs=1e-12)
+    assert load_distribution_at(np.deg2rad(degrees), factor) == pytest.approx(
+        expected, abs=1e-12
+    )
 
 
 def test_defect_of_the_outer_ring_stays_under_the_largest_load():
@@ -78,12 +80,15 @@ def test_defect_of_the_outer_ring_stays_under_the_largest_load():
     assert np.all(load == 1.0)
 
 
-@pytest.mark.parametrize(("location", "turns"), [("inner", 400 / 60), ("ball", 0.39828 * 400 / 60)])
+@pytest.mark.parametrize(
+    ("location", "turns"), [("inner", 400 / 60), ("ball", 0.39828 * 400 / 60)]
+)
 def test_load_repeats_with_the_shaft_or_the_cage(location, turns):
     times, load = strikes(location)
     candidates = np.array([0.9, 1.0, 1.1]) * turns
     lines = np.abs(np.exp(-2j * np.pi * np.outer(candidates, times)) @ load) / len(load)
-    # The half-wave's first harmonic: hand-computed mean of q(psi) cos(psi) at factor 0.5.
+    # The half-wave's first harmonic: hand-computed mean of q(psi) cos(psi) at factor
+    # 0.5.
     angle = np.linspace(-np.pi, np.pi, 20_001)[:-1]
     harmonic = np.mean(np.clip(np.cos(angle), 0, None) ** 1.5 * np.cos(angle))
     assert lines[1] == pytest.approx(harmonic, rel=0.03)
@@ -98,7 +103,13 @@ def test_load_distribution_sets_the_share_of_loaded_strikes(factor, angle):
 
 def test_transit_time_inverts_the_published_formula_of_the_spall_size():
     shaft, pitch, ball = 300.0 / 60, 39.04, 7.94
-    spall = np.pi * shaft * (pitch**2 - ball**2) / pitch * transit_time(SKF_6205, 300.0, 3.0)
+    spall = (
+        np.pi
+        * shaft
+        * (pitch**2 - ball**2)
+        / pitch
+        * transit_time(SKF_6205, 300.0, 3.0)
+    )
     assert spall == pytest.approx(3.0)
 
 
@@ -113,9 +124,13 @@ def test_impact_velocity_grows_with_crack_and_speed():
 
 @pytest.mark.parametrize("location", LOCATIONS)
 @pytest.mark.parametrize("rpm", [300, 400, 450, 500])
-def test_a_window_of_the_default_rig_is_shorter_than_the_interval_between_strikes(location, rpm):
+def test_a_window_of_the_default_rig_is_shorter_than_the_interval_between_strikes(
+    location, rpm
+):
     interval = 1 / defect_frequencies(SKF_6205, rpm)[location]
     assert interval > 1200 / 250e3
     assert 22e-3 < interval < 56e-3
     # An impact belongs to the entry before it, not to the next one.
-    assert 3e-3 < transit_time(SKF_6205, rpm, 3) < transit_time(SKF_6205, rpm, 6) < 10.3e-3
+    assert (
+        3e-3 < transit_time(SKF_6205, rpm, 3) < transit_time(SKF_6205, rpm, 6) < 10.3e-3
+    )

@@ -29,11 +29,17 @@ def ring_frequencies(mean_radius, thickness, orders, wave_speed=5150.0):
 
 def test_ring_modes_follow_from_the_dimensions_of_the_bearing():
     # 6205: outside 52 mm, bore 25 mm; raceways 46.98 mm and 31.10 mm.
-    outer = ring_frequencies((26.0 + 23.49) / 2 * 1e-3, (26.0 - 23.49) * 1e-3, [3, 4, 5, 6])
-    inner = ring_frequencies((15.55 + 12.5) / 2 * 1e-3, (15.55 - 12.5) * 1e-3, [2, 3, 4, 5])
+    outer = ring_frequencies(
+        (26.0 + 23.49) / 2 * 1e-3, (26.0 - 23.49) * 1e-3, [3, 4, 5, 6]
+    )
+    inner = ring_frequencies(
+        (15.55 + 12.5) / 2 * 1e-3, (15.55 - 12.5) * 1e-3, [2, 3, 4, 5]
+    )
     paths = TransmissionPaths()
     np.testing.assert_allclose(paths.outer.frequencies[:4], outer, rtol=0.007)
-    np.testing.assert_allclose(np.array(paths.inner.frequencies)[[0, 1, 2, 4]], inner, rtol=0.007)
+    np.testing.assert_allclose(
+        np.array(paths.inner.frequencies)[[0, 1, 2, 4]], inner, rtol=0.007
+    )
 
 
 def test_contact_resonance_of_the_ball_follows_from_mass_and_stiffness():
@@ -44,7 +50,9 @@ def test_contact_resonance_of_the_ball_follows_from_mass_and_stiffness():
 
 
 def test_default_paths_lose_more_behind_every_contact():
-    outer, ball, inner = (getattr(TransmissionPaths(), name) for name in ("outer", "ball", "inner"))
+    outer, ball, inner = (
+        getattr(TransmissionPaths(), name) for name in ("outer", "ball", "inner")
+    )
     assert outer.gain > ball.gain > inner.gain
     assert outer.delay < ball.delay < inner.delay
     assert outer.damping[0] < ball.damping[0] < inner.damping[0]
@@ -73,10 +81,14 @@ def test_modes_are_those_of_damped_oscillators():
     path = TransmissionPath(frequencies, damping, amplitudes, gain=1.0, delay=0.0)
     response = impulse_response(path, SAMPLING_RATE)
     expected = 0.0
-    for frequency, ratio, amplitude in zip(frequencies, damping, amplitudes, strict=True):
+    for frequency, ratio, amplitude in zip(
+        frequencies, damping, amplitudes, strict=True
+    ):
         omega = 2 * np.pi * frequency
         damped = omega * np.sqrt(1 - ratio**2)
-        system = TransferFunction([amplitude * damped], [1, 2 * ratio * omega, omega**2])
+        system = TransferFunction(
+            [amplitude * damped], [1, 2 * ratio * omega, omega**2]
+        )
         expected += impulse_of(system, T=np.arange(len(response)) / SAMPLING_RATE)[1]
     np.testing.assert_allclose(response, expected / np.abs(expected).max(), atol=1e-9)
 
@@ -90,7 +102,9 @@ def test_the_response_is_kept_until_120_db_down():
 def test_delay_is_silence_ahead_of_the_response():
     delayed = impulse_response(replace(ONE_MODE, delay=20e-6), SAMPLING_RATE)
     assert np.all(delayed[:5] == 0)
-    np.testing.assert_array_equal(delayed[5:], impulse_response(ONE_MODE, SAMPLING_RATE))
+    np.testing.assert_array_equal(
+        delayed[5:], impulse_response(ONE_MODE, SAMPLING_RATE)
+    )
 
 
 def test_amplitudes_share_the_response_among_the_modes():

@@ -1,10 +1,10 @@
 """Damage files for a while: ``python -m tests.fuzz --seconds 60``.
 
-Every execution takes an intact file, damages it and hands it to its reader. Some files share a
-process, which is replaced after a failure. What dies, hangs, takes more than 2 GB, raises an error
-of another type than promised, or one that does not name the file, is a failure: it is kept in the
-folder `corpus`, which the suite replays.
-Exit status: 0 without a failure, 1 with one.
+Every execution takes an intact file, damages it and hands it to its reader. Some files
+share a process, which is replaced after a failure. What dies, hangs, takes more than 2
+GB, raises an error of another type than promised, or one that does not name the file,
+is a failure: it is kept in the folder `corpus`, which the suite replays. Exit status: 0
+without a failure, 1 with one.
 """
 
 import argparse
@@ -21,16 +21,21 @@ from .seeds import unwritten, write_models, write_recordings
 
 CORPUS = Path(__file__).with_name("corpus")
 
-#: Files that one child handles before the next is started; most of the time goes into starting.
+#: Files that one child handles before the next is started; most of the time goes into
+#: starting.
 _BATCH = 400
 
 
 def main():
     """Run the command."""
     parser = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
-    parser.add_argument("--seconds", type=float, default=60, help="how long; default 60")
+    parser.add_argument(
+        "--seconds", type=float, default=60, help="how long; default 60"
+    )
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--only", choices=["recordings", "models"], help="one kind of files")
+    parser.add_argument(
+        "--only", choices=["recordings", "models"], help="one kind of files"
+    )
     args = parser.parse_args()
     source, failures, counts = random.Random(args.seed), 0, Counter()
     with tempfile.TemporaryDirectory() as folder:
@@ -42,13 +47,20 @@ def main():
             assert run_apart(path) is None, f"{path.name}: {run_apart(path)}"
         end = time.monotonic() + args.seconds
         while time.monotonic() < end:
-            batch = [_damaged_file(source.choice(files), folder, i, source) for i in range(_BATCH)]
+            batch = [
+                _damaged_file(source.choice(files), folder, i, source)
+                for i in range(_BATCH)
+            ]
             while batch:
                 n_handled, problem = run_until_failure(batch)
                 counts.update(_seed_name(path) for path in batch[: n_handled + 1])
                 if problem is not None:
                     failures += 1
-                    _keep(batch[: n_handled + 1], problem, f"{args.seed}_{sum(counts.values())}")
+                    _keep(
+                        batch[: n_handled + 1],
+                        problem,
+                        f"{args.seed}_{sum(counts.values())}",
+                    )
                 batch = batch[n_handled + 1 :]
     for name, count in sorted(counts.items()):
         print(f"{name}: {count} executions")

@@ -6,7 +6,19 @@ import struct
 from .seeds import repack
 
 #: Numbers that readers stumble over.
-_AWKWARD = [0, 1, -1, 2**7, 2**8 - 1, 2**15, 2**16 - 1, 2**31 - 1, 2**32 - 1, 2**63 - 1, -(2**31)]
+_AWKWARD = [
+    0,
+    1,
+    -1,
+    2**7,
+    2**8 - 1,
+    2**15,
+    2**16 - 1,
+    2**31 - 1,
+    2**32 - 1,
+    2**63 - 1,
+    -(2**31),
+]
 
 
 def damaged(content, random):
@@ -27,12 +39,18 @@ def damaged(content, random):
     content = bytearray(content)
     for _ in range(random.choice([1, 1, 1, 2, 4])):
         # Headers are where the damage is done.
-        end = max(len(content), 1) if random.random() < 0.5 else min(max(len(content), 1), 256)
+        end = (
+            max(len(content), 1)
+            if random.random() < 0.5
+            else min(max(len(content), 1), 256)
+        )
         at, kind = random.randrange(end), random.randrange(7)
         if kind == 0 and content:
             content[at] ^= 1 << random.randrange(8)
         elif kind == 1:
-            content[at : at + random.randrange(1, 9)] = random.randbytes(random.randrange(1, 9))
+            content[at : at + random.randrange(1, 9)] = random.randbytes(
+                random.randrange(1, 9)
+            )
         elif kind == 2:
             del content[at:]
         elif kind == 3:

@@ -13,7 +13,8 @@ from skarxlag.recordings.formats._isolation import end_readers
 
 #: Seconds that a file may take, and bytes that the process may grow by.
 LONGEST, MOST_BYTES = 100.0, 2 * 2**30
-#: Exit status of a child whose file was handled as promised, and of one that broke a promise.
+#: Exit status of a child whose file was handled as promised, and of one that broke a
+#: promise.
 GOOD, BAD = 0, 9
 #: What a child writes for each file that was handled as promised.
 _HANDLED = b"\0"
@@ -35,8 +36,8 @@ def handle(path):
     Raises
     ------
     AssertionError
-        If it ends otherwise than promised: arrays of finite shape, or an error of one of the
-        stated types whose message names the file.
+        If it ends otherwise than promised: arrays of finite shape, or an error of one
+        of the stated types whose message names the file.
     """
     try:
         with warnings.catch_warnings():
@@ -134,7 +135,9 @@ def run_until_failure(paths):
         return n_handled, None
     if is_late:
         return n_handled, f"took more than {LONGEST:g} s"
-    return n_handled, output[n_handled:].decode(errors="replace") or f"it died: status {status}"
+    return n_handled, output[n_handled:].decode(
+        errors="replace"
+    ) or f"it died: status {status}"
 
 
 def _bound_memory(n_bytes):

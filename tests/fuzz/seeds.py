@@ -39,7 +39,9 @@ def write_recordings(folder):
     table.to_csv(folder / "german.txt", index=False, sep=";", decimal=",")
     table.to_parquet(folder / "table.parquet")
     table.to_feather(folder / "table.feather")
-    scipy.io.savemat(folder / "plain.mat", {"a": SIGNAL, "fs": 1000.0, "s": {"x": SIGNAL}})
+    scipy.io.savemat(
+        folder / "plain.mat", {"a": SIGNAL, "fs": 1000.0, "s": {"x": SIGNAL}}
+    )
     scipy.io.savemat(folder / "packed.mat", {"a": SIGNAL}, do_compression=True)
     wavfile.write(folder / "float.wav", 8000, SIGNAL.astype(np.float32))
     wavfile.write(folder / "integer.wav", 8000, (1000 * SIGNAL).astype(np.int16))
@@ -57,7 +59,9 @@ def write_recordings(folder):
         import nptdms
 
         with nptdms.TdmsWriter(folder / "data.tdms") as file:
-            file.write_segment([nptdms.ChannelObject("g", "a", SIGNAL, {"wf_increment": 1e-3})])
+            file.write_segment(
+                [nptdms.ChannelObject("g", "a", SIGNAL, {"wf_increment": 1e-3})]
+            )
     if importlib.util.find_spec("pyuff"):
         import pyuff
 
@@ -73,8 +77,21 @@ def write_recordings(folder):
 
 def unwritten():
     """Formats of which no file can be written here, for the report."""
-    written = {".npy", ".npz", ".csv", ".parquet", ".mat", ".wav", ".flac", ".h5", ".tdms", ".uff"}
-    return [each.FORMAT.title for each in FORMATS if not written & set(each.FORMAT.suffixes)]
+    written = {
+        ".npy",
+        ".npz",
+        ".csv",
+        ".parquet",
+        ".mat",
+        ".wav",
+        ".flac",
+        ".h5",
+        ".tdms",
+        ".uff",
+    }
+    return [
+        each.FORMAT.title for each in FORMATS if not written & set(each.FORMAT.suffixes)
+    ]
 
 
 def write_models(folder):
@@ -113,8 +130,8 @@ def repack(content, change):
     bytes
         The file.
     """
-    from skarxlag._files import read_members
-    from skarxlag.persistence import _digest
+    from skarxlag.core.files import read_members
+    from skarxlag.persistence.models import _digest
 
     members, _ = read_members(content)
     members = {name: change(name, member) for name, member in members.items()}

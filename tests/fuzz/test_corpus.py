@@ -38,7 +38,9 @@ def test_intact_files_are_read(tmp_path):
     files = write_models(tmp_path / "models")
     (tmp_path / "recordings").mkdir()
     files += write_recordings(tmp_path / "recordings")
-    assert {path.name: handle(path) for path in files} == {path.name: "read" for path in files}
+    assert {path.name: handle(path) for path in files} == {
+        path.name: "read" for path in files
+    }
 
 
 @pytest.mark.slow

@@ -65,7 +65,9 @@ def test_blocks_leave_every_window_to_itself(n_windows, n_samples, n_transient):
         np.testing.assert_array_equal(found[w], alone[0])
 
 
-@pytest.mark.parametrize("make", [np.asfortranarray, np.float32, lambda x: x[..., ::-1][..., ::-1]])
+@pytest.mark.parametrize(
+    "make", [np.asfortranarray, np.float32, lambda x: x[..., ::-1][..., ::-1]]
+)
 def test_innovations_of_any_array_go_into_any_array(case, make):
     windows, orders, poles, coef = case
     windows = windows.astype(np.float32).astype(np.float64)
@@ -74,7 +76,9 @@ def test_innovations_of_any_array_go_into_any_array(case, make):
     given.flags.writeable = False
     found = arx_laguerre.innovations(given, orders, poles, coef, 3, out)
     assert found is out
-    np.testing.assert_allclose(out, expected, rtol=1e-5 if out.dtype == np.float32 else 0)
+    np.testing.assert_allclose(
+        out, expected, rtol=1e-5 if out.dtype == np.float32 else 0
+    )
 
 
 @pytest.mark.parametrize("n_transient", [0, 7])

@@ -19,5 +19,7 @@ def test_log_spectra_vary_as_the_sum_of_their_cosines():
 
 
 def test_channels_of_a_noise_share_its_colour():
-    first, second = welch(coloured_noises((2, 2**16)), nperseg=256)[1].transpose(1, 0, 2)
+    first, second = welch(coloured_noises((2, 2**16)), nperseg=256)[1].transpose(
+        1, 0, 2
+    )
     np.testing.assert_allclose(first[:, 4:-4], second[:, 4:-4], rtol=0.5)

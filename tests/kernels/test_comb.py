@@ -39,7 +39,9 @@ def test_frequency_is_that_of_the_largest_literal_sum(seed, n_harmonics):
     nominal = 1 / 37.3
     # 0.04 is a whole number of steps of a thousandth, but for rounding.
     found = comb_frequency(samples, nominal, 0.04, n_harmonics)
-    assert found == pytest.approx(literal_frequency(samples, nominal, 0.04, n_harmonics), rel=1e-9)
+    assert found == pytest.approx(
+        literal_frequency(samples, nominal, 0.04, n_harmonics), rel=1e-9
+    )
 
 
 def test_harmonics_above_the_spectrum_do_not_count():
@@ -69,7 +71,9 @@ def test_harmonics_that_only_slow_candidates_have_below_half_a_cycle_count():
 
 def test_harmonics_above_the_spectrum_need_no_finer_steps():
     samples = np.random.default_rng(0).normal(size=1024)
-    assert comb_frequency(samples, 0.18, 0.02, 3) == comb_frequency(samples, 0.18, 0.02, 2)
+    assert comb_frequency(samples, 0.18, 0.02, 3) == comb_frequency(
+        samples, 0.18, 0.02, 2
+    )
 
 
 def test_a_harmonic_at_half_a_cycle_a_sample_counts():
@@ -90,7 +94,9 @@ def test_a_tone_is_found_at_the_end_of_a_wide_range():
 @pytest.mark.parametrize(
     ("pair", "single", "expected"), [(1e-6, 1e-5, 0.0202), (1e-8, 3e-8, 0.0212)]
 )
-def test_power_below_a_share_of_the_mean_power_does_not_stand_out(pair, single, expected):
+def test_power_below_a_share_of_the_mean_power_does_not_stand_out(
+    pair, single, expected
+):
     k = np.arange(8192)
     samples = np.cos(2 * np.pi * 0.45 * k)
     samples += pair * (np.cos(2 * np.pi * 0.0202 * k) + np.cos(2 * np.pi * 0.0404 * k))
@@ -109,4 +115,6 @@ def test_running_medians_are_those_of_the_neighbours(n_values, beyond):
         else:
             around = np.concatenate([values, values[::-1]])[places % (2 * n_values)]
         expected = [np.median(around[i : i + 2 * half + 1]) for i in range(n_values)]
-        np.testing.assert_array_equal(running_median(values, 2 * half + 1, beyond), expected)
+        np.testing.assert_array_equal(
+            running_median(values, 2 * half + 1, beyond), expected
+        )

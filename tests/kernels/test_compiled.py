@@ -47,9 +47,14 @@ def test_machine_code_is_cached_where_a_folder_can_be_written(tmp_path):
 @pytest.mark.slow
 @pytest.mark.any_version
 @pytest.mark.parametrize("has_home", [True, False])
-def test_installed_package_without_write_access_uses_the_cache_of_the_user(tmp_path, has_home):
-    # Files where folders would have to be: not even an administrator can write in there.
-    shutil.copytree(PACKAGE, tmp_path / "skarxlag", ignore=shutil.ignore_patterns("__pycache__"))
+def test_installed_package_without_write_access_uses_the_cache_of_the_user(
+    tmp_path, has_home
+):
+    # Files where folders would have to be: not even an administrator can write in
+    # there.
+    shutil.copytree(
+        PACKAGE, tmp_path / "skarxlag", ignore=shutil.ignore_patterns("__pycache__")
+    )
     for folder in (tmp_path / "skarxlag").rglob("*"):
         if folder.is_dir():
             (folder / "__pycache__").touch()
@@ -74,7 +79,9 @@ def thrice(x):
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 0.9])
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])
-def test_damaged_cache_is_compiled_again_and_mended(tmp_path, monkeypatch, suffix, share):
+def test_damaged_cache_is_compiled_again_and_mended(
+    tmp_path, monkeypatch, suffix, share
+):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     assert compiled(thrice)(2.0) == 6.0
     [damaged] = tmp_path.rglob(f"*.{suffix}")
@@ -104,7 +111,8 @@ def test_compiled_function_keeps_its_name_and_what_it_was():
     assert first.__name__ == "first"
     assert first.__doc__ == "The first value."
     assert first(np.full(1, 3.0)) == first.__wrapped__(np.full(1, 3.0)) == 3.0
-    # error_model="numpy": a division by zero is infinite, as in NumPy, and no exception.
+    # error_model="numpy": a division by zero is infinite, as in NumPy, and no
+    # exception.
     assert compiled(lambda x: 1.0 / x)(0.0) == np.inf
 
 

@@ -24,10 +24,14 @@ def simulated_run_lengths(limit, step, rate, persistence, n_runs):
     ("limit", "step", "rate", "persistence"),
     [(5, 3, 0.2, 0.2), (9, 4, 0.1, 0.5), (4, 2, 0.3, 0.2), (12, 5, 0.1, 0.7)],
 )
-def test_mean_run_length_is_that_of_the_simulated_recursion(limit, step, rate, persistence):
+def test_mean_run_length_is_that_of_the_simulated_recursion(
+    limit, step, rate, persistence
+):
     lengths = simulated_run_lengths(limit, step, rate, persistence, 2000)
     expected = mean_run_length(limit, step, rate, persistence)
-    assert lengths.mean() == pytest.approx(expected, abs=4 * lengths.std() / np.sqrt(len(lengths)))
+    assert lengths.mean() == pytest.approx(
+        expected, abs=4 * lengths.std() / np.sqrt(len(lengths))
+    )
 
 
 @pytest.mark.parametrize("step", [2, 3, 7])
@@ -37,7 +41,8 @@ def test_one_window_is_enough_below_the_step(step):
 
 
 def test_two_in_a_row_by_hand():
-    # T0 = 1 + p T1 + (1 - p) T0 and T1 = 1 + (1 - p) T0, since a sum of 2 ends it: the classic.
+    # T0 = 1 + p T1 + (1 - p) T0 and T1 = 1 + (1 - p) T0, since a sum of 2 ends it: the
+    # classic.
     p = 0.3
     assert mean_run_length(2, 2, p, p) == pytest.approx((1 + p) / p**2)
 
@@ -64,7 +69,9 @@ def test_rarer_alarms_and_longer_runs_need_higher_limits():
 
 @pytest.mark.parametrize(("rate", "faulty"), [(0.5, 0.9), (0.2, 0.2), (0.3, 0.1)])
 def test_healthy_windows_that_exceed_too_often_are_refused(rate, faulty):
-    with pytest.raises(ValueError, match=rf"rate of {rate}, expected below faulty_rate={faulty}"):
+    with pytest.raises(
+        ValueError, match=rf"rate of {rate}, expected below faulty_rate={faulty}"
+    ):
         reference_step(rate, faulty)
 
 
@@ -77,7 +84,8 @@ def test_a_limit_that_just_holds_is_enough(limit):
 
 @pytest.mark.parametrize("healthy", [0.01, 0.05, 0.1, 0.2, 0.25, 0.28, 0.3, 0.4, 0.45])
 def test_step_from_the_steps_of_the_likelihood_ratio(healthy):
-    # Rates next to the healthy one would lead to a step of 1 / healthy, which is out of range.
+    # Rates next to the healthy one would lead to a step of 1 / healthy, which is out of
+    # range.
     below = max(m for m in range(1, 101) if m * healthy < 1)
     for faulty in (*np.linspace(healthy, 1, 50)[1:-1], healthy + 1e-3):
         up = np.log(faulty / healthy)
@@ -90,7 +98,9 @@ def test_the_largest_limit_is_still_tried(monkeypatch):
     # A random walk that is held at 0 takes h (h + 1) steps to h.
     assert mean_run_length(9, 2, 0.5, 0.5) == pytest.approx(90)
     with monkeypatch.context() as patch:
-        patch.setattr(cumulative_sum, "mean_run_length", lambda limit, *_: limit * (limit + 1))
+        patch.setattr(
+            cumulative_sum, "mean_run_length", lambda limit, *_: limit * (limit + 1)
+        )
         assert alarm_limit(2**16 * (2**16 + 1), 2, 0.5, 0.5) == 2**16
         with pytest.raises(ValueError, match="allow no alarm"):
             alarm_limit(2**16 * (2**16 + 1) + 1, 2, 0.5, 0.5)

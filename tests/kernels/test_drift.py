@@ -32,10 +32,16 @@ def test_scaled_frequency_counts_from_the_edge_of_the_first_cell():
     frequency = frequency_grid(50)
     faster, slower = drift.scaled_frequency(frequency[np.newaxis])
     within = frequency * np.exp(0.1) < frequency[-1]
-    np.testing.assert_allclose(faster[within], frequency[within] * (np.exp(0.1) - 1), rtol=1e-12)
+    np.testing.assert_allclose(
+        faster[within], frequency[within] * (np.exp(0.1) - 1), rtol=1e-12
+    )
     # Below the first cell and beyond the last one the value is held.
-    np.testing.assert_allclose(faster[~within], frequency[-1] - frequency[~within], rtol=1e-12)
-    np.testing.assert_allclose(slower[1:], frequency[1:] * (np.exp(-0.1) - 1), rtol=1e-12)
+    np.testing.assert_allclose(
+        faster[~within], frequency[-1] - frequency[~within], rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        slower[1:], frequency[1:] * (np.exp(-0.1) - 1), rtol=1e-12
+    )
     assert slower[0] == 0
 
 
@@ -70,7 +76,9 @@ def test_product_does_not_depend_on_the_number_of_rows():
     np.testing.assert_array_equal(along_axes(rows[7:8], axes)[0], product[7])
     np.testing.assert_array_equal(along_axes(np.asfortranarray(rows), axes), product)
     groups = along_axes(np.stack([rows, 2 * rows], axis=1), np.stack([axes, axes]))
-    np.testing.assert_allclose(groups, np.stack([product, 2 * product], axis=1), rtol=1e-10)
+    np.testing.assert_allclose(
+        groups, np.stack([product, 2 * product], axis=1), rtol=1e-10
+    )
 
 
 @pytest.mark.parametrize("n_axes", [1, 4])
@@ -78,7 +86,10 @@ def test_squared_distances_are_mahalanobis_distances_at_the_place_of_each_row(n_
     rng = np.random.default_rng(0)
     rows, axes = rng.normal(size=(5, 3, 6)), rng.normal(size=(3, 6, n_axes))
     references = rng.normal(size=(4, 2, 3, n_axes))
-    precisions, places = rng.uniform(0.5, 2, size=(4, 3, n_axes)), rng.integers(4, size=(2, 5))
+    precisions, places = (
+        rng.uniform(0.5, 2, size=(4, 3, n_axes)),
+        rng.integers(4, size=(2, 5)),
+    )
     found = squared_distances(rows, axes, references, precisions, places)
     assert found.shape == (2, 5, 2, 3)
     for (tried, w, c, g), value in np.ndenumerate(found):
@@ -92,9 +103,9 @@ def test_squared_distances_are_mahalanobis_distances_at_the_place_of_each_row(n_
 
 
 def test_drift_of_flat_spectra_is_smooth_and_rough_drift_alone(monkeypatch):
-    colour, steadiness = np.zeros((2, 256)), np.full((2, 63), -0.36)
+    spectral_shape, steadiness = np.zeros((2, 256)), np.full((2, 63), -0.36)
     # A floor that rises lifts a flat spectrum alike everywhere: no cepstrum changes.
-    found = drift_covariance(colour, steadiness)
+    found = drift_covariance(spectral_shape, steadiness)
     n = np.concatenate([np.arange(1, 49), np.arange(1, 63)])
     np.testing.assert_allclose(found, np.diag(0.1 / n**2 + 0.01), atol=1e-12)
     monkeypatch.setattr(drift, "NOISE", 5.0)
@@ -106,9 +117,9 @@ def test_drift_of_flat_spectra_is_smooth_and_rough_drift_alone(monkeypatch):
 @pytest.mark.parametrize("n_frequencies", [256, 40])
 def test_drift_covariance_is_the_mean_square_of_the_changes(n_frequencies):
     rng = np.random.default_rng(0)
-    colour = rng.normal(size=(3, n_frequencies)).cumsum(axis=1) / 10
+    spectral_shape = rng.normal(size=(3, n_frequencies)).cumsum(axis=1) / 10
     steadiness = rng.normal(size=(3, 20))
-    found = drift_covariance(colour, steadiness)
+    found = drift_covariance(spectral_shape, steadiness)
     n_colour = min(48, n_frequencies - 1)
 
     def coefficients(change):
@@ -118,13 +129,17 @@ def test_drift_covariance_is_the_mean_square_of_the_changes(n_frequencies):
         return [change @ np.cos(n * angles) * 2 / size for n in range(1, size)]
 
     def features(of_colour, of_steadiness):
-        return np.array(coefficients(of_colour)[:n_colour] + coefficients(of_steadiness))
+        return np.array(
+            coefficients(of_colour)[:n_colour] + coefficients(of_steadiness)
+        )
 
     scaled = [
         features(*changes)
-        for changes in zip(scaled_frequency(colour), scaled_frequency(steadiness), strict=True)
+        for changes in zip(
+            scaled_frequency(spectral_shape), scaled_frequency(steadiness), strict=True
+        )
     ]
-    raised = [features(change, np.zeros(20)) for change in raised_noise(colour)]
+    raised = [features(change, np.zeros(20)) for change in raised_noise(spectral_shape)]
     n = np.concatenate([np.arange(1, n_colour + 1), np.arange(1, 20)])
     expected = np.diag(0.1 / n**2 + 0.01)
     for weight, rows in ((0.1, scaled), (0.5, raised)):

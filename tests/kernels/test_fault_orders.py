@@ -18,12 +18,16 @@ def impacts(order, turn=2000.0, n_samples=40_000, seed=0):
     return signal
 
 
-@pytest.mark.parametrize(("n_values", "width"), [(900, 12 / (900 * 0.0101)), (1800, 0.75)])
+@pytest.mark.parametrize(
+    ("n_values", "width"), [(900, 12 / (900 * 0.0101)), (1800, 0.75)]
+)
 def test_contrast_is_the_log_spectrum_over_its_running_median(n_values, width):
     envelope = np.abs(np.random.default_rng(1).normal(size=(2, n_values)))
     step = 0.0101
     found = [kernel.mean_contrast(row[np.newaxis], step) for row in envelope]
-    np.testing.assert_allclose(kernel.mean_contrast(envelope, step), np.mean(found, axis=0))
+    np.testing.assert_allclose(
+        kernel.mean_contrast(envelope, step), np.mean(found, axis=0)
+    )
     n_fft = 4 * n_values
     window = np.hanning(n_values + 2)[1:-1]
     centred = envelope - envelope.mean(axis=1, keepdims=True)
@@ -42,7 +46,8 @@ def test_contrast_is_the_log_spectrum_over_its_running_median(n_values, width):
 
 @pytest.mark.parametrize("noise", [1.0, 5e-6])
 def test_spectra_of_few_values_are_compared_up_to_order_41(noise):
-    # The faint noise has about the least power that counts, 1e-12 of that of the envelope.
+    # The faint noise has about the least power that counts, 1e-12 of that of the
+    # envelope.
     envelope = 3 + noise * np.random.default_rng(2).normal(size=(1, 100))
     cell, window = 1 / (400 * 0.0101), np.hanning(102)[1:-1]
     power = np.abs(np.fft.rfft((envelope[0] - envelope.mean()) * window, 400)) ** 2
@@ -74,7 +79,7 @@ def test_comb_finds_a_race_and_the_factor_on_the_speed(order, place, factor):
     contrast = kernel.order_contrast(impacts(order * factor), 2000.0, 20_000.0)
     comb = kernel.fault_comb(contrast, ORDERS, 0.1, 0.03)
     best = comb.scores.argmax()
-    assert kernel.PLACES[best] == place
+    assert kernel.FAULT_LOCATIONS[best] == place
     assert comb.scores[best] > 2
     assert comb.factors[best] == pytest.approx(factor, abs=0.006)
 
@@ -101,14 +106,18 @@ def test_a_ball_shows_spin_and_some_of_the_cage(height, counts):
     assert scores[0] == pytest.approx(1 + 0.6 * counts)
 
 
-@pytest.mark.parametrize(("turn", "counts"), [(3000.0, False), (638.0, False), (400.0, True)])
+@pytest.mark.parametrize(
+    ("turn", "counts"), [(3000.0, False), (638.0, False), (400.0, True)]
+)
 def test_frequencies_above_the_highest_do_not_count(turn, counts):
     # 6.4 kHz, or 80 times the turns in a second: 17, 80 and 128
     rate, rng = 51_200.0, np.random.default_rng(9)
     signal, spectrum = rng.normal(size=51_200), np.zeros(25_601, complex)
     spectrum[6500:10_000] = 1e4 * np.exp(2j * np.pi * rng.random(3500))
     loud = signal + np.fft.irfft(spectrum)
-    found, without = (kernel.order_contrast(each, turn, rate) for each in (loud, signal))
+    found, without = (
+        kernel.order_contrast(each, turn, rate) for each in (loud, signal)
+    )
     assert (np.abs(found - without).max() > 1e-6) == counts
     # The same for a speed of each sample.
     tracked = kernel.order_contrast(loud, np.full(51_200, turn), rate)
@@ -120,7 +129,9 @@ def test_a_signal_is_resampled_to_twice_the_highest_frequency():
     found, turn, rate = kernel._without_high_frequencies(signal, 3000.0, 51_200.0)
     # 12.8 kHz or a little more
     expected = resample(signal - signal.mean(), 251)
-    np.testing.assert_allclose(found / found.std(), expected / expected.std(), atol=1e-9)
+    np.testing.assert_allclose(
+        found / found.std(), expected / expected.std(), atol=1e-9
+    )
     np.testing.assert_allclose([turn / 3000, rate / 51_200], 251 / 1001)
 
 
@@ -133,7 +144,9 @@ def test_a_varying_speed_is_followed():
     places = np.searchsorted(angle, angles[angles < angle[-1]])
     signal[places] += 12
     followed, mean = (
-        kernel.fault_comb(kernel.order_contrast(signal, each, 20_000.0), ORDERS, 0.02, 0.03)
+        kernel.fault_comb(
+            kernel.order_contrast(signal, each, 20_000.0), ORDERS, 0.02, 0.03
+        )
         for each in (turn, float(turn.mean()))
     )
     assert followed.scores[1] > mean.scores[1] + 1
@@ -145,7 +158,9 @@ def test_noise_has_low_scores_in_rows_of_any_length():
     for n_samples in (6000, 20_000, 100_000):
         noise = rng.normal(size=(8, n_samples))
         contrasts = [kernel.order_contrast(row, 2000.0, 20_000.0) for row in noise]
-        best.append(max(kernel.fault_comb(c, ORDERS, 0.1, 0.03).scores.max() for c in contrasts))
+        best.append(
+            max(kernel.fault_comb(c, ORDERS, 0.1, 0.03).scores.max() for c in contrasts)
+        )
     assert max(best) < 1.2
 
 
@@ -159,7 +174,9 @@ def test_constant_and_short_signals_have_no_contrast(n_samples, value):
 
 def test_gain_does_not_matter():
     signal = impacts(5.4)
-    one, other = (kernel.order_contrast(g * signal, 2000.0, 20_000.0) for g in (1.0, 1e-200))
+    one, other = (
+        kernel.order_contrast(g * signal, 2000.0, 20_000.0) for g in (1.0, 1e-200)
+    )
     np.testing.assert_allclose(one, other, atol=1e-6)
 
 
@@ -175,14 +192,19 @@ def test_squared_envelope_spectrum_is_that_of_the_analytic_signal(n_samples):
     tone = 1 + 0.5 * np.cos(2 * np.pi * 20 * np.arange(n_samples) / n_samples)
     carrier = np.cos(2 * np.pi * 250 * np.arange(n_samples) / n_samples)
     found = kernel.squared_envelope_spectrum(tone * carrier, (0.1, 0.4), False)
-    # (1 + cos(x)/2)^2 = 1.125 + cos(x) + cos(2x)/8: amplitudes over the mean are 8/9 and 1/9.
+    # (1 + cos(x)/2)^2 = 1.125 + cos(x) + cos(2x)/8: amplitudes over the mean are 8/9
+    # and 1/9.
     np.testing.assert_allclose(np.sqrt(found[[20, 40]]), [8 / 9, 1 / 9], rtol=0.01)
 
 
 def test_segments_are_whole_seconds_or_turns_and_five_of_them():
     rate, rng = 500.0, np.random.default_rng(6)
     # 1 s has 25, 8 and 50 turns; a segment has 10 to 30.
-    for seconds, turn, length in ((2.0, 20.0, 500), (12.0, 60.0, 600), (12.0, 10.0, 300)):
+    for seconds, turn, length in (
+        (2.0, 20.0, 500),
+        (12.0, 60.0, 600),
+        (12.0, 10.0, 300),
+    ):
         samples = rng.normal(size=int(seconds * rate))
         found = kernel.contrast_parts(samples, turn, rate)
         parts = samples.reshape(-1, length)
@@ -191,14 +213,20 @@ def test_segments_are_whole_seconds_or_turns_and_five_of_them():
             kernel.mean_contrast(*kernel.envelopes_over_angle(part, turn, frame, 1, 40))
             for part in parts
         ]
-        whitened = [kernel.mean_contrast(*kernel.prewhitened_envelope(p, turn)) for p in parts]
+        whitened = [
+            kernel.mean_contrast(*kernel.prewhitened_envelope(p, turn)) for p in parts
+        ]
         n_long = max(len(samples) // (5 * length), 1)
         long = samples[: len(samples) // n_long * n_long].reshape(n_long, -1)
         expected = [
             np.mean(banded, axis=0),
             np.mean(whitened, axis=0),
             np.mean(
-                [kernel.mean_contrast(*kernel.prewhitened_envelope(p, turn)) for p in long], axis=0
+                [
+                    kernel.mean_contrast(*kernel.prewhitened_envelope(p, turn))
+                    for p in long
+                ],
+                axis=0,
             ),
         ]
         np.testing.assert_allclose(found, expected)
@@ -210,7 +238,8 @@ def test_a_constant_signal_has_a_squared_envelope_spectrum_of_zeros():
 
 
 def test_frequencies_without_power_are_not_prewhitened():
-    # A tone of one bin: its rounding errors at the other bins must not become as large as the tone.
+    # A tone of one bin: its rounding errors at the other bins must not become as large
+    # as the tone.
     tone = np.sin(2 * np.pi * 8 / 64 * np.arange(64))
     found = kernel.squared_envelope_spectrum(tone, (0.0, 0.5), True)
     # The envelope of one tone is constant.
@@ -226,7 +255,9 @@ def test_a_neper_of_power_is_4_34_decibel():
     assert pytest.approx(10 * np.log10(np.e)) == kernel.NEPER_IN_DB
 
 
-@pytest.mark.parametrize(("n_samples", "turn", "n_bands"), [(3000, 100.0, 8), (100, 10.0, 5)])
+@pytest.mark.parametrize(
+    ("n_samples", "turn", "n_bands"), [(3000, 100.0, 8), (100, 10.0, 5)]
+)
 def test_bands_are_eight_or_as_many_as_a_frame_has(n_samples, turn, n_bands):
     samples = np.random.default_rng(6).normal(size=n_samples)
     # 2.5 ms are 42.5 samples, of which the nearest power of two on a log scale is 32.
@@ -277,7 +308,8 @@ def test_an_error_of_the_speed_moves_all_combs_together():
 
 
 def test_an_error_of_the_speed_costs_all_combs_alike():
-    # The second maximum is higher by less than the cost of an error of e^.04: .4 nepers.
+    # The second maximum is higher by less than the cost of an error of e^.04: .4
+    # nepers.
     near = all_combs(0.0)
     far = 1.1 * all_combs(0.04)
     comb = kernel.fault_comb(np.maximum(near, far), ORDERS, 0.1, 0.04)
@@ -329,9 +361,15 @@ def test_frequencies_outside_the_band_do_not_count():
 
 
 @pytest.mark.parametrize(("n_samples", "first"), [(1000, 100), (1001, 101)])
-def test_the_bins_at_the_ends_of_the_band_count_and_their_neighbours_do_not(n_samples, first):
+def test_the_bins_at_the_ends_of_the_band_count_and_their_neighbours_do_not(
+    n_samples, first
+):
     angle = 2 * np.pi * np.arange(n_samples) / n_samples
-    for ends, beats in (((first, 400), True), ((first - 1, 400), False), ((first, 401), False)):
+    for ends, beats in (
+        ((first, 400), True),
+        ((first - 1, 400), False),
+        ((first, 401), False),
+    ):
         signal = np.cos(ends[0] * angle) + np.cos(ends[1] * angle)
         found = kernel.squared_envelope_spectrum(signal, (0.1, 0.4), False)
         assert (found[ends[1] - ends[0]] > 1e-3) == beats
@@ -342,10 +380,17 @@ def test_spectra_are_kept_up_to_an_order_above_the_highest():
     # The running median of order 40 needs the orders around it.
     found, step = kernel.mean_contrast(envelope, 0.0101), 0.0101
     power = (
-        np.abs(np.fft.rfft((envelope[0] - envelope[0].mean()) * np.hanning(2002)[1:-1], 8000)) ** 2
+        np.abs(
+            np.fft.rfft(
+                (envelope[0] - envelope[0].mean()) * np.hanning(2002)[1:-1], 8000
+            )
+        )
+        ** 2
     )
     level, cell = np.log(power), 1 / (8000 * step)
     above = level - median_filter(level, size=2 * int(0.75 / cell / 2) + 1)
     expected = maximum_filter1d(np.maximum(above + np.log(np.log(2)), 0), 3)
-    at = np.interp(np.arange(3800, 4001) * 0.01, np.arange(len(expected)) * cell, expected)
+    at = np.interp(
+        np.arange(3800, 4001) * 0.01, np.arange(len(expected)) * cell, expected
+    )
     np.testing.assert_allclose(found[3800:], at, atol=1e-6)

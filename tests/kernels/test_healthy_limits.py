@@ -23,11 +23,15 @@ def noise_rows(n_rows, seed=0, n_windows=1):
     rows = measure_rows(signals, n_windows, with_level=True)
     # Few features, so that the tests are fast where the loops are not compiled.
     cepstra = np.concatenate([rows.cepstra[..., :8], rows.cepstra[..., 48:51]], axis=-1)
-    return Rows(rows.colour[:, :9], rows.steadiness[:, :4], cepstra, rows.values)
+    return Rows(
+        rows.spectral_shape[:, :9], rows.steadiness[:, :4], cepstra, rows.values
+    )
 
 
 def healthy(rows, known, at, weights=None):
-    return HealthyRows(rows, known, at, np.ones(len(at)) if weights is None else weights)
+    return HealthyRows(
+        rows, known, at, np.ones(len(at)) if weights is None else weights
+    )
 
 
 def test_blocks_of_time_are_equal_and_in_order():
@@ -84,8 +88,12 @@ def test_p_values_are_those_of_the_equations():
                 + scale * slope_variance * beyond**2
             )
             z = (fresh.values[row, j] - expected) / np.sqrt(spread)
-            tails.append(stats.t.sf(z, freedom) if j == 0 else 2 * stats.t.sf(abs(z), freedom))
-        np.testing.assert_allclose(np.exp(found[row]), min(3 * min(tails), 1), rtol=1e-6)
+            tails.append(
+                stats.t.sf(z, freedom) if j == 0 else 2 * stats.t.sf(abs(z), freedom)
+            )
+        np.testing.assert_allclose(
+            np.exp(found[row]), min(3 * min(tails), 1), rtol=1e-6
+        )
         least.append(int(np.argmin(tails)))
         tails[1] = 2 * min(tails[1], 1 - tails[1])
         both = log_p_values(limits, fresh, np.full(5, speed), scale, two_sided=True)
@@ -101,7 +109,9 @@ def test_blocks_are_compared_with_the_others_only():
     usual = calibrate(healthy(rows, np.zeros(1), np.zeros(50, int)))
     signals[40:] = np.cumsum(signals[40:], axis=1)
     odd = calibrate(
-        healthy(measure_rows(signals, 1, with_level=False), np.zeros(1), np.zeros(50, int))
+        healthy(
+            measure_rows(signals, 1, with_level=False), np.zeros(1), np.zeros(50, int)
+        )
     )
     assert odd.n_blocks == usual.n_blocks == 5
     assert odd.score_deviation > 4 * usual.score_deviation
@@ -115,13 +125,17 @@ def test_blocks_of_many_speeds_are_distinguished():
 
 def test_rows_of_many_windows_scatter_less():
     one, four = (noise_rows(20, n_windows=m) for m in (1, 4))
-    limits = [calibrate(healthy(rows, np.zeros(1), np.zeros(20, int))) for rows in (one, four)]
+    limits = [
+        calibrate(healthy(rows, np.zeros(1), np.zeros(20, int))) for rows in (one, four)
+    ]
     ratio = limits[1].variances.sum() / limits[0].variances.sum()
     assert 0.75 / 4 < ratio < 1.25 / 4
 
 
 def shares(logs, at, rate):
-    return np.array([np.mean(logs[at == speed] < np.log(rate)) for speed in np.unique(at)])
+    return np.array(
+        [np.mean(logs[at == speed] < np.log(rate)) for speed in np.unique(at)]
+    )
 
 
 def test_scale_is_twice_the_least_that_holds():
@@ -136,21 +150,28 @@ def test_scale_is_twice_the_least_that_holds():
     values = rows.values.copy()
     values[20:40, 1] += 1.5
     moved = rows._replace(values=values)
-    scale, logs = drift_scale(healthy(moved, known, at), calibrate(healthy(moved, known, at)))
+    scale, logs = drift_scale(
+        healthy(moved, known, at), calibrate(healthy(moved, known, at))
+    )
     assert scale > 2 * healthy_limits.SCALES[0]
     for rate in healthy_limits.HELD_RATES:
         assert shares(logs, at, rate).max() <= rate
     values[20:40, 1] += 100
-    scale, logs = drift_scale(healthy(moved, known, at), calibrate(healthy(moved, known, at)))
+    scale, logs = drift_scale(
+        healthy(moved, known, at), calibrate(healthy(moved, known, at))
+    )
     assert scale == 2 * healthy_limits.SCALES[-1]
     assert shares(logs, at, 0.05).max() > 0.05
 
 
 @pytest.mark.parametrize(("rate", "n_rows"), [(0.01, 95), (0.05, 19)])
 def test_scale_holds_the_stated_rates_to_the_row(monkeypatch, rate, n_rows):
-    # One flagged row of so many is a little more than the rate; it is flagged at scales below 1.
+    # One flagged row of so many is a little more than the rate; it is flagged at scales
+    # below 1.
     def one_row(limits, rows, log_speed, scale):
-        return np.where(np.arange(len(log_speed)) == 0, np.log(0.9 * rate) * (scale < 1), -0.1)
+        return np.where(
+            np.arange(len(log_speed)) == 0, np.log(0.9 * rate) * (scale < 1), -0.1
+        )
 
     rows, at = noise_rows(5).take(np.arange(2 * n_rows) % 5), np.repeat([0, 1], n_rows)
     learned = healthy(rows, np.log([800.0, 1000.0]), at)
@@ -163,7 +184,9 @@ def test_scale_holds_the_stated_rates_to_the_row(monkeypatch, rate, n_rows):
 def test_a_row_at_the_limit_is_not_flagged():
     logs, at = np.log([0.05, 0.04, 0.05, 0.06]), np.array([0, 0, 1, 1])
     weights = np.array([3.0, 1.0, 1.0, 1.0])
-    np.testing.assert_array_equal(flagged_shares(logs, at, np.log(0.05), weights), [0.25, 0])
+    np.testing.assert_array_equal(
+        flagged_shares(logs, at, np.log(0.05), weights), [0.25, 0]
+    )
 
 
 def test_many_blocks_have_the_freedom_of_ten():
@@ -172,7 +195,9 @@ def test_many_blocks_have_the_freedom_of_ten():
     # A level far from its mean decides the p-value alone.
     rows.values[:, 1] = limits.means[0, 1] + 5.0
     for n_blocks, freedom in ((4, 3), (10, 9), (24, 9)):
-        found = log_p_values(limits._replace(n_blocks=n_blocks), rows, np.zeros(24), 1.0)
+        found = log_p_values(
+            limits._replace(n_blocks=n_blocks), rows, np.zeros(24), 1.0
+        )
         spread = limits.deviations[1] ** 2 * (1 + 1 / n_blocks) + 0.09 * 0.3**2
         tail = 2 * stats.t.sf(5.0 / np.sqrt(spread), freedom)
         np.testing.assert_allclose(np.exp(found), 3 * tail, rtol=1e-6)
@@ -187,7 +212,9 @@ def test_a_weight_counts_in_the_covariance_and_in_the_scatter_of_blocks():
     own = np.cov(cepstra.T, aweights=weights, bias=True) * 40 / 39
     few = cepstra.shape[1] / (cepstra.shape[1] + 40)
     expected = (1 - few) * own + few * np.diag(np.diag(own))
-    np.testing.assert_allclose(back.T @ np.diag(limits.variances) @ back, expected, atol=1e-12)
+    np.testing.assert_allclose(
+        back.T @ np.diag(limits.variances) @ back, expected, atol=1e-12
+    )
     # Each block of 8 rows next to the mean of the others.
     squares = []
     for block in np.arange(40).reshape(5, 8):
@@ -202,13 +229,17 @@ def test_a_weight_counts_in_the_covariance_and_in_the_scatter_of_blocks():
 def literal_score(rows, own, rest, at, weights):
     """Scores of some rows beside others, from the covariances as the documentation states them."""
     cepstra, expected, about = rows.cepstra.mean(axis=1), {}, []
-    colour, steadiness = [], []
+    spectral_shape, steadiness = [], []
     for speed in np.unique(at[rest]):
         same = rest[at[rest] == speed]
         expected[speed] = np.average(cepstra[same], axis=0, weights=weights[same])
         about.append(rows.cepstra[same] - expected[speed])
-        colour.append(np.average(rows.colour[same], axis=0, weights=weights[same]))
-        steadiness.append(np.average(rows.steadiness[same], axis=0, weights=weights[same]))
+        spectral_shape.append(
+            np.average(rows.spectral_shape[same], axis=0, weights=weights[same])
+        )
+        steadiness.append(
+            np.average(rows.steadiness[same], axis=0, weights=weights[same])
+        )
     about, weight = (
         np.concatenate(about),
         np.concatenate([weights[rest[at[rest] == s]] for s in expected]),
@@ -218,27 +249,36 @@ def literal_score(rows, own, rest, at, weights):
     scatter /= n_windows - len(expected)
     few = n_features / (n_features + n_windows)
     scatter = (1 - few) * scatter + few * np.diag(np.diag(scatter))
-    drift = drift_covariance(np.array(colour), np.array(steadiness))
+    drift = drift_covariance(np.array(spectral_shape), np.array(steadiness))
     inverse = np.linalg.inv(scatter / about.shape[1] + 0.04 * drift)
     away = cepstra[own] - np.array([expected[speed] for speed in at[own]])
     return np.log(np.einsum("ra,ab,rb->r", away, inverse, away) / n_features + 1e-3)
 
 
 def test_scores_of_left_out_blocks_are_those_of_the_equations():
-    # The second speed has fewer rows than there are blocks, so it has no rows in the last two.
+    # The second speed has fewer rows than there are blocks, so it has no rows in the
+    # last two.
     at, rows = np.repeat([0, 1], [10, 3]), noise_rows(13, n_windows=2)
     weights = np.random.default_rng(1).uniform(0.5, 4, 13)
     limits = calibrate(healthy(rows, np.log([900.0, 1000.0]), at, weights))
     means, squares = [], []
     block = np.r_[np.repeat(np.arange(5), 2), 0, 1, 2]
-    for speed, number in [(0, number) for number in range(5)] + [(1, 0), (1, 1), (1, 2)]:
+    for speed, number in [(0, number) for number in range(5)] + [
+        (1, 0),
+        (1, 1),
+        (1, 2),
+    ]:
         here = np.flatnonzero((block == number) & (at == speed))
         rest = np.flatnonzero((block != number) & (at <= (number < 3)))
         score = literal_score(rows, here, rest, at, weights)
         means.append(np.average(score, weights=weights[here]))
-        squares.append(np.average((score - limits.score_mean) ** 2, weights=weights[here]))
+        squares.append(
+            np.average((score - limits.score_mean) ** 2, weights=weights[here])
+        )
     np.testing.assert_allclose(limits.score_mean, np.mean(means))
-    np.testing.assert_allclose(limits.score_deviation, np.sqrt(np.mean(squares) * 8 / 7))
+    np.testing.assert_allclose(
+        limits.score_deviation, np.sqrt(np.mean(squares) * 8 / 7)
+    )
 
 
 def test_left_out_rates_count_weights():
@@ -273,7 +313,10 @@ def test_drift_and_slopes_are_those_that_are_stated():
     limits = calibrate(healthy(rows, np.zeros(1), np.zeros(10, int)))
     # One speed has no information on the slopes: what was assumed beforehand remains.
     np.testing.assert_allclose(limits.slopes, [[-0.7, 0.7**2], [1.5, 0.75**2]])
-    mean = (part.mean(axis=0, keepdims=True) for part in (rows.colour, rows.steadiness))
+    mean = (
+        part.mean(axis=0, keepdims=True)
+        for part in (rows.spectral_shape, rows.steadiness)
+    )
     drift = limits.axes.T @ drift_covariance(*mean) @ limits.axes
     np.testing.assert_allclose(drift, np.eye(len(drift)), atol=1e-9)
 
@@ -284,7 +327,9 @@ def test_two_rows_have_the_scatter_of_two_rows():
     back = np.linalg.inv(limits.axes)
     variances = np.diag(back.T @ np.diag(limits.variances) @ back)
     # The unbiased variance of two values is half the square of their difference.
-    np.testing.assert_allclose(variances, np.diff(rows.cepstra[:, 0], axis=0)[0] ** 2 / 2)
+    np.testing.assert_allclose(
+        variances, np.diff(rows.cepstra[:, 0], axis=0)[0] ** 2 / 2
+    )
 
 
 def test_only_ratios_of_weights_count():

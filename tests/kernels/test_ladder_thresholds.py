@@ -21,7 +21,9 @@ def test_threshold_is_the_conformal_order_statistic(n, percent):
     assert false_alarm_threshold(levels, np.ones(len(levels)), percent / 100) == rank
 
 
-@pytest.mark.parametrize(("rate", "n"), [(0.03, 33), (0.01, 99), (1 / 3, 2), (0.5, 1), (0.7, 1)])
+@pytest.mark.parametrize(
+    ("rate", "n"), [(0.03, 33), (0.01, 99), (1 / 3, 2), (0.5, 1), (0.7, 1)]
+)
 def test_rows_that_hold_a_rate_are_the_fewest(rate, n):
     assert rows_that_hold(rate) == n
 
@@ -31,7 +33,9 @@ def test_rate_holds_on_fresh_exchangeable_windows():
     rate, alarms, n_trials = 0.1, 0, 4000
     for _ in range(n_trials):
         *healthy, fresh = rng.lognormal(size=30)
-        alarms += fresh > false_alarm_threshold(np.array(healthy), np.ones(len(healthy)), rate)
+        alarms += fresh > false_alarm_threshold(
+            np.array(healthy), np.ones(len(healthy)), rate
+        )
     # (31 - 28) / 31 exactly; five standard deviations either way.
     expected = 3 / 31
     slack = 5 * np.sqrt(expected * (1 - expected) / n_trials)
@@ -65,8 +69,12 @@ def test_equal_cuts_leave_an_empty_rung():
 
 def test_relative_scores_are_distances_to_the_geometric_mean():
     levels = np.array([[1.0, 10.0, 100.0]])
-    np.testing.assert_allclose(relative_scores(levels), [[np.log(10), 0, -np.log(10)]], atol=1e-12)
-    np.testing.assert_allclose(relative_scores(7e200 * levels), relative_scores(levels), atol=1e-9)
+    np.testing.assert_allclose(
+        relative_scores(levels), [[np.log(10), 0, -np.log(10)]], atol=1e-12
+    )
+    np.testing.assert_allclose(
+        relative_scores(7e200 * levels), relative_scores(levels), atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("scale", [0.5, 2.0, 8.0])
@@ -76,7 +84,9 @@ def test_confidence_scale_recovers_a_softmax_model(scale, n_classes):
     scores = rng.normal(size=(20_000, n_classes))
     chances = softmax(scale * scores, axis=1)
     target = (rng.random((len(scores), 1)) > chances.cumsum(axis=1)).sum(axis=1)
-    assert confidence_scale(scores, target, np.ones(len(target))) == pytest.approx(scale, rel=0.06)
+    assert confidence_scale(scores, target, np.ones(len(target))) == pytest.approx(
+        scale, rel=0.06
+    )
 
 
 def test_confidence_scale_is_finite_where_nothing_errs_and_one_for_one_class():
@@ -88,7 +98,9 @@ def test_confidence_scale_is_finite_where_nothing_errs_and_one_for_one_class():
 
 
 @pytest.mark.parametrize(("sign", "bound"), [(1, 10), (-1, -10)])
-def test_confidence_scale_of_scores_that_hardly_differ_or_always_err_is_bounded(sign, bound):
+def test_confidence_scale_of_scores_that_hardly_differ_or_always_err_is_bounded(
+    sign, bound
+):
     scores = np.array([[1.0, 0.0], [0.0, 1.0]] * 5) * sign * (1e-9 if sign > 0 else 1.0)
     scale = confidence_scale(scores, np.array([0, 1] * 5), np.ones(10))
     assert np.log(scale) == pytest.approx(bound, abs=0.01)

@@ -24,7 +24,9 @@ def test_ridge_is_least_squares_on_augmented_rows(data, alpha):
     coef, error = solve_sums(sums_of(states, output), alpha)
     np.testing.assert_allclose(coef, expected, rtol=1e-10)
     # The ridge is not part of the error that it reports.
-    np.testing.assert_allclose(error, np.sum((output - states @ expected) ** 2), rtol=1e-9)
+    np.testing.assert_allclose(
+        error, np.sum((output - states @ expected) ** 2), rtol=1e-9
+    )
 
 
 def test_without_excitation_the_coefficients_of_least_norm_are_returned():
@@ -40,14 +42,19 @@ def test_recursion_16_repaired_ends_at_the_same_coefficients(data, forgetting_fa
     states, output = data
     alpha = 0.5
     n = len(output)
-    # The ridge does not fade in the sums; in the recursion it does, so it starts larger there.
+    # The ridge does not fade in the sums; in the recursion it does, so it starts larger
+    # there.
     P = np.eye(4) / (alpha / forgetting_factor**n)
     K = np.zeros(4)
     for x, y in zip(states, output, strict=True):
-        P = (P - np.outer(P @ x, x @ P) / (forgetting_factor + x @ P @ x)) / forgetting_factor
+        P = (
+            P - np.outer(P @ x, x @ P) / (forgetting_factor + x @ P @ x)
+        ) / forgetting_factor
         K = K + P @ x * (y - K @ x)
     fading = np.sqrt(forgetting_factor ** np.arange(n - 1, -1, -1.0))
-    coef, _ = solve_sums(sums_of(states * fading[:, np.newaxis], output * fading), alpha)
+    coef, _ = solve_sums(
+        sums_of(states * fading[:, np.newaxis], output * fading), alpha
+    )
     np.testing.assert_allclose(coef, K, rtol=1e-8)
 
 
@@ -58,7 +65,9 @@ def test_repeated_and_weighted_windows_are_the_same_rows_in_the_same_order(n_sam
     order = rng.permutation(30)
     rows, counted = distinct_windows(windows, order, weights[order].astype(float))
     repeated = np.repeat(windows, weights, axis=0)
-    places, times = distinct_windows(repeated, np.arange(len(repeated)), np.ones(len(repeated)))
+    places, times = distinct_windows(
+        repeated, np.arange(len(repeated)), np.ones(len(repeated))
+    )
     np.testing.assert_array_equal(windows[rows], repeated[places])
     np.testing.assert_array_equal(counted, times)
 
@@ -72,7 +81,10 @@ def test_windows_of_equal_keys_that_differ_elsewhere_are_kept_apart():
 
 
 def test_windows_that_differ_stay_as_they_come():
-    windows, rows = np.random.default_rng(0).normal(size=(9, 1, 20)), np.array([3, 1, 8])
+    windows, rows = (
+        np.random.default_rng(0).normal(size=(9, 1, 20)),
+        np.array([3, 1, 8]),
+    )
     found, counted = distinct_windows(windows, rows, np.ones(3))
     np.testing.assert_array_equal(found, rows)
     np.testing.assert_array_equal(counted, np.ones(3))

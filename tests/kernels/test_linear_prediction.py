@@ -21,10 +21,15 @@ def literal_predictor(samples, order, alpha):
 @pytest.mark.parametrize("order", [1, 2, 7, 15, 16, 64, 128])
 @pytest.mark.parametrize("n_samples", [513, 1200, 1201, 1202, 1203])
 def test_predictors_are_those_of_the_literal_normal_equations(order, n_samples):
-    for samples in (ar2(1, n_samples)[0], np.random.default_rng(1).normal(size=n_samples)):
+    for samples in (
+        ar2(1, n_samples)[0],
+        np.random.default_rng(1).normal(size=n_samples),
+    ):
         literal = literal_predictor(samples, order, 1e-9)
         predictors = linear_prediction.predictors(samples[np.newaxis], order, 1e-9)[0]
-        np.testing.assert_allclose(predictors, literal, rtol=0, atol=1e-12 * np.abs(literal).max())
+        np.testing.assert_allclose(
+            predictors, literal, rtol=0, atol=1e-12 * np.abs(literal).max()
+        )
 
 
 @pytest.mark.parametrize("alpha", [1e-6, 0.1, 10.0])
@@ -74,11 +79,15 @@ def test_predictors_of_singular_signals_predict_as_well_as_the_literal_ones(name
     def loss(g):
         lagged = np.lib.stride_tricks.sliding_window_view(samples, 129)
         error = lagged[:, -1] - lagged[:, -2::-1] @ g
-        # The ridge of the literal solution: a share of the mean of the 129 sums of squares.
+        # The ridge of the literal solution: a share of the mean of the 129 sums of
+        # squares.
         return error @ error + 1e-9 * np.mean(np.sum(lagged**2, axis=0)) * g @ g
 
     assert np.isfinite(predictor).all()
-    assert loss(predictor) <= loss(literal_predictor(samples, 128, 1e-9)) * 1.001 + 1e-13 * 1200
+    assert (
+        loss(predictor)
+        <= loss(literal_predictor(samples, 128, 1e-9)) * 1.001 + 1e-13 * 1200
+    )
 
 
 def test_a_signal_of_zeros_predicts_nothing_and_changes_no_other():
@@ -87,11 +96,16 @@ def test_a_signal_of_zeros_predicts_nothing_and_changes_no_other():
     predictors = linear_prediction.predictors(with_zeros, 30, 1e-9)
     assert np.all(predictors[1] == 0)
     np.testing.assert_array_equal(
-        np.delete(predictors, 1, axis=0), linear_prediction.predictors(signals, 30, 1e-9)
+        np.delete(predictors, 1, axis=0),
+        linear_prediction.predictors(signals, 30, 1e-9),
     )
 
 
 def test_each_signal_is_worked_on_by_itself():
     signals = ar2(9, 500)
-    alone = np.concatenate([linear_prediction.predictors(s[np.newaxis], 32, 1e-9) for s in signals])
-    np.testing.assert_array_equal(linear_prediction.predictors(signals, 32, 1e-9), alone)
+    alone = np.concatenate(
+        [linear_prediction.predictors(s[np.newaxis], 32, 1e-9) for s in signals]
+    )
+    np.testing.assert_array_equal(
+        linear_prediction.predictors(signals, 32, 1e-9), alone
+    )

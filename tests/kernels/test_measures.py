@@ -10,10 +10,12 @@ def noise():
 
 
 @pytest.mark.parametrize(("n_bands", "n_cells"), [(31, 9), (63, 4)])
-def test_colour_is_the_mean_of_the_fine_log_spectrum_in_each_band(noise, n_bands, n_cells):
+def test_colour_is_the_mean_of_the_fine_log_spectrum_in_each_band(
+    noise, n_bands, n_cells
+):
     fine = spectra.autoregressive_log_spectrum(noise, 20, n_bands * n_cells)
     expected = fine.reshape(3, n_bands, n_cells).mean(axis=2)
-    found = measures.own_model(noise, 2 * n_bands + 2, 20)["colour"]
+    found = measures.own_model(noise, 2 * n_bands + 2, 20)["spectral_shape"]
     np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
@@ -26,7 +28,9 @@ def test_steadiness_is_floor_less_power(noise, segment, hop):
     np.testing.assert_array_equal(found["steadiness"], median - mean)
 
 
-@pytest.mark.parametrize("names", [["colour"], ["steadiness", "power"], list(measures.MEASURES)])
+@pytest.mark.parametrize(
+    "names", [["spectral_shape"], ["steadiness", "power"], list(measures.MEASURES)]
+)
 def test_measures_come_in_the_order_of_their_names(noise, names):
     groups = measures.measure(noise, names, 64, 20)
     single = [measures.measure(noise, [name], 64, 20)[:, 0] for name in names]

@@ -29,20 +29,31 @@ def predictors(order):
     return linear_prediction.predictors(noise(2, 41), order, 1e-9)
 
 
-#: Sizes of which no part fills the last block of signals, samples, states, models or members.
+#: Sizes of which no part fills the last block of signals, samples, states, models or
+#: members.
 CALLS = {
-    "sums": lambda: arx_laguerre.accumulate_sums(noise(3, 2, 21), np.ones(3), ORDERS, POLES, 4),
+    "sums": lambda: arx_laguerre.accumulate_sums(
+        noise(3, 2, 21), np.ones(3), ORDERS, POLES, 4
+    ),
     "innovations": lambda: arx_laguerre.innovations(
         noise(17, 2, 21), ORDERS, POLES, noise(3, 7), 4, np.empty((17, 3, 17))
     ),
     "distances": lambda: drift.squared_distances(
-        noise(3, 2, 4), noise(2, 4, 3), noise(5, 3, 2, 3), noise(5, 2, 3), np.array([[0, 4, 2]])
+        noise(3, 2, 4),
+        noise(2, 4, 3),
+        noise(5, 3, 2, 3),
+        noise(5, 2, 3),
+        np.array([[0, 4, 2]]),
     ),
     "observer": lambda: observer.observe(noise(17, 2, 21), LOOP),
-    "bank": lambda: observer_bank.bank_levels(noise(2, 7), 0.3, *np.full((3, 33), 0.1), 0.05),
+    "bank": lambda: observer_bank.bank_levels(
+        noise(2, 7), 0.3, *np.full((3, 33), 0.1), 0.05
+    ),
     "power": lambda: residual_levels.power_levels(noise(17, 2, 21), LOOP),
     "gain": lambda: residual_levels.switching_gain(noise(3, 5), 0.1),
-    "bands": lambda: short_time.band_levels(noise(1, 180), np.hanning(128), 16, np.ones(1)),
+    "bands": lambda: short_time.band_levels(
+        noise(1, 180), np.hanning(128), 16, np.ones(1)
+    ),
     **{f"order {n}": lambda n=n: predictors(n) for n in (1, 3, 15, 16, 17)},
 }
 
@@ -50,7 +61,9 @@ CALLS = {
 @pytest.mark.parametrize("name", CALLS)
 def test_loops_stay_within_their_memory(monkeypatch, name):
     expected = CALLS[name]()
-    for module in [each for key, each in sys.modules.items() if key.startswith("skarxlag.kernels")]:
+    for module in [
+        each for key, each in sys.modules.items() if key.startswith("skarxlag.kernels")
+    ]:
         for function, value in list(vars(module).items()):
             if isinstance(value, _Kernel | Dispatcher):
                 monkeypatch.setattr(module, function, value.__wrapped__)

@@ -17,7 +17,9 @@ SHARES = np.array([0, 0.2, 0.5, 0.9, 1])[:, np.newaxis, np.newaxis]
 
 def observe(signals, *loop):
     """Errors and fault estimates of one model on each signal."""
-    return [path[:, 0] for path in observer.observe(signals[:, np.newaxis], tuple(loop))]
+    return [
+        path[:, 0] for path in observer.observe(signals[:, np.newaxis], tuple(loop))
+    ]
 
 
 def literal_observer(signal, pole, kp, ki_a, ki_b, gain, exponent, saturation):
@@ -44,8 +46,12 @@ def test_blocks_leave_every_signal_to_itself(constants, n_windows, n_samples):
     for w in range(n_windows):
         for c in range(2):
             literal = literal_observer(innovations[w, c], *constants)
-            np.testing.assert_allclose((error[w, c], estimate[w, c]), literal, atol=1e-12)
-            alone = observer.observe(innovations[w : w + 1, c : c + 1].copy(), constants)
+            np.testing.assert_allclose(
+                (error[w, c], estimate[w, c]), literal, atol=1e-12
+            )
+            alone = observer.observe(
+                innovations[w : w + 1, c : c + 1].copy(), constants
+            )
             np.testing.assert_array_equal(
                 (error[w, c], estimate[w, c]), np.ravel(alone).reshape(2, -1)
             )
@@ -77,7 +83,9 @@ def full_state_observer(y, inputs, A, b_y, b_u, coef, constants):
 @pytest.mark.parametrize("order", [1, 2, 4])
 @pytest.mark.parametrize("pole", [-0.6, 0.0, 0.4])
 @pytest.mark.parametrize("input_pole", [None, 0.7, "same"])
-def test_full_state_observer_obeys_the_scalar_recursion(constants, order, pole, input_pole):
+def test_full_state_observer_obeys_the_scalar_recursion(
+    constants, order, pole, input_pole
+):
     rng = np.random.default_rng(order)
     constants = (pole, *constants[1:])
     A, b_y = laguerre_matrices(order, pole)
@@ -111,7 +119,9 @@ def test_linear_observer_is_its_transfer_function(pole):
 
 
 def test_extended_observer_by_hand():
-    error, estimate = observe(np.array([[1.0, 0.0, 0.0]]), 0.5, 0.25, 0.5, 1.0, 2.0, 1.0, 0.75)
+    error, estimate = observe(
+        np.array([[1.0, 0.0, 0.0]]), 0.5, 0.25, 0.5, 1.0, 2.0, 1.0, 0.75
+    )
     # k=0: e=1, c=.25, S=1 clipped to .75, p=.5, d=2*1.75*.5=1.75
     # k=1: e=-.25, c=.125-.0625+1.75=1.8125, S=.25, p=.375, d=2*1.25*.375=.9375
     np.testing.assert_array_equal(error, [[1.0, -0.25, -1.8125]])
@@ -121,7 +131,9 @@ def test_extended_observer_by_hand():
 def test_without_nonlinearity_the_extended_observer_is_linear():
     innovations = np.random.default_rng(0).normal(size=(2, 200))
     linear = observe(innovations, *PIO)
-    np.testing.assert_array_equal(observe(innovations, 0.4, 0.3, 0.06, 9.0, 1.0, 2.0, 0.0), linear)
+    np.testing.assert_array_equal(
+        observe(innovations, 0.4, 0.3, 0.06, 9.0, 1.0, 2.0, 0.0), linear
+    )
     # Kc is redundant with the integral gain.
     scaled = observe(innovations, 0.4, 0.3, 0.03, 9.0, 2.0, 2.0, 0.0)
     np.testing.assert_allclose(scaled, linear, atol=1e-12)
@@ -151,7 +163,9 @@ def test_gain_grows_with_the_fault():
     for fault in (0.05, 0.5, 5.0):
         innovations = lfilter([0, 1], [1, -0.3], np.full((1, 2000), fault))
         _, estimate = observe(innovations, 0.3, 0.3, 0.01, 0.01, 1.0, 1.0, 5.0)
-        settling.append(np.flatnonzero(np.abs(estimate[0] - fault) > 0.05 * fault).max())
+        settling.append(
+            np.flatnonzero(np.abs(estimate[0] - fault) > 0.05 * fault).max()
+        )
     assert settling[0] > settling[1] > settling[2]
     assert settling[0] > 2 * settling[2]
 
@@ -222,18 +236,26 @@ def test_each_of_the_two_loops_is_looked_at(monkeypatch):
         P = linalg.solve_discrete_lyapunov(own.T, np.diag([1e-9, 1.0]))
         assert np.linalg.eigvalsh(own.T @ P @ own - P)[-1] < 0
         assert np.linalg.eigvalsh(other.T @ P @ other - P)[-1] > 0
-        monkeypatch.setattr(observer.linalg, "solve_discrete_are", lambda *_, P=P, **__: -P)
+        monkeypatch.setattr(
+            observer.linalg, "solve_discrete_are", lambda *_, P=P, **__: -P
+        )
         assert common_lyapunov(slow, fast) is None
 
 
 def test_certified_loops_stay_bounded_under_any_sequence_of_gains(random_loops):
     rng = np.random.default_rng(1)
     ends = np.array(
-        [[loop_matrix(a, 0.0, ki, gain) for gain in gains] for a, ki, *gains in random_loops]
+        [
+            [loop_matrix(a, 0.0, ki, gain) for gain in gains]
+            for a, ki, *gains in random_loops
+        ]
     )
     certificates = [common_lyapunov(*loops) for loops in ends]
     certified = np.array([each is not None for each in certificates])
-    P, ends = np.array([each for each in certificates if each is not None]), ends[certified]
+    P, ends = (
+        np.array([each for each in certificates if each is not None]),
+        ends[certified],
+    )
     assert len(P) > 20
 
     def energy(x):
@@ -242,7 +264,9 @@ def test_certified_loops_stay_bounded_under_any_sequence_of_gains(random_loops):
     x = rng.normal(size=(len(P), 2))
     for _ in range(300):
         before = energy(x)
-        x = np.einsum("nij,nj->ni", ends[np.arange(len(P)), rng.integers(2, size=len(P))], x)
+        x = np.einsum(
+            "nij,nj->ni", ends[np.arange(len(P)), rng.integers(2, size=len(P))], x
+        )
         assert np.all(energy(x) <= before * (1 + 1e-12))
 
 

@@ -51,7 +51,8 @@ def test_levels_against_the_literal_recursion(n_samples, n_members, share):
         for m in range(n_members):
             expected = literal_levels(samples, kp[m], ki[m], bound[m])
             assert power[w, m] + unit == pytest.approx(expected[0], abs=1e-3)
-            # Rounding may turn a vote, which moves the mean by two steps over the samples left.
+            # Rounding may turn a vote, which moves the mean by two steps over the
+            # samples left.
             assert gain[w, m] + unit == pytest.approx(expected[1], abs=0.03)
 
 
@@ -84,7 +85,9 @@ def test_gains_place_the_closed_loop_poles(pole, bandwidth):
         poles = np.linalg.eigvals(observer.loop_matrix(pole, kp[m], ki[m]))
         radius = np.exp(-bandwidth * np.pi / (2 * n_members))
         np.testing.assert_allclose(np.abs(poles), radius, rtol=1e-7)
-        np.testing.assert_allclose(np.sort(np.abs(np.angle(poles))), frequency, rtol=1e-5)
+        np.testing.assert_allclose(
+            np.sort(np.abs(np.angle(poles))), frequency, rtol=1e-5
+        )
 
 
 def test_power_of_a_linear_member_is_that_of_its_transfer_function():
@@ -94,7 +97,9 @@ def test_power_of_a_linear_member_is_that_of_its_transfer_function():
     unit = 2 * np.log(np.abs(noise).max())
     for m in (0, 5, 15):
         a = POLE - kp[m]
-        _, response = freqz([ki[m], -POLE * ki[m]], [1, -(1 + a), a + ki[m]], worN=20_000)
+        _, response = freqz(
+            [ki[m], -POLE * ki[m]], [1, -(1 + a), a + ki[m]], worN=20_000
+        )
         expected = np.log(np.mean(np.abs(response) ** 2))
         assert power[0, m] + unit == pytest.approx(expected, abs=0.05)
 
@@ -123,7 +128,9 @@ def test_odd_windows_have_finite_levels():
     signals = np.stack([0 * k, 1 + 0 * k, (k == 50), 1e300 * (-1) ** k, 1e-300 * k])
     kp, ki = observer_bank.member_gains(POLE, 8, 1.5)
     for bound in (0.0, 0.01):
-        levels = observer_bank.bank_levels(signals, POLE, kp, ki, np.full(8, bound), STEP)
+        levels = observer_bank.bank_levels(
+            signals, POLE, kp, ki, np.full(8, bound), STEP
+        )
         assert np.isfinite(levels).all()
     power, gain = levels
     np.testing.assert_allclose(power[0], np.log(1e-12), rtol=1e-5)
@@ -142,7 +149,9 @@ def test_vectors_of_state_and_squares_lie_in_one_cache_line_each(monkeypatch):
     gains = observer_bank.member_gains(POLE, 2, 1.0)
     # NumPy's memory begins at another part of a cache line for another size.
     for n_samples in range(1, 30):
-        observer_bank.bank_levels(coloured(1, n_samples), POLE, *gains, np.zeros(2), STEP)
+        observer_bank.bank_levels(
+            coloured(1, n_samples), POLE, *gains, np.zeros(2), STEP
+        )
     assert set(starts) == {0}
 
 

@@ -27,11 +27,16 @@ def test_envelopes_are_whitened_short_time_power(rng):
             np.pi * (k + 1) / (frame + 1)
         ) ** 2
         power.append(
-            [abs(windowed @ np.exp(-2j * np.pi * f * k / frame)) ** 2 for f in range(1, 8)]
+            [
+                abs(windowed @ np.exp(-2j * np.pi * f * k / frame)) ** 2
+                for f in range(1, 8)
+            ]
         )
     share = np.array(power) / np.mean(power, axis=0)
     expected = [share[:, :3].mean(1), share[:, 3:5].mean(1), share[:, 5:].mean(1)]
-    np.testing.assert_allclose(band_envelopes(samples, frame, hop, n_bands), expected, rtol=1e-9)
+    np.testing.assert_allclose(
+        band_envelopes(samples, frame, hop, n_bands), expected, rtol=1e-9
+    )
 
 
 @pytest.mark.parametrize("factor", [1e-300, 1e-3, 1e300])
@@ -48,8 +53,8 @@ def test_envelopes_of_a_constant_are_zero(value):
 
 def test_a_pure_tone_leaves_no_noise_of_rounding_in_other_bands():
     tone = np.sin(2 * np.pi * 8 / 64 * np.arange(6400))
-    # The Hann window of 64 samples hides most of a tone at the middle of a cell; what is left of
-    # it must not be whitened to the size of a signal.
+    # The Hann window of 64 samples hides most of a tone at the middle of a cell; what
+    # is left of it must not be whitened to the size of a signal.
     assert band_envelopes(tone, 64, 32, 4)[3].max() < 1.5
 
 
@@ -64,7 +69,9 @@ def test_envelopes_have_a_floor_of_1e_14_of_the_power_of_the_signal(rng):
     top = np.array_split(np.arange(len(mean)), 4)[3]
     assert 0.1 < mean[top].mean() / floor < 10
     expected = (power[:, top] / (mean[top] + floor)).mean(axis=1)
-    np.testing.assert_allclose(band_envelopes(samples, frame, frame, 4)[3], expected, rtol=1e-6)
+    np.testing.assert_allclose(
+        band_envelopes(samples, frame, frame, 4)[3], expected, rtol=1e-6
+    )
 
 
 def literal_power(envelope, n_segment, frequency):
@@ -83,7 +90,11 @@ def literal_power(envelope, n_segment, frequency):
 @pytest.mark.parametrize("n_segment", [40, 97, 300])
 def test_order_spectra_are_those_of_explicit_fourier_sums(rng, n_segment):
     envelopes = 1 + 0.3 * rng.normal(size=(2, 300)) + 0.5 * np.sin(0.7 * np.arange(300))
-    turns_a_frame, orders, factors = 0.03, np.arange(1.0, 12.0, 0.37), np.array([0.9, 1.0, 1.1])
+    turns_a_frame, orders, factors = (
+        0.03,
+        np.arange(1.0, 12.0, 0.37),
+        np.array([0.9, 1.0, 1.1]),
+    )
     log_power, step = order_spectrum(envelopes, 1.0, n_segment)
     spectra, inside = at_orders(log_power, step / turns_a_frame, orders, factors)
     assert inside.all()
@@ -97,8 +108,8 @@ def test_order_spectra_are_those_of_explicit_fourier_sums(rng, n_segment):
         ]
     )
     expected -= np.median(expected, axis=-1, keepdims=True)
-    # Between two cells of the zero-padded spectrum there is a straight line. Valleys, where few
-    # segments cancel each other, are narrower than peaks.
+    # Between two cells of the zero-padded spectrum there is a straight line. Valleys,
+    # where few segments cancel each other, are narrower than peaks.
     high = expected > -1
     assert high.mean() > 0.7
     assert np.abs(spectra - expected)[high].max() < 0.12
@@ -107,11 +118,15 @@ def test_order_spectra_are_those_of_explicit_fourier_sums(rng, n_segment):
 
 def test_orders_above_the_spectrum_are_outside(rng):
     log_power = rng.normal(size=(2, 11))
-    spectra, inside = at_orders(log_power, 1.0, np.array([2.0, 5.0, 9.0]), np.array([1.0, 2.0]))
+    spectra, inside = at_orders(
+        log_power, 1.0, np.array([2.0, 5.0, 9.0]), np.array([1.0, 2.0])
+    )
     np.testing.assert_array_equal(inside, [[True, True, True], [True, True, False]])
     np.testing.assert_array_equal(spectra[1, :, 2], 0)
     values = log_power[:, [4, 10]]
-    np.testing.assert_allclose(spectra[1, :, :2], values - values.mean(axis=1, keepdims=True))
+    np.testing.assert_allclose(
+        spectra[1, :, :2], values - values.mean(axis=1, keepdims=True)
+    )
     _, none = at_orders(np.zeros((2, 1)), 1.0, np.array([1.0, 2.0]), np.ones(1))
     assert not none.any()
 
@@ -162,7 +177,8 @@ def test_order_tracking_gathers_what_a_run_up_smears():
 
 def test_an_envelope_that_follows_the_angle_of_the_middle_of_each_frame_is_a_line(rng):
     turn = rng.uniform(20, 60, 50)
-    # Frames of 7 samples, 4 samples apart: the middle of the first is the fourth sample.
+    # Frames of 7 samples, 4 samples apart: the middle of the first is the fourth
+    # sample.
     angle = [sum(1 / each for each in turn[: middle + 1]) for middle in range(3, 47, 4)]
     tracked, step = equal_angles(np.array([angle]), turn, 7, 4)
     np.testing.assert_allclose(tracked[0], angle[0] + step * np.arange(len(angle)))
@@ -221,7 +237,9 @@ def test_a_constant_envelope_is_90_db_below_one():
 
 
 @pytest.mark.parametrize(("n_turns", "n_segment"), [(5, 25), (1e9, 100), (0.01, 2)])
-def test_segments_hold_so_many_turns_as_far_as_there_are_values(rng, n_turns, n_segment):
+def test_segments_hold_so_many_turns_as_far_as_there_are_values(
+    rng, n_turns, n_segment
+):
     envelopes = 1 + 0.1 * rng.normal(size=(2, 100))
     log_power, cell = order_spectrum(envelopes, 0.2, n_turns)
     assert cell == pytest.approx(1 / (4 * n_segment * 0.2))
@@ -241,7 +259,12 @@ def test_match_is_the_least_of_all_factors_within_two_deviations(rng, deviation)
     least = [np.inf] * 3
     factors, closest = [1.0] * 3, [None] * 3
     # Groups that are at most 0.4 wide, and factors that are 2 % apart.
-    centres = {0.0: [0.0], 0.03: [0.0], 0.21: [-0.28, 0.0, 0.28], 0.3: [-0.4, 0.0, 0.4]}[deviation]
+    centres = {
+        0.0: [0.0],
+        0.03: [0.0],
+        0.21: [-0.28, 0.0, 0.28],
+        0.3: [-0.4, 0.0, 0.4],
+    }[deviation]
     widths = {0.0: 0, 0.03: 3, 0.21: 7, 0.3: 10}[deviation]
     for centre in centres:
         log_power, cell = order_spectrum(envelopes, step * np.exp(centre), n_turns)
@@ -264,7 +287,11 @@ def test_match_is_the_least_of_all_factors_within_two_deviations(rng, deviation)
 
 def test_match_finds_the_factor_of_a_wrong_nominal_speed(rng):
     orders, step, n_turns = np.arange(1.0, 12.0, 0.1), 0.03, 20.0
-    true = 1 + 0.05 * rng.normal(size=(1, 3000)) + np.sin(2 * np.pi * 5 * step * np.arange(3000))
+    true = (
+        1
+        + 0.05 * rng.normal(size=(1, 3000))
+        + np.sin(2 * np.pi * 5 * step * np.arange(3000))
+    )
     log_power, cell = order_spectrum(true, step, n_turns)
     reference, _ = at_orders(log_power, cell, orders, np.ones(1))
     # The shaft turned by 22 % less than was said in each step.
@@ -277,7 +304,10 @@ def test_shortest_frames_have_one_frequency(rng):
     samples = rng.normal(size=40)
     centred = samples - samples.mean()
     hann = np.sin(np.pi * np.arange(1, 5) / 5) ** 2
-    powers = [abs((centred[k : k + 4] * hann) @ [1, -1j, -1, 1j]) ** 2 for k in range(0, 37, 2)]
+    powers = [
+        abs((centred[k : k + 4] * hann) @ [1, -1j, -1, 1j]) ** 2
+        for k in range(0, 37, 2)
+    ]
     expected = [powers / np.mean(powers)]
     np.testing.assert_allclose(band_envelopes(samples, 4, 2, 1), expected, rtol=1e-9)
 
@@ -311,7 +341,9 @@ def test_a_single_order_inside_is_its_own_median():
 
 def test_distance_of_one_value_and_of_a_reference_from_itself(rng):
     one = np.full((1, 1, 1), 3.0)
-    found = distances(one, np.ones((1, 1), dtype=bool), np.zeros((1, 1, 1)), np.full((1, 1), 4.0))
+    found = distances(
+        one, np.ones((1, 1), dtype=bool), np.zeros((1, 1, 1)), np.full((1, 1), 4.0)
+    )
     np.testing.assert_allclose(found, [[1.5]])
     same = rng.normal(size=(1, 2, 5))
     found = distances(same, np.ones((1, 5), dtype=bool), same, np.ones((2, 5)))
@@ -320,13 +352,15 @@ def test_distance_of_one_value_and_of_a_reference_from_itself(rng):
 
 def test_padded_length_is_even():
     # 4 x 33 = 132 values; the next length that a transform is fast for is 135 = 27 x 5.
-    log_power, step = order_spectrum(np.random.default_rng(1).normal(size=(1, 33)), 1.0, 33)
+    log_power, step = order_spectrum(
+        np.random.default_rng(1).normal(size=(1, 33)), 1.0, 33
+    )
     assert step == 1 / 136 and log_power.shape == (1, 69)
 
 
 def test_of_two_factors_that_are_as_good_the_lower_one_is_returned(rng):
-    # No order lies within the spectrum, so only the size of the factor counts. Several groups of
-    # segments are tried, the lower factors first.
+    # No order lies within the spectrum, so only the size of the factor counts. Several
+    # groups of segments are tried, the lower factors first.
     envelopes = 1 + 0.1 * rng.normal(size=(1, 64))
     references, variances = np.zeros((1, 1, 1)), np.ones((1, 1))
     arguments = 1.0, 8.0, np.array([1e9]), 0.15, references, variances

@@ -6,33 +6,48 @@ from skarxlag.kernels import pole_search
 from skarxlag.kernels.arx_laguerre import accumulate_sums, sums_of_products
 from skarxlag.kernels.laguerre import laguerre_matrices, network_matrices
 from skarxlag.kernels.least_squares import solve_sums
-from skarxlag.kernels.pole_search import LARGEST_POLE, cross_spectra, fit_errors, search_poles
+from skarxlag.kernels.pole_search import (
+    LARGEST_POLE,
+    cross_spectra,
+    fit_errors,
+    search_poles,
+)
 
 
 def literal_cross_spectra(windows):
     """Cross-spectra of windows that are followed by as many zeros."""
     n_samples = windows.shape[-1]
-    angles = np.outer(np.arange(n_samples), np.pi * np.arange(n_samples + 1) / n_samples)
+    angles = np.outer(
+        np.arange(n_samples), np.pi * np.arange(n_samples + 1) / n_samples
+    )
     spectra = windows @ np.exp(-1j * angles)
     return sum(w[:, np.newaxis] * w[np.newaxis].conj() for w in spectra)
 
 
 @pytest.mark.parametrize("n_windows", [1, 70])
-@pytest.mark.parametrize(("n_channels", "n_samples"), [(1, 1), (1, 2), (3, 7), (2, 301)])
+@pytest.mark.parametrize(
+    ("n_channels", "n_samples"), [(1, 1), (1, 2), (3, 7), (2, 301)]
+)
 def test_cross_spectra_are_sums_of_products(n_windows, n_channels, n_samples):
     windows = np.random.default_rng(0).normal(size=(n_windows, n_channels, n_samples))
     found = cross_spectra(windows)
     assert found.shape == (n_channels, n_channels, n_samples + 1)
-    np.testing.assert_allclose(found, literal_cross_spectra(windows), atol=1e-9 * n_samples)
+    np.testing.assert_allclose(
+        found, literal_cross_spectra(windows), atol=1e-9 * n_samples
+    )
 
 
-@pytest.mark.parametrize(("n_samples", "length"), [(64, 64), (65, 33), (128, 64), (500, 63)])
+@pytest.mark.parametrize(
+    ("n_samples", "length"), [(64, 64), (65, 33), (128, 64), (500, 63)]
+)
 def test_long_windows_are_cut_into_equal_segments(n_samples, length, monkeypatch):
     monkeypatch.setattr(pole_search, "LONGEST_SEGMENT", 64)
     windows = np.random.default_rng(0).normal(size=(2, 2, n_samples))
     n_segments = -(-n_samples // length)
     padded = np.pad(windows, ((0, 0), (0, 0), (0, n_segments * length - n_samples)))
-    segments = padded.reshape(2, 2, n_segments, length).swapaxes(1, 2).reshape(-1, 2, length)
+    segments = (
+        padded.reshape(2, 2, n_segments, length).swapaxes(1, 2).reshape(-1, 2, length)
+    )
     found = cross_spectra(windows)
     # What a search costs does not depend on how long or how many the windows are.
     assert found.shape == (2, 2, length + 1)
@@ -78,7 +93,9 @@ def test_error_is_that_of_plain_least_squares_on_padded_windows(alpha):
             x = A @ x + B @ sample
     states, outputs = np.array(states), np.array(outputs)
     rows = np.concatenate([states, np.sqrt(alpha) * np.eye(5)])
-    _, residual, _, _ = np.linalg.lstsq(rows, np.concatenate([outputs, np.zeros(5)]), rcond=None)
+    _, residual, _, _ = np.linalg.lstsq(
+        rows, np.concatenate([outputs, np.zeros(5)]), rcond=None
+    )
     share = residual[0] / (outputs @ outputs)
     assert fit_with(windows, orders, poles, alpha) == pytest.approx(share, rel=1e-9)
 
@@ -88,7 +105,9 @@ def test_each_model_counts_as_a_share_of_its_own_power():
     spectra = np.array([cross_spectra(model) for model in windows])
     expected = fit_errors(spectra, [4], [0.3], 0.0)
     spectra[1] *= 1e12
-    np.testing.assert_allclose(fit_errors(spectra, [4], [0.3], 0.0), expected, rtol=1e-9)
+    np.testing.assert_allclose(
+        fit_errors(spectra, [4], [0.3], 0.0), expected, rtol=1e-9
+    )
     assert fit_errors(0 * spectra, [4], [0.3], 0.0).tolist() == [0, 0]
 
 
@@ -112,7 +131,9 @@ def test_silent_windows_have_a_pole():
 
 
 def test_silent_windows_and_models_do_not_move_the_poles():
-    windows = lfilter([1], [1, -1.6, 0.9], np.random.default_rng(0).normal(size=(3, 1, 500)))
+    windows = lfilter(
+        [1], [1, -1.6, 0.9], np.random.default_rng(0).normal(size=(3, 1, 500))
+    )
     expected = search_poles(cross_spectra(windows)[np.newaxis], [4], [None], 1e-6)
     more = np.concatenate([windows, np.zeros((1, 1, 500))])
     for models in ([more], [windows, more[3:]]):
@@ -143,21 +164,32 @@ def test_search_finds_the_pole_of_a_laguerre_system(pole, coef):
 
 def test_search_finds_the_pole_of_each_channel():
     windows = simulated([1, 2], [0.3, 0.8], [0.5, 1.0, -1.0], 20_000, noise=0.2)
-    np.testing.assert_allclose(poles_of(windows, [1, 2], [None, None]), [0.3, 0.8], atol=0.03)
-    np.testing.assert_allclose(poles_of(windows, [1, 2], [0.3, None]), [0.3, 0.8], atol=0.03)
-    np.testing.assert_allclose(poles_of(windows, [1, 2], [None, 0.8]), [0.3, 0.8], atol=0.03)
+    np.testing.assert_allclose(
+        poles_of(windows, [1, 2], [None, None]), [0.3, 0.8], atol=0.03
+    )
+    np.testing.assert_allclose(
+        poles_of(windows, [1, 2], [0.3, None]), [0.3, 0.8], atol=0.03
+    )
+    np.testing.assert_allclose(
+        poles_of(windows, [1, 2], [None, 0.8]), [0.3, 0.8], atol=0.03
+    )
     assert poles_of(windows, [1, 2], [0.25, None])[0] == 0.25
 
 
 def test_search_finds_the_pole_of_a_slow_input():
     windows = simulated([1, 2], [0.2, 0.95], [0.5, 1.0, -1.0], 20_000, noise=0.2)
-    np.testing.assert_allclose(poles_of(windows, [1, 2], [None, None]), [0.2, 0.95], atol=0.02)
+    np.testing.assert_allclose(
+        poles_of(windows, [1, 2], [None, None]), [0.2, 0.95], atol=0.02
+    )
 
 
 def test_poles_end_at_098():
-    # The output is noise and a response to the input that is slower than every pole that is tried.
+    # The output is noise and a response to the input that is slower than every pole
+    # that is tried.
     noise, slow = np.random.default_rng(0).normal(size=(2, 20_000))
-    windows = np.stack([noise + lfilter([0.0, 0.1], [1, -0.998], slow), slow])[np.newaxis]
+    windows = np.stack([noise + lfilter([0.0, 0.1], [1, -0.998], slow), slow])[
+        np.newaxis
+    ]
     assert poles_of(windows, [1, 1], [0.0, None])[1] == pytest.approx(0.98, abs=1e-9)
 
 
@@ -182,14 +214,17 @@ def test_search_is_no_worse_than_a_fine_grid(order):
     error = fit_with(windows, [order], found)
     near = np.clip(found + np.linspace(-0.01, 0.01, 41)[:, np.newaxis], -0.98, 0.98)
     assert error <= min(fit_with(windows, [order], p) for p in near) * (1 + 1e-9)
-    # Between the starts of the search the error of a high order has ripples of this size.
+    # Between the starts of the search the error of a high order has ripples of this
+    # size.
     best = min(fit_with(windows, [order], [p]) for p in np.linspace(-0.97, 0.97, 195))
     assert error <= best * (1 + 1e-4)
 
 
 @pytest.mark.slow
 def test_search_in_two_channels_is_no_worse_than_a_grid():
-    windows = simulated([3, 2], [0.5, -0.4], [0.4, 0.2, -0.3, 0.6, 0.5], 3000, noise=0.5)
+    windows = simulated(
+        [3, 2], [0.5, -0.4], [0.4, 0.2, -0.3, 0.6, 0.5], 3000, noise=0.5
+    )
     found = poles_of(windows, [2, 2], [None, None])
     grid = np.linspace(-0.95, 0.95, 39)
     best = min(fit_with(windows, [2, 2], [p, q]) for p in grid for q in grid)
@@ -197,7 +232,10 @@ def test_search_in_two_channels_is_no_worse_than_a_grid():
 
 
 def test_the_pole_is_shared_by_all_models():
-    models = [simulated([2], [p], [-0.4, 0.4], 5000, seed) for seed, p in enumerate((0.2, 0.7))]
+    models = [
+        simulated([2], [p], [-0.4, 0.4], 5000, seed)
+        for seed, p in enumerate((0.2, 0.7))
+    ]
     found = np.array([cross_spectra(windows) for windows in models])
     shared = search_poles(found, [2], [None], 1e-6)
     grid = np.linspace(-0.95, 0.95, 381)
@@ -220,11 +258,15 @@ def test_a_ridge_enters_as_in_the_fit():
 def test_weak_signals_have_the_same_error_as_strong_ones():
     spectra = cross_spectra(simulated([2], [0.4], [-0.4, 0.4], 500))[np.newaxis]
     expected = fit_errors(spectra, [2], [0.3], 0.0)
-    np.testing.assert_allclose(fit_errors(1e-20 * spectra, [2], [0.3], 0.0), expected, rtol=1e-9)
+    np.testing.assert_allclose(
+        fit_errors(1e-20 * spectra, [2], [0.3], 0.0), expected, rtol=1e-9
+    )
 
 
 def test_a_ridge_of_one_is_kept_for_silent_windows():
-    assert fit_errors(np.zeros((1, 1, 1, 9), dtype=complex), [2], [0.3], 1.0).tolist() == [0]
+    assert fit_errors(
+        np.zeros((1, 1, 1, 9), dtype=complex), [2], [0.3], 1.0
+    ).tolist() == [0]
 
 
 @pytest.mark.parametrize(("order", "largest"), [(1, 19 / 21), (5, 15 / 25), (30, 0.0)])
@@ -249,13 +291,20 @@ def test_grids_are_tried_twice_if_several_poles_are_free(n_channels, monkeypatch
     found = search_poles(spectra, orders, [None] * n_channels, 0.0)
     np.testing.assert_allclose(np.arctanh(found), best, atol=1e-5)
     passes = 1 if n_channels == 1 else 2
-    # The error is evaluated on an even grid of each channel, with a place more for two filters.
+    # The error is evaluated on an even grid of each channel, with a place more for two
+    # filters.
     for channel in [*range(n_channels)] * passes:
         n_places = {7: 24, 1: 21, 32: 37}[orders[channel]]
         grid, tried[:n_places] = np.array(tried[:n_places]), []
         limit = np.arctanh(LARGEST_POLE)
-        np.testing.assert_allclose(grid[:, channel], np.linspace(-limit, limit, n_places))
-        assert all(len(set(others)) == 1 for others in np.delete(grid, channel, axis=1).T)
+        np.testing.assert_allclose(
+            grid[:, channel], np.linspace(-limit, limit, n_places)
+        )
+        assert all(
+            len(set(others)) == 1 for others in np.delete(grid, channel, axis=1).T
+        )
     # All poles are refined together from the best places.
     start = np.array(tried[: n_channels + 1])
-    np.testing.assert_allclose(start - start[0], np.eye(n_channels + 1, n_channels, -1) * 1e-6)
+    np.testing.assert_allclose(
+        start - start[0], np.eye(n_channels + 1, n_channels, -1) * 1e-6
+    )

@@ -66,13 +66,17 @@ def literal(residuals, places, healthy, drift, gaps, prior, exponent):
     st.floats(0.05, 0.95),
     st.sampled_from([1.0, 4.0, 12.0]),
 )
-def test_probabilities_are_those_of_the_equations(residuals, random, drift, gaps, prior, exponent):
+def test_probabilities_are_those_of_the_equations(
+    residuals, random, drift, gaps, prior, exponent
+):
     _, places = np.unique([random.randrange(4) for _ in residuals], return_inverse=True)
     healthy = random.choice([-1, *range(places.max() + 1)])
     found = posterior.condition_log_probabilities(
         np.log([residuals]), places, healthy, np.array([drift]), gaps, prior, exponent
     )
-    expected, recorded = literal(residuals, places.tolist(), healthy, drift, gaps, prior, exponent)
+    expected, recorded = literal(
+        residuals, places.tolist(), healthy, drift, gaps, prior, exponent
+    )
     probability = np.exp(found.log_probability[0])
     np.testing.assert_allclose(probability, expected, rtol=1e-6, atol=1e-12)
     assert probability.sum() == pytest.approx(1)
@@ -81,7 +85,10 @@ def test_probabilities_are_those_of_the_equations(residuals, random, drift, gaps
 
 
 @settings(deadline=None, max_examples=100)
-@given(st.lists(st.floats(-3, 3), min_size=2, max_size=6), st.randoms(use_true_random=False))
+@given(
+    st.lists(st.floats(-3, 3), min_size=2, max_size=6),
+    st.randoms(use_true_random=False),
+)
 def test_the_decided_condition_is_the_nearest_one(logs, random):
     _, places = np.unique([random.randrange(3) for _ in logs], return_inverse=True)
     residuals = np.array([logs])
@@ -101,14 +108,18 @@ def test_a_row_of_a_recorded_specimen_is_surer_than_one_of_another():
     assert sure[0] > 0.9 > doubtful[0] > 0.5
     # The same gap, but far from all that was recorded.
     assert far[0] < sure[0] and far[-1] > sure[-1]
-    assert found.recorded[0] > found.recorded[1] and found.recorded[0] > found.recorded[2]
+    assert (
+        found.recorded[0] > found.recorded[1] and found.recorded[0] > found.recorded[2]
+    )
 
 
 def test_noise_raises_the_gap_that_counts():
     residuals, places, drift = np.log([[0.5, 0.9]]), np.array([0, 1]), np.ones(1)
     options = {"places": places, "healthy": -1, "drift": drift}
     quiet, loud = (
-        posterior.condition_log_probabilities(residuals, noise_gaps=(0.0, gap), **options)
+        posterior.condition_log_probabilities(
+            residuals, noise_gaps=(0.0, gap), **options
+        )
         for gap in (0.1, 0.8)
     )
     assert quiet.recorded[0] > loud.recorded[0]
@@ -120,10 +131,16 @@ def test_gaps_of_questions_by_hand():
     places = np.array([0, 1, 1, 2])
     found = posterior.question_gaps(residuals, places, 0)
     np.testing.assert_allclose(found, np.log([[2.0, 1.5]]))
-    np.testing.assert_allclose(posterior.question_gaps(residuals, places, -1), [[0, np.log(2)]])
+    np.testing.assert_allclose(
+        posterior.question_gaps(residuals, places, -1), [[0, np.log(2)]]
+    )
     # One place, and a healthy condition alone.
-    assert posterior.question_gaps(residuals[:, :1], np.array([0]), -1).tolist() == [[0, 0]]
-    assert posterior.question_gaps(residuals[:, :1], np.array([0]), 0).tolist() == [[0, 0]]
+    assert posterior.question_gaps(residuals[:, :1], np.array([0]), -1).tolist() == [
+        [0, 0]
+    ]
+    assert posterior.question_gaps(residuals[:, :1], np.array([0]), 0).tolist() == [
+        [0, 0]
+    ]
 
 
 @settings(deadline=None, max_examples=200)
@@ -131,7 +148,9 @@ def test_gaps_of_questions_by_hand():
     st.lists(st.floats(0.01, 1), min_size=2, max_size=6),
     st.integers(0, 5),
 )
-def test_the_chosen_probability_becomes_the_largest_by_the_smallest_change(weights, place):
+def test_the_chosen_probability_becomes_the_largest_by_the_smallest_change(
+    weights, place
+):
     probability = np.array([weights]) / np.sum(weights)
     chosen = np.array([place % len(weights)])
     found = posterior.with_largest(probability, chosen)[0]
@@ -151,6 +170,8 @@ def test_the_chosen_probability_becomes_the_largest_by_the_smallest_change(weigh
 @pytest.mark.parametrize("scale", [1e-300, 1e300])
 def test_extreme_residuals_give_finite_probabilities(scale):
     residuals = np.log(np.array([[1.0, 2.0, 3.0]]) * scale)
-    found = posterior.condition_log_probabilities(residuals, np.arange(3), 0, np.ones(1))
+    found = posterior.condition_log_probabilities(
+        residuals, np.arange(3), 0, np.ones(1)
+    )
     assert np.exp(found.log_probability).sum() == pytest.approx(1)
     assert np.isfinite(found.recorded).all()

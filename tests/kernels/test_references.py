@@ -1,8 +1,8 @@
 """Every kernel against a slow reference of its own, on inputs that hypothesis draws.
 
-The references are loops, explicit sums, dense matrices or exact fractions. They share no code with
-the kernels. ``SKARXLAG_EXAMPLES=500 python -m pytest tests/kernels/test_references.py`` tries more
-inputs, and other ones each time.
+The references are loops, explicit sums, dense matrices or exact fractions. They share
+no code with the kernels. ``SKARXLAG_EXAMPLES=500 python -m pytest
+tests/kernels/test_references.py`` tries more inputs, and other ones each time.
 """
 
 import math
@@ -130,7 +130,10 @@ def test_sums_of_products(rng, network, n_windows, n_samples, share):
 )
 def test_innovations(rng, network, n_windows, n_models, n_samples, share):
     windows = rng.normal(size=(n_windows, len(network[0]), n_samples))
-    coef, n_transient = rng.normal(size=(n_models, network[0].sum())), int(share * (n_samples - 1))
+    coef, n_transient = (
+        rng.normal(size=(n_models, network[0].sum())),
+        int(share * (n_samples - 1)),
+    )
     found = np.empty((n_windows, n_models, n_samples - n_transient))
     arx_laguerre.innovations(windows, *network, coef, n_transient, found)
     states = [states_by_filters(window, *network) for window in windows]
@@ -139,7 +142,13 @@ def test_innovations(rng, network, n_windows, n_models, n_samples, share):
 
 
 @some_examples
-@given(generators, networks(-0.7, 0.7), st.integers(1, 3), st.integers(2, 40), st.integers(0, 45))
+@given(
+    generators,
+    networks(-0.7, 0.7),
+    st.integers(1, 3),
+    st.integers(2, 40),
+    st.integers(0, 45),
+)
 def test_free_run(rng, network, n_windows, n_samples, n_start):
     orders, poles = network
     windows = rng.normal(size=(n_windows, len(orders), n_samples))
@@ -153,7 +162,8 @@ def test_free_run(rng, network, n_windows, n_samples, n_start):
             channels, simulated = window.copy(), []
             for k in range(n_samples):
                 states = [
-                    sum(response[:, k - j] * channel[j] for j in range(k)) + 0 * response[:, 0]
+                    sum(response[:, k - j] * channel[j] for j in range(k))
+                    + 0 * response[:, 0]
                     for response, channel in zip(responses, channels, strict=True)
                 ]
                 simulated.append(g @ np.concatenate(states))
@@ -186,7 +196,9 @@ def test_state_space_of_networks(network):
 def test_settling_length(order, pole):
     # The phase of one all-pass over a dense grid; it turns fastest at 0 or at pi.
     angle = np.linspace(0, np.pi, 20_001)
-    phase = np.unwrap(np.angle((1 - pole * np.exp(1j * angle)) / (np.exp(1j * angle) - pole)))
+    phase = np.unwrap(
+        np.angle((1 - pole * np.exp(1j * angle)) / (np.exp(1j * angle) - pole))
+    )
     delay = order * np.max(-np.diff(phase) / np.diff(angle))
     assert abs(laguerre.settling_length(order, pole) - delay) < 1 + 1e-3 * delay
 
@@ -212,7 +224,11 @@ def test_comb_frequency(rng, n_samples, n_harmonics, fundamental, tolerance):
 
 
 @many_examples
-@given(st.lists(st.integers(-5, 5), min_size=1, max_size=30), st.integers(0, 40), st.booleans())
+@given(
+    st.lists(st.integers(-5, 5), min_size=1, max_size=30),
+    st.integers(0, 40),
+    st.booleans(),
+)
 def test_running_median(values, half, mirrored):
     values, n = np.array(values, dtype=float), len(values)
     expected = []
@@ -226,7 +242,9 @@ def test_running_median(values, half, mirrored):
                 around.append(values[min(max(k, 0), n - 1)])
         expected.append(sorted(around)[half])
     beyond = "symmetric" if mirrored else "edge"
-    np.testing.assert_array_equal(comb.running_median(values, 2 * half + 1, beyond), expected)
+    np.testing.assert_array_equal(
+        comb.running_median(values, 2 * half + 1, beyond), expected
+    )
 
 
 # cumulative_sum
@@ -247,7 +265,9 @@ def dense_run_length(limit, step, rate, persistence):
 
 
 @some_examples
-@given(st.integers(1, 25), st.integers(2, 9), st.floats(0.01, 0.4), st.floats(0.01, 0.9))
+@given(
+    st.integers(1, 25), st.integers(2, 9), st.floats(0.01, 0.4), st.floats(0.01, 0.9)
+)
 def test_mean_run_length(limit, step, rate, persistence):
     found = cumulative_sum.mean_run_length(limit, step, rate, persistence)
     expected = dense_run_length(limit, step, rate, persistence)
@@ -256,11 +276,15 @@ def test_mean_run_length(limit, step, rate, persistence):
 
 
 @some_examples
-@given(st.floats(1, 1e4), st.integers(2, 6), st.floats(0.01, 0.14), st.floats(0.01, 0.5))
+@given(
+    st.floats(1, 1e4), st.integers(2, 6), st.floats(0.01, 0.14), st.floats(0.01, 0.5)
+)
 def test_alarm_limit(run_length, step, rate, persistence):
     found = cumulative_sum.alarm_limit(run_length, step, rate, persistence)
     assume(found <= 40)
-    lengths = [dense_run_length(n, step, rate, persistence) for n in range(1, found + 1)]
+    lengths = [
+        dense_run_length(n, step, rate, persistence) for n in range(1, found + 1)
+    ]
     assert all(length < run_length * (1 + 1e-7) for length in lengths[:-1])
     assert lengths[-1] >= run_length * (1 - 1e-7)
 
@@ -269,7 +293,8 @@ def test_alarm_limit(run_length, step, rate, persistence):
 @given(st.floats(1e-4, 0.49), st.floats(1e-3, 0.999))
 def test_reference_step(healthy, share):
     faulty = healthy + share * (0.999 - healthy)
-    # The share of windows that exceed at which both rates are equally likely, by bisection.
+    # The share of windows that exceed at which both rates are equally likely, by
+    # bisection.
     low, high = healthy, faulty
     for _ in range(80):
         middle = (low + high) / 2
@@ -279,7 +304,9 @@ def test_reference_step(healthy, share):
     assume(abs(1 / low % 1 - 0.5) > 1e-6)
     nearest = math.floor(1 / low + 0.5)
     largest = max(m for m in range(1, 10_002) if m * healthy < 1)
-    assert cumulative_sum.reference_step(healthy, faulty) == max(2, min(nearest, largest))
+    assert cumulative_sum.reference_step(healthy, faulty) == max(
+        2, min(nearest, largest)
+    )
 
 
 # drift
@@ -297,15 +324,24 @@ def test_smooth_variance(n, smooth, rough):
 def test_changes_of_log_spectra(rng, n_spectra, n_frequencies):
     log_spectra = walk(rng, n_spectra, n_frequencies)
     places = [f + 0.5 for f in range(n_frequencies)]
-    scaled, raised = drift.scaled_frequency(log_spectra), drift.raised_noise(log_spectra)
+    scaled, raised = (
+        drift.scaled_frequency(log_spectra),
+        drift.raised_noise(log_spectra),
+    )
     assert scaled.shape == raised.shape == (2 * n_spectra, n_frequencies)
     for i, row in enumerate(log_spectra):
         mean = sum(math.exp(level) for level in row) / n_frequencies
-        for j, (factor, share) in enumerate(((math.exp(0.1), 10**-2), (math.exp(-0.1), 10**-2.6))):
+        for j, (factor, share) in enumerate(
+            ((math.exp(0.1), 10**-2), (math.exp(-0.1), 10**-2.6))
+        ):
             moved = [between(factor * x, places, row) for x in places]
-            np.testing.assert_allclose(scaled[j * n_spectra + i], moved - row, atol=1e-12)
+            np.testing.assert_allclose(
+                scaled[j * n_spectra + i], moved - row, atol=1e-12
+            )
             added = [math.log(math.exp(level) + share * mean) for level in row]
-            np.testing.assert_allclose(raised[j * n_spectra + i], added - row, atol=1e-12)
+            np.testing.assert_allclose(
+                raised[j * n_spectra + i], added - row, atol=1e-12
+            )
 
 
 @some_examples
@@ -330,7 +366,10 @@ def test_joint_axes(rng, n, rank):
     st.integers(1, 3),
 )
 def test_distances_along_axes(rng, n_rows, n_groups, n_classes, n_axes, n_tried):
-    rows, axes = rng.normal(size=(n_rows, n_groups, 5)), rng.normal(size=(n_groups, 5, n_axes))
+    rows, axes = (
+        rng.normal(size=(n_rows, n_groups, 5)),
+        rng.normal(size=(n_groups, 5, n_axes)),
+    )
     references = rng.normal(size=(3, n_classes, n_groups, n_axes))
     precisions = rng.uniform(0.1, 2, size=(3, n_groups, n_axes))
     places = rng.integers(0, 3, size=(n_tried, n_rows))
@@ -339,12 +378,16 @@ def test_distances_along_axes(rng, n_rows, n_groups, n_classes, n_axes, n_tried)
     assert found.shape == (n_tried, n_rows, n_classes, n_groups)
     for w in range(n_rows):
         for g in range(n_groups):
-            expected = [sum(rows[w, g, f] * axes[g, f, k] for f in range(5)) for k in range(n_axes)]
+            expected = [
+                sum(rows[w, g, f] * axes[g, f, k] for f in range(5))
+                for k in range(n_axes)
+            ]
             np.testing.assert_allclose(along[w, g], expected, atol=1e-12)
             for tried, place in enumerate(places[:, w]):
                 for c in range(n_classes):
                     squares = [
-                        precisions[place, g, k] * (expected[k] - references[place, c, g, k]) ** 2
+                        precisions[place, g, k]
+                        * (expected[k] - references[place, c, g, k]) ** 2
                         for k in range(n_axes)
                     ]
                     mean = math.fsum(squares) / max(n_axes, 1)
@@ -382,7 +425,11 @@ def test_fault_comb(rng, orders, tolerance, slip, cage_weight):
 
     def best(comb, error):
         return max(
-            (comb[error + own] - 0.15 * (0.002 * own / slip) ** 2, -abs(own), error + own)
+            (
+                comb[error + own] - 0.15 * (0.002 * own / slip) ** 2,
+                -abs(own),
+                error + own,
+            )
             for own in range(-n_slips, n_slips + 1)
         )
 
@@ -406,7 +453,12 @@ def test_fault_comb(rng, orders, tolerance, slip, cage_weight):
 
 
 @some_examples
-@given(generators, st.integers(1, 2), st.sampled_from([8, 25, 60, 100]), st.floats(0.01, 0.1))
+@given(
+    generators,
+    st.integers(1, 2),
+    st.sampled_from([8, 25, 60, 100]),
+    st.floats(0.01, 0.1),
+)
 def test_mean_contrast(rng, n_bands, n_values, step):
     envelopes = 1 + rng.exponential(size=(n_bands, n_values))
     n_fft, cell = 4 * n_values, 1 / (4 * n_values * step)
@@ -423,24 +475,34 @@ def test_mean_contrast(rng, n_bands, n_values, step):
             level.append(math.log(power + 1e-12 * np.mean(envelope**2) * n_values))
         above = []
         for f in range(n_cells):
-            places = [min(max(j, 0), n_cells - 1) for j in range(f - half, f + half + 1)]
+            places = [
+                min(max(j, 0), n_cells - 1) for j in range(f - half, f + half + 1)
+            ]
             median = np.median([level[j] for j in places])
             above.append(max(level[f] - median + math.log(math.log(2)), 0))
         # The largest of three; beyond the ends there is nothing.
         curves.append([max(above[max(f - 1, 0) : f + 2]) for f in range(n_cells)])
     curve, highest = np.mean(curves, axis=0), cell * (n_cells - 1)
     orders = 0.01 * np.arange(4001)
-    expected = [between(o, cell * np.arange(n_cells), curve) * (o <= highest) for o in orders[::37]]
+    expected = [
+        between(o, cell * np.arange(n_cells), curve) * (o <= highest)
+        for o in orders[::37]
+    ]
     at_the_end = np.abs(orders[::37] - highest) < 1e-9
     found = fault_orders.mean_contrast(envelopes, step)[::37]
-    np.testing.assert_allclose(found[~at_the_end], np.array(expected)[~at_the_end], atol=1e-6)
+    np.testing.assert_allclose(
+        found[~at_the_end], np.array(expected)[~at_the_end], atol=1e-6
+    )
 
 
 # healthy_limits
 
 
 @many_examples
-@given(st.lists(st.integers(1, 400), min_size=1, max_size=4), st.randoms(use_true_random=False))
+@given(
+    st.lists(st.integers(1, 400), min_size=1, max_size=4),
+    st.randoms(use_true_random=False),
+)
 def test_blocks_of_time(numbers, random):
     at = [speed for speed, number in enumerate(numbers) for _ in range(number)]
     random.shuffle(at)
@@ -463,8 +525,13 @@ def test_parts_of_rows(numbers, n_windows):
 @some_examples
 @given(generators, st.integers(1, 4), st.floats(-5, 0))
 def test_flagged_shares(rng, n_speeds, limit):
-    at = rng.permutation(np.concatenate([np.arange(n_speeds), rng.integers(0, n_speeds, 20)]))
-    logs, weights = rng.integers(-5, 1, len(at)).astype(float), rng.uniform(0.1, 2, len(at))
+    at = rng.permutation(
+        np.concatenate([np.arange(n_speeds), rng.integers(0, n_speeds, 20)])
+    )
+    logs, weights = (
+        rng.integers(-5, 1, len(at)).astype(float),
+        rng.uniform(0.1, 2, len(at)),
+    )
     expected = []
     for speed in range(n_speeds):
         own = [i for i in range(len(at)) if at[i] == speed]
@@ -475,7 +542,9 @@ def test_flagged_shares(rng, n_speeds, limit):
 
 
 @some_examples
-@given(generators, st.integers(1, 3), st.floats(0.1, 9), st.booleans(), st.integers(2, 40))
+@given(
+    generators, st.integers(1, 3), st.floats(0.1, 9), st.booleans(), st.integers(2, 40)
+)
 def test_log_p_values(rng, n_speeds, scale, two_sided, n_blocks):
     n_features, n_rows = 4, 5
     known = np.sort(rng.uniform(0, 1, n_speeds))
@@ -491,10 +560,17 @@ def test_log_p_values(rng, n_speeds, scale, two_sided, n_blocks):
         float(rng.uniform(0.1, 1)),
         n_blocks,
     )
-    cepstra, values = rng.normal(size=(n_rows, 3, n_features)), rng.normal(size=(n_rows, 2))
+    cepstra, values = (
+        rng.normal(size=(n_rows, 3, n_features)),
+        rng.normal(size=(n_rows, 2)),
+    )
     log_speed = rng.uniform(-0.5, 1.5, n_rows)
-    rows = healthy_rows.Rows(np.zeros((n_rows, 1)), np.zeros((n_rows, 1)), cepstra, values)
-    found = healthy_limits.log_p_values(limits, rows, log_speed, scale, two_sided=two_sided)
+    rows = healthy_rows.Rows(
+        np.zeros((n_rows, 1)), np.zeros((n_rows, 1)), cepstra, values
+    )
+    found = healthy_limits.log_p_values(
+        limits, rows, log_speed, scale, two_sided=two_sided
+    )
     more, freedom = 1 + 1 / n_blocks, min(n_blocks, 10) - 1
     for row, x in enumerate(log_speed):
         _, variance, beyond = literal_motion(x, known)
@@ -513,7 +589,9 @@ def test_log_p_values(rng, n_speeds, scale, two_sided, n_blocks):
             spread += scale * slope_variance * beyond**2
             z = (values[row, j] - expected) / math.sqrt(spread)
             both = two_sided or j == 1
-            tails.append(2 * stats.t.sf(abs(z), freedom) if both else stats.t.sf(z, freedom))
+            tails.append(
+                2 * stats.t.sf(abs(z), freedom) if both else stats.t.sf(z, freedom)
+            )
         assert found[row] == pytest.approx(min(math.log(3 * min(tails)), 0), abs=1e-7)
 
 
@@ -525,7 +603,11 @@ def literal_cepstrum(log_spectrum):
     n = len(log_spectrum)
     angles = [(i + 0.5) * math.pi / n for i in range(n)]
     return [
-        2 / n * math.fsum(v * math.cos(c * a) for v, a in zip(log_spectrum, angles, strict=True))
+        2
+        / n
+        * math.fsum(
+            v * math.cos(c * a) for v, a in zip(log_spectrum, angles, strict=True)
+        )
         for c in range(1, n)
     ]
 
@@ -552,7 +634,10 @@ def literal_bands(samples, segment, hop):
     power = []
     for start in range(0, len(samples) - segment + 1, hop):
         windowed = samples[start : start + segment] * hann
-        sums = [windowed @ np.exp(-2j * np.pi * f * k / segment) for f in range(1, segment // 2)]
+        sums = [
+            windowed @ np.exp(-2j * np.pi * f * k / segment)
+            for f in range(1, segment // 2)
+        ]
         power.append(np.abs(sums) ** 2 + floor)
     return np.log(np.mean(power, axis=0)), np.log(np.median(power, axis=0))
 
@@ -560,22 +645,39 @@ def literal_bands(samples, segment, hop):
 @some_examples
 @given(generators, st.integers(1, 3), st.integers(2, 70), st.integers(2, 40))
 def test_features_of_log_spectra(rng, n_rows, n_frequencies, n_bands):
-    colour, steadiness = walk(rng, n_rows, n_frequencies), walk(rng, n_rows, n_bands)
+    spectral_shape, steadiness = (
+        walk(rng, n_rows, n_frequencies),
+        walk(rng, n_rows, n_bands),
+    )
     expected = [
         literal_cepstrum(c)[:48] + literal_cepstrum(s)
-        for c, s in zip(colour, steadiness, strict=True)
+        for c, s in zip(spectral_shape, steadiness, strict=True)
     ]
-    found = healthy_rows.log_spectra_cepstra(colour, steadiness)
+    found = healthy_rows.log_spectra_cepstra(spectral_shape, steadiness)
     np.testing.assert_allclose(found, expected, atol=1e-10)
-    np.testing.assert_allclose(spectra.cepstrum(steadiness), [e[-n_bands + 1 :] for e in expected])
-    unsteady = [math.log(max(-math.fsum(row) / n_bands - 0.36, 0) + 0.02) for row in steadiness]
-    np.testing.assert_allclose(healthy_rows.log_unsteadiness(steadiness), unsteady, atol=1e-9)
+    np.testing.assert_allclose(
+        spectra.cepstrum(steadiness), [e[-n_bands + 1 :] for e in expected]
+    )
+    unsteady = [
+        math.log(max(-math.fsum(row) / n_bands - 0.36, 0) + 0.02) for row in steadiness
+    ]
+    np.testing.assert_allclose(
+        healthy_rows.log_unsteadiness(steadiness), unsteady, atol=1e-9
+    )
 
 
 @some_examples
-@given(generators, st.integers(1, 3), st.integers(40, 300), st.integers(0, 2), st.booleans())
+@given(
+    generators,
+    st.integers(1, 3),
+    st.integers(40, 300),
+    st.integers(0, 2),
+    st.booleans(),
+)
 def test_features_of_rows(rng, n_windows, length, left_over, with_level):
-    signals = 3 + rng.normal(size=(2, n_windows * length + min(left_over, n_windows - 1)))
+    signals = 3 + rng.normal(
+        size=(2, n_windows * length + min(left_over, n_windows - 1))
+    )
     found = healthy_rows.measure_rows(signals, n_windows, with_level=with_level)
     assert found.cepstra.shape[2] == healthy_rows.number_of_cepstra(length)
     for row, signal in enumerate(signals[:, : n_windows * length]):
@@ -585,8 +687,12 @@ def test_features_of_rows(rng, n_windows, length, left_over, with_level):
         segment = min(128, length)
         bands = [literal_bands(w, segment, min(16, segment)) for w in windows]
         steady = [median - mean for mean, median in bands]
-        np.testing.assert_allclose(found.colour[row], np.mean(colours, axis=0), atol=1e-5)
-        np.testing.assert_allclose(found.steadiness[row], np.mean(steady, axis=0), atol=1e-3)
+        np.testing.assert_allclose(
+            found.spectral_shape[row], np.mean(colours, axis=0), atol=1e-5
+        )
+        np.testing.assert_allclose(
+            found.steadiness[row], np.mean(steady, axis=0), atol=1e-3
+        )
         for w in range(n_windows):
             expected = literal_cepstrum(colours[w])[:48] + literal_cepstrum(steady[w])
             np.testing.assert_allclose(found.cepstra[row, w], expected, atol=1e-3)
@@ -617,7 +723,9 @@ def test_thresholds(rows, percent):
 @many_examples
 @given(st.integers(1, 999))
 def test_rows_that_hold(per_mille):
-    enough = (n for n in range(1, 1000) if Fraction(1, n + 1) <= Fraction(per_mille, 1000))
+    enough = (
+        n for n in range(1, 1000) if Fraction(1, n + 1) <= Fraction(per_mille, 1000)
+    )
     assert ladder.rows_that_hold(per_mille / 1000) == next(enough)
 
 
@@ -643,7 +751,11 @@ def test_scores_of_rungs(levels, cuts):
 
 
 @some_examples
-@given(st.lists(st.lists(st.floats(1e-50, 1e50), min_size=3, max_size=3), min_size=1, max_size=5))
+@given(
+    st.lists(
+        st.lists(st.floats(1e-50, 1e50), min_size=3, max_size=3), min_size=1, max_size=5
+    )
+)
 def test_scores_relative_to_the_geometric_mean(levels):
     found = ladder.relative_scores(np.array(levels))
     for row, scores in zip(levels, found, strict=True):
@@ -667,7 +779,11 @@ def test_confidence_scale(rng, n_classes, log_size):
             logs = np.log(np.maximum(powers / powers.sum(), 1e-300))
             sure = (counts[true] + 1) / (counts[true] + 2)
             for c in range(n_classes):
-                total -= number * logs[c] * (sure if c == true else (1 - sure) / (n_classes - 1))
+                total -= (
+                    number
+                    * logs[c]
+                    * (sure if c == true else (1 - sure) / (n_classes - 1))
+                )
         return total
 
     found = math.log(ladder.confidence_scale(scores, target, numbers.astype(float)))
@@ -684,14 +800,18 @@ def test_solution_of_sums(rng, n_states, n_rows, alpha):
     both = np.column_stack([states, output])
     coef, error = least_squares.solve_sums(both.T @ both, alpha)
     rows = np.concatenate([states, math.sqrt(alpha) * np.eye(n_states)])
-    expected = np.linalg.lstsq(rows, np.concatenate([output, np.zeros(n_states)]), rcond=None)[0]
+    expected = np.linalg.lstsq(
+        rows, np.concatenate([output, np.zeros(n_states)]), rcond=None
+    )[0]
     np.testing.assert_allclose(coef, expected, atol=1e-8)
     assert error == pytest.approx(np.sum((output - states @ expected) ** 2), abs=1e-8)
 
 
 @many_examples
 @given(
-    st.lists(st.lists(st.integers(0, 1), min_size=3, max_size=3), min_size=1, max_size=12),
+    st.lists(
+        st.lists(st.integers(0, 1), min_size=3, max_size=3), min_size=1, max_size=12
+    ),
     st.data(),
 )
 def test_distinct_windows(samples, data):
@@ -702,9 +822,13 @@ def test_distinct_windows(samples, data):
     expected = {}
     for row, weight in zip(rows, weights, strict=True):
         expected[tuple(samples[row])] = expected.get(tuple(samples[row]), 0) + weight
-    found = least_squares.distinct_windows(windows, np.array(rows), np.array(weights, dtype=float))
+    found = least_squares.distinct_windows(
+        windows, np.array(rows), np.array(weights, dtype=float)
+    )
     assert len(found[0]) == len(expected)
-    assert expected == {tuple(samples[row]): weight for row, weight in zip(*found, strict=True)}
+    assert expected == {
+        tuple(samples[row]): weight for row, weight in zip(*found, strict=True)
+    }
 
 
 # linear_prediction
@@ -732,12 +856,24 @@ def loops(draw):
     exponent = draw(st.sampled_from([0.5, 1.0, 1.5]))
     gain = draw(st.floats(0.2, 3))
     ki = share * (1 - difference) / (gain * (1 + saturation**exponent))
-    return (pole, pole - difference, ki, draw(st.floats(0, 1)), gain, exponent, saturation)
+    return (
+        pole,
+        pole - difference,
+        ki,
+        draw(st.floats(0, 1)),
+        gain,
+        exponent,
+        saturation,
+    )
 
 
 @some_examples
 @given(
-    generators, loops(), st.integers(1, LANES + 2), st.integers(1, 2), st.integers(1, 2 * TILE + 5)
+    generators,
+    loops(),
+    st.integers(1, LANES + 2),
+    st.integers(1, 2),
+    st.integers(1, 2 * TILE + 5),
 )
 def test_observers(rng, loop, n_windows, n_models, n_samples):
     innovations = rng.normal(size=(n_windows, n_models, n_samples))
@@ -753,7 +889,12 @@ def test_observers(rng, loop, n_windows, n_models, n_samples):
 
 
 @some_examples
-@given(st.floats(-0.95, 0.95), st.floats(-0.95, 0.95), st.floats(0.01, 0.99), st.floats(1, 6))
+@given(
+    st.floats(-0.95, 0.95),
+    st.floats(-0.95, 0.95),
+    st.floats(0.01, 0.99),
+    st.floats(1, 6),
+)
 def test_common_lyapunov(pole, difference, share, largest):
     kp, ki = pole - difference, share * 2 * (1 - difference) / largest
     slow, fast = (observer.loop_matrix(pole, kp, ki, gain) for gain in (1.0, largest))
@@ -764,9 +905,9 @@ def test_common_lyapunov(pole, difference, share, largest):
     if radius > 1:
         assert found is None
         return
-    # Cayley's transform makes both loops continuous in time, and they still differ by a matrix of
-    # rank one. There is a common function if and only if their product has no eigenvalue below 0
-    # (Shorten and Narendra 2003).
+    # Cayley's transform makes both loops continuous in time, and they still differ by a
+    # matrix of rank one. There is a common function if and only if their product has no
+    # eigenvalue below 0 (Shorten and Narendra 2003).
     turned = [np.linalg.solve(A + np.eye(2), A - np.eye(2)) for A in (slow, fast)]
     product = turned[0] @ turned[1]
     discriminant = np.trace(product) ** 2 - 4 * np.linalg.det(product)
@@ -781,7 +922,13 @@ def test_common_lyapunov(pole, difference, share, largest):
 
 
 @some_examples
-@given(generators, st.integers(1, 5), st.integers(1, 120), st.floats(0.7, 3), st.floats(0, 0.05))
+@given(
+    generators,
+    st.integers(1, 5),
+    st.integers(1, 120),
+    st.floats(0.7, 3),
+    st.floats(0, 0.05),
+)
 def test_banks_of_observers(rng, n_members, n_samples, bandwidth, share):
     signals = rng.normal(size=(1, n_samples))
     kp, ki = observer_bank.member_gains(POLE, n_members, bandwidth)
@@ -789,12 +936,15 @@ def test_banks_of_observers(rng, n_members, n_samples, bandwidth, share):
     power, gain = observer_bank.bank_levels(signals, POLE, kp, ki, bound, STEP)
     unit = 2 * math.log(np.abs(signals).max())
     for m in range(n_members):
-        # Where the poles are: two of the given angle, and of the radius of the bandwidth.
+        # Where the poles are: two of the given angle, and of the radius of the
+        # bandwidth.
         poles = np.roots([1, -(1 + POLE - kp[m]), POLE - kp[m] + ki[m]])
         radius = math.exp(-bandwidth * math.pi / (2 * n_members))
         angle = (m + 0.5) * math.pi / n_members
         expected = radius * np.exp(1j * angle * np.array([1, -1]))
-        np.testing.assert_allclose(sorted(poles, key=np.imag), expected[::-1], atol=1e-6)
+        np.testing.assert_allclose(
+            sorted(poles, key=np.imag), expected[::-1], atol=1e-6
+        )
         levels = literal_levels(signals[0], kp[m], ki[m], bound[m])
         assert power[0, m] + unit == pytest.approx(levels[0], abs=2e-3)
         # Rounding may turn a vote, after which two gains stay two steps apart.
@@ -802,7 +952,13 @@ def test_banks_of_observers(rng, n_members, n_samples, bandwidth, share):
 
 
 @some_examples
-@given(generators, st.integers(1, 4), st.integers(1, 60), st.floats(0, 20), st.floats(1e-3, 0.5))
+@given(
+    generators,
+    st.integers(1, 4),
+    st.integers(1, 60),
+    st.floats(0, 20),
+    st.floats(1e-3, 0.5),
+)
 def test_surfaces_and_switching_gains(rng, n_signals, n_samples, slope, step):
     error = rng.normal(size=(n_signals, n_samples))
     surface = residual_levels.sliding_surface(error, slope)
@@ -823,7 +979,9 @@ def test_surfaces_and_switching_gains(rng, n_signals, n_samples, slope, step):
             if n_samples > 1:
                 np.testing.assert_allclose(np.log(gain[row]), path, atol=1e-9)
             tail = [math.log(k) for k in gain[row][n_samples // 2 :]]
-            assert math.log(level[row]) == pytest.approx(math.fsum(tail) / len(tail), abs=1e-9)
+            assert math.log(level[row]) == pytest.approx(
+                math.fsum(tail) / len(tail), abs=1e-9
+            )
 
 
 @some_examples
@@ -831,10 +989,14 @@ def test_surfaces_and_switching_gains(rng, n_signals, n_samples, slope, step):
 def test_cepstral_norm(rng, n_signals, n_frequencies, exponent):
     log_spectra = walk(rng, n_signals, n_frequencies)
     expected = [
-        math.fsum(n**exponent * d * d for n, d in enumerate(literal_cepstrum(row), start=1))
+        math.fsum(
+            n**exponent * d * d for n, d in enumerate(literal_cepstrum(row), start=1)
+        )
         for row in log_spectra
     ]
-    np.testing.assert_allclose(residual_levels.cepstral_norm(log_spectra, exponent), expected)
+    np.testing.assert_allclose(
+        residual_levels.cepstral_norm(log_spectra, exponent), expected
+    )
 
 
 # order_spectra
@@ -853,11 +1015,15 @@ def test_envelopes_of_bands(rng, n_samples, frame, hop, n_bands):
     found = order_spectra.band_envelopes(samples, frame, hop, n_bands)
     centred, k = samples - samples.mean(), np.arange(frame)
     hann = np.sin(np.pi * (k + 1) / (frame + 1)) ** 2
-    starts, frequencies = range(0, n_samples - frame + 1, hop), range(1, max(frame // 2, 2))
+    starts, frequencies = (
+        range(0, n_samples - frame + 1, hop),
+        range(1, max(frame // 2, 2)),
+    )
     power = np.array(
         [
             [
-                abs(centred[s : s + frame] * hann @ np.exp(-2j * np.pi * f * k / frame)) ** 2
+                abs(centred[s : s + frame] * hann @ np.exp(-2j * np.pi * f * k / frame))
+                ** 2
                 for f in frequencies
             ]
             for s in starts
@@ -865,7 +1031,10 @@ def test_envelopes_of_bands(rng, n_samples, frame, hop, n_bands):
     )
     share = power / (power.mean(axis=0) + 1e-14 * frame * np.mean(centred**2))
     # The first bands get the frequencies that remain.
-    sizes = [len(frequencies) // n_bands + (b < len(frequencies) % n_bands) for b in range(n_bands)]
+    sizes = [
+        len(frequencies) // n_bands + (b < len(frequencies) % n_bands)
+        for b in range(n_bands)
+    ]
     ends = np.cumsum(sizes)
     for b, (size, end) in enumerate(zip(sizes, ends, strict=True)):
         expected = share[:, end - size : end].sum(axis=1) / max(size, 1)
@@ -886,7 +1055,9 @@ def test_order_spectra(rng, n_values, step, share):
         for place in (0, 1, last // 3, last - 1, last):
             power = literal_power(envelopes[band], n_segment, 0.5 * place / last)
             power *= (1 if place in (0, last) else 2) / np.sum(window**2)
-            assert log_power[band, place] == pytest.approx(math.log(power + 1e-9), abs=1e-6)
+            assert log_power[band, place] == pytest.approx(
+                math.log(power + 1e-9), abs=1e-6
+            )
 
 
 @some_examples
@@ -894,7 +1065,10 @@ def test_order_spectra(rng, n_values, step, share):
 def test_spectra_at_orders_and_their_distances(rng, n_bands, n_frequencies, step):
     log_power = walk(rng, n_bands, n_frequencies)
     orders, factors = np.sort(rng.uniform(0.1, 10, 8)), rng.uniform(0.5, 2, 3)
-    references, variances = rng.normal(size=(2, n_bands, 8)), rng.uniform(0.5, 2, (n_bands, 8))
+    references, variances = (
+        rng.normal(size=(2, n_bands, 8)),
+        rng.uniform(0.5, 2, (n_bands, 8)),
+    )
     found, inside = order_spectra.at_orders(log_power, step, orders, factors)
     distances = order_spectra.distances(found, inside, references, variances)
     for f, factor in enumerate(factors):
@@ -903,7 +1077,9 @@ def test_spectra_at_orders_and_their_distances(rng, n_bands, n_frequencies, step
         squares = np.zeros(2)
         for band in range(n_bands):
             values = [
-                between(factor * orders[o] / step, range(n_frequencies), log_power[band])
+                between(
+                    factor * orders[o] / step, range(n_frequencies), log_power[band]
+                )
                 for o in shown
             ]
             expected = np.zeros(8)
@@ -911,7 +1087,9 @@ def test_spectra_at_orders_and_their_distances(rng, n_bands, n_frequencies, step
                 expected[shown] = values - np.median(values)
             np.testing.assert_allclose(found[f, band], expected, atol=1e-9)
             for o in shown:
-                squares += (expected[o] - references[:, band, o]) ** 2 / variances[band, o]
+                squares += (expected[o] - references[:, band, o]) ** 2 / variances[
+                    band, o
+                ]
         literal = np.sqrt(squares / (len(shown) * n_bands)) if shown else np.ones(2)
         np.testing.assert_allclose(distances[f], literal, rtol=1e-7)
 
@@ -966,8 +1144,12 @@ def test_search_of_a_pole(rng, order, coefficient):
     signal = np.convolve(rng.normal(size=200), coefficient ** np.arange(200))[:200]
     spectrum = pole_search.cross_spectra(signal[np.newaxis, np.newaxis])[np.newaxis]
     (found,) = pole_search.search_poles(spectrum, [order], [None], 1e-6)
-    tried = np.tanh(np.linspace(-1, 1, 301) * np.arctanh(min((200 - order) / (200 + order), 0.98)))
-    least = min(pole_search.fit_errors(spectrum, [order], [pole], 1e-6)[0] for pole in tried)
+    tried = np.tanh(
+        np.linspace(-1, 1, 301) * np.arctanh(min((200 - order) / (200 + order), 0.98))
+    )
+    least = min(
+        pole_search.fit_errors(spectrum, [order], [pole], 1e-6)[0] for pole in tried
+    )
     error = pole_search.fit_errors(spectrum, [order], [found], 1e-6)[0]
     assert error <= 1.01 * least
 
@@ -979,9 +1161,9 @@ def exact_mean(row):
     return sum(Fraction(float(x)) for x in row) / len(row)
 
 
-windows_of_any_size = st.tuples(generators, st.floats(-250, 250), st.integers(2, 40)).map(
-    lambda drawn: (drawn[0].normal(size=(2, 3, drawn[2])) + 1) * 10.0 ** drawn[1]
-)
+windows_of_any_size = st.tuples(
+    generators, st.floats(-250, 250), st.integers(2, 40)
+).map(lambda drawn: (drawn[0].normal(size=(2, 3, drawn[2])) + 1) * 10.0 ** drawn[1])
 
 
 @some_examples
@@ -1003,9 +1185,13 @@ def test_scaling(windows):
             literal = [float(x / largest) for x in exact[c]]
             np.testing.assert_allclose(unit[w, c], literal, atol=1e-14)
             literal = np.array([float(x / root) for x in exact[c]])
-            np.testing.assert_allclose(scaled[w, c], literal, atol=1e-12 * np.abs(literal).max())
+            np.testing.assert_allclose(
+                scaled[w, c], literal, atol=1e-12 * np.abs(literal).max()
+            )
             mean = sum(Fraction(float(x)) ** 2 for x in row) / len(row) / largest**2
-            assert rms[w, c] == pytest.approx(float(Fraction(math.sqrt(mean)) * largest), rel=1e-12)
+            assert rms[w, c] == pytest.approx(
+                float(Fraction(math.sqrt(mean)) * largest), rel=1e-12
+            )
 
 
 @some_examples
@@ -1014,7 +1200,9 @@ def test_fit_percentage(windows):
     for output, predicted, _ in windows:
         exact = [Fraction(float(x)) for x in output]
         mean = exact_mean(output)
-        missed = sum((y - Fraction(float(p))) ** 2 for y, p in zip(exact, predicted, strict=True))
+        missed = sum(
+            (y - Fraction(float(p))) ** 2 for y, p in zip(exact, predicted, strict=True)
+        )
         ratio = math.sqrt(missed / sum((y - mean) ** 2 for y in exact))
         found = scaling.fit_percentage(output, predicted)
         assert found == pytest.approx(100 * (1 - ratio), rel=1e-9, abs=1e-7)
@@ -1050,27 +1238,40 @@ def test_levels_of_bands(rng, n_signals, segment, hop, more):
             transform = np.fft.fft(signals[row, start : start + segment] * window)
             power.append(np.abs(transform[1 : segment // 2]) ** 2 + floor[row])
         expected = np.mean(power, axis=0), np.median(power, axis=0)
-        # Rounding in single precision is a share of the amplitude of the strongest band.
+        # Rounding in single precision is a share of the amplitude of the strongest
+        # band.
         atol = 1e-6 * math.sqrt(np.max(power, initial=1.0))
         np.testing.assert_allclose(
-            np.sqrt([level[row] for level in found]), np.sqrt(expected), rtol=1e-5, atol=atol
+            np.sqrt([level[row] for level in found]),
+            np.sqrt(expected),
+            rtol=1e-5,
+            atol=atol,
         )
 
 
 @some_examples
 @given(generators, st.integers(1, 40), st.integers(1, 200), st.integers(1, 70))
 def test_log_spectra_of_models(rng, order, n_samples, n_frequencies):
-    signals = spectra.unit_peak(rng.normal(size=(2, n_samples)) * 10.0 ** rng.uniform(-9, 9))
+    signals = spectra.unit_peak(
+        rng.normal(size=(2, n_samples)) * 10.0 ** rng.uniform(-9, 9)
+    )
     np.testing.assert_allclose(np.abs(signals).max(axis=1), 1.0)
     found = spectra.autoregressive_log_spectrum(signals, order, n_frequencies)
     for row, signal in zip(found, signals, strict=True):
-        np.testing.assert_allclose(row, literal_colour(signal, order, n_frequencies), atol=1e-4)
+        np.testing.assert_allclose(
+            row, literal_colour(signal, order, n_frequencies), atol=1e-4
+        )
     grid = [(i + 0.5) * math.pi / n_frequencies for i in range(n_frequencies)]
     np.testing.assert_allclose(spectra.frequency_grid(n_frequencies), grid)
 
 
 @some_examples
-@given(generators, st.sampled_from([4, 9, 32, 128]), st.integers(1, 40), st.integers(0, 500))
+@given(
+    generators,
+    st.sampled_from([4, 9, 32, 128]),
+    st.integers(1, 40),
+    st.integers(0, 500),
+)
 def test_log_spectra_over_time(rng, segment, hop, more):
     signals = spectra.unit_peak(rng.normal(size=(2, segment + more)))
     found = spectra.short_time_log_spectra(signals, segment, hop)
@@ -1096,8 +1297,15 @@ def test_measures(rng, names, segment, order):
         mean, median = literal_bands(unit, segment, max(segment // 8, 1))
         n_cells = math.ceil(252 / n_bands)
         fine = literal_colour(unit, order, n_bands * n_cells)
-        colour = [fine[b * n_cells : (b + 1) * n_cells].mean() for b in range(n_bands)]
-        expected = {"power": mean, "floor": median, "steadiness": median - mean, "colour": colour}
+        spectral_shape = [
+            fine[b * n_cells : (b + 1) * n_cells].mean() for b in range(n_bands)
+        ]
+        expected = {
+            "power": mean,
+            "floor": median,
+            "steadiness": median - mean,
+            "spectral_shape": spectral_shape,
+        }
         for place, name in enumerate(names):
             np.testing.assert_allclose(found[row, place], expected[name], atol=4e-3)
 
@@ -1118,7 +1326,11 @@ def literal_motion(x, known):
     below, above = x - known[i - 1], known[i] - x
     weights[i - 1], weights[i] = above / (below + above), below / (below + above)
     # Two resistors in parallel: the precision of either side adds up.
-    return weights, 1 / (1 / below + 1 / above) / math.log(1.3) if below > 0 else 0.0, 0.0
+    return (
+        weights,
+        1 / (1 / below + 1 / above) / math.log(1.3) if below > 0 else 0.0,
+        0.0,
+    )
 
 
 known_speeds = st.lists(st.integers(1, 60), min_size=1, max_size=5, unique=True).map(
@@ -1153,12 +1365,18 @@ def test_groups_of_speeds(numbers):
         else:
             groups.append([value])
     known, at = speed_references.group_speeds(np.array(log_speed))
-    np.testing.assert_allclose(known, [math.fsum(g) / len(g) for g in groups], atol=1e-12)
-    assert all(value in groups[place] for value, place in zip(log_speed, at, strict=True))
+    np.testing.assert_allclose(
+        known, [math.fsum(g) / len(g) for g in groups], atol=1e-12
+    )
+    assert all(
+        value in groups[place] for value, place in zip(log_speed, at, strict=True)
+    )
     middles = []
     for value, after in pairwise(known):
         middles += [value, (value + after) / 2]
-    np.testing.assert_allclose(speed_references.speeds_to_try(known), [*middles, known[-1]])
+    np.testing.assert_allclose(
+        speed_references.speeds_to_try(known), [*middles, known[-1]]
+    )
 
 
 @some_examples
@@ -1168,15 +1386,24 @@ def test_means_of_groups(rng, n_speeds, n_groups, more):
     speed = np.concatenate([np.arange(n) % n_speeds, rng.integers(0, n_speeds, more)])
     group = np.concatenate([np.arange(n) % n_groups, rng.integers(0, n_groups, more)])
     values, numbers = rng.normal(size=(len(speed), 2)), rng.integers(1, 4, len(speed))
-    means, recorded = speed_references.mean_by_speed(values, speed, group, numbers.astype(float))
+    means, recorded = speed_references.mean_by_speed(
+        values, speed, group, numbers.astype(float)
+    )
     plain = speed_references.group_means(values, group, numbers.astype(float))
     for g in range(n_groups):
-        chosen = [values[i] for i in range(len(speed)) if group[i] == g for _ in range(numbers[i])]
+        chosen = [
+            values[i]
+            for i in range(len(speed))
+            if group[i] == g
+            for _ in range(numbers[i])
+        ]
         np.testing.assert_allclose(plain[g], np.mean(chosen, axis=0), atol=1e-12)
         for s in range(n_speeds):
             own = [i for i in range(len(speed)) if group[i] == g and speed[i] == s]
             assert recorded[s, g] == bool(own)
-            chosen = [values[i] for i in own for _ in range(numbers[i])] or [np.zeros(2)]
+            chosen = [values[i] for i in own for _ in range(numbers[i])] or [
+                np.zeros(2)
+            ]
             np.testing.assert_allclose(means[s, g], np.mean(chosen, axis=0), atol=1e-12)
 
 
@@ -1214,7 +1441,8 @@ def test_references_at_speeds(rng, known, n_conditions):
 @given(generators, known_speeds, st.floats(-2, 2), st.floats(0.1, 2), st.floats(0.1, 2))
 def test_slopes_against_speed(rng, known, mean, deviation, drift):
     values = rng.normal(size=len(known))
-    # Increments are independent: a regression of them on their distances, with the prior as a row.
+    # Increments are independent: a regression of them on their distances, with the
+    # prior as a row.
     rows, targets = [1 / deviation], [mean / deviation]
     for i in range(1, len(known)):
         noise = drift * math.sqrt((known[i] - known[i - 1]) / math.log(1.3))
@@ -1261,7 +1489,8 @@ def test_squared_envelope_spectrum(rng, n, first, last, prewhiten):
     k = np.arange(n)
     windowed = (squared / squared.mean() - 1) * np.sin(np.pi * (k + 1) / (n + 1)) ** 2
     expected = [
-        abs(windowed @ np.exp(-2j * np.pi * f * k / n)) ** 2 * 16 / n**2 for f in range(n // 2 + 1)
+        abs(windowed @ np.exp(-2j * np.pi * f * k / n)) ** 2 * 16 / n**2
+        for f in range(n // 2 + 1)
     ]
     band = (float(first), float(last))
     found = fault_orders.squared_envelope_spectrum(samples, band, prewhiten)
@@ -1278,7 +1507,9 @@ def test_prewhitened_envelope(rng, n, turn):
     # Prewhitened samples have no size of their own.
     found, step = fault_orders.prewhitened_envelope(samples, turn)
     assert step == pytest.approx(block / turn)
-    np.testing.assert_allclose(found[0] / found.mean(), expected / np.mean(expected), rtol=1e-7)
+    np.testing.assert_allclose(
+        found[0] / found.mean(), expected / np.mean(expected), rtol=1e-7
+    )
 
 
 @some_examples
@@ -1290,12 +1521,15 @@ def test_match(rng, n_values, deviation):
     least, factors, closest = order_spectra.match(
         envelopes, step, n_turns, orders, deviation, references, variances
     )
-    # Groups of factors, each as wide as 0.4 at most, with steps of 0.02 from its middle.
+    # Groups of factors, each as wide as 0.4 at most, with steps of 0.02 from its
+    # middle.
     n_groups = next(n for n in range(1, 9) if 4 * deviation / n <= 0.4 + 1e-9)
     tried = []
     for group in range(n_groups):
         centre = 2 * deviation * ((2 * group + 1) / n_groups - 1)
-        log_power, cell = order_spectra.order_spectrum(envelopes, step * math.exp(centre), n_turns)
+        log_power, cell = order_spectra.order_spectrum(
+            envelopes, step * math.exp(centre), n_turns
+        )
         n_steps = math.floor(2 * deviation / n_groups / 0.02 + 1e-9)
         for number in range(-n_steps, n_steps + 1):
             near = np.array([math.exp(0.02 * number)])
@@ -1314,16 +1548,22 @@ def test_match(rng, n_values, deviation):
 @some_examples
 @given(generators, st.integers(1, 3), st.integers(2, 60), st.integers(2, 20))
 def test_covariance_of_drift(rng, n_speeds, n_frequencies, n_bands):
-    colour, steadiness = walk(rng, n_speeds, n_frequencies), walk(rng, n_speeds, n_bands)
+    spectral_shape, steadiness = (
+        walk(rng, n_speeds, n_frequencies),
+        walk(rng, n_speeds, n_bands),
+    )
     n_colour = min(48, n_frequencies - 1)
     numbers = [*range(1, n_colour + 1), *range(1, n_bands)]
     expected = np.diag([0.1 / n**2 + 0.01 for n in numbers])
 
     def moved(row, factor):
         places = [f + 0.5 for f in range(len(row))]
-        return [between(factor * x, places, row) - y for x, y in zip(places, row, strict=True)]
+        return [
+            between(factor * x, places, row) - y
+            for x, y in zip(places, row, strict=True)
+        ]
 
-    for c, s in zip(colour, steadiness, strict=True):
+    for c, s in zip(spectral_shape, steadiness, strict=True):
         for shift in (0.1, -0.1):
             both = [literal_cepstrum(moved(row, math.exp(shift))) for row in (c, s)]
             change = [*both[0][:48], *both[1]]
@@ -1332,7 +1572,9 @@ def test_covariance_of_drift(rng, n_speeds, n_frequencies, n_bands):
             raised = np.log(np.exp(c) + share * np.mean(np.exp(c))) - c
             change = [*literal_cepstrum(raised)[:48], *[0.0] * (n_bands - 1)]
             expected += 0.5 * np.outer(change, change) / (2 * n_speeds)
-    np.testing.assert_allclose(drift.drift_covariance(colour, steadiness), expected, atol=1e-9)
+    np.testing.assert_allclose(
+        drift.drift_covariance(spectral_shape, steadiness), expected, atol=1e-9
+    )
 
 
 # healthy_limits as a whole
@@ -1342,9 +1584,13 @@ def test_covariance_of_drift(rng, n_speeds, n_frequencies, n_bands):
 def healthy_recordings(draw, fewest):
     """Rows of noise at some speeds, in any order of speeds, with weights."""
     numbers = draw(st.lists(st.integers(3, 8), min_size=fewest, max_size=3))
-    at = np.array(draw(st.permutations(np.repeat(np.arange(len(numbers)), numbers).tolist())))
+    at = np.array(
+        draw(st.permutations(np.repeat(np.arange(len(numbers)), numbers).tolist()))
+    )
     rng = draw(generators)
-    rows = noise_rows(len(at), seed=int(rng.integers(1000)), n_windows=draw(st.integers(1, 2)))
+    rows = noise_rows(
+        len(at), seed=int(rng.integers(1000)), n_windows=draw(st.integers(1, 2))
+    )
     rows.values[:] += rng.normal(size=(len(numbers), 1))[at]
     known = np.log(1000.0) + np.cumsum(rng.uniform(0.05, 0.5, len(numbers)))
     return healthy_limits.HealthyRows(rows, known, at, rng.uniform(0.5, 3, len(at)))
@@ -1361,7 +1607,9 @@ def test_calibration_on_blocks_of_time(healthy):
     scores, squares = [], []
     for number in range(block.max() + 1):
         speeds = set(at[block == number])
-        rest = np.array([i for i in range(len(at)) if block[i] != number and at[i] in speeds])
+        rest = np.array(
+            [i for i in range(len(at)) if block[i] != number and at[i] in speeds]
+        )
         for speed in speeds:
             here = np.flatnonzero((block == number) & (at == speed))
             others = rest[at[rest] == speed]
@@ -1371,10 +1619,14 @@ def test_calibration_on_blocks_of_time(healthy):
             squares.append(np.average(square, axis=0, weights=weights[here]))
     limits = healthy_limits.calibrate(healthy)
     n, mean = len(scores), np.mean([np.average(s, weights=w) for s, w in scores])
-    spread = sum(np.average((score - mean) ** 2, weights=w) for score, w in scores) / (n - 1)
+    spread = sum(np.average((score - mean) ** 2, weights=w) for score, w in scores) / (
+        n - 1
+    )
     assert limits.n_blocks == n
     assert limits.score_mean == pytest.approx(mean, abs=1e-6)
-    assert limits.score_deviation == pytest.approx(max(math.sqrt(spread), 0.05), rel=1e-6)
+    assert limits.score_deviation == pytest.approx(
+        max(math.sqrt(spread), 0.05), rel=1e-6
+    )
     expected = np.maximum(np.sqrt(np.sum(squares, axis=0) / (n - 1)), 0.02)
     np.testing.assert_allclose(limits.deviations, expected)
 
@@ -1392,8 +1644,12 @@ def test_scale_of_the_drift(healthy):
         for speed in range(len(known)):
             own, rest = np.flatnonzero(at == speed), np.flatnonzero(at != speed)
             others = healthy_limits.calibrate(healthy.take(rest))
-            others = others._replace(**{name: getattr(limits, name) for name in measured})
-            logs[own] = healthy_limits.log_p_values(others, rows.take(own), known[at[own]], scale)
+            others = others._replace(
+                **{name: getattr(limits, name) for name in measured}
+            )
+            logs[own] = healthy_limits.log_p_values(
+                others, rows.take(own), known[at[own]], scale
+            )
         return logs
 
     expected = 64.0

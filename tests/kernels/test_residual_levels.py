@@ -99,7 +99,9 @@ def test_cepstral_norm_is_the_weighted_sum_over_a_literal_dct(exponent, n_freque
         for n in range(1, n_frequencies):
             total = 0.0
             for m in range(n_frequencies):
-                total += spectrum[row, m] * np.cos(np.pi * n * (m + 0.5) / n_frequencies)
+                total += spectrum[row, m] * np.cos(
+                    np.pi * n * (m + 0.5) / n_frequencies
+                )
             expected[row] += n**exponent * (2 / n_frequencies * total) ** 2
     np.testing.assert_allclose(cepstral_norm(spectrum, exponent), expected, atol=1e-12)
 
@@ -140,8 +142,8 @@ def test_switching_gain_rests_where_the_surface_equals_it():
 
 @pytest.mark.parametrize("n_samples", [8, TILE + 8])
 def test_switching_gain_level_rests_where_the_surface_equals_it(n_samples):
-    # Without feedback the error is the innovations, and with slope 1 the surface of a constant is
-    # this constant, which is where the gain starts.
+    # Without feedback the error is the innovations, and with slope 1 the surface of a
+    # constant is this constant, which is where the gain starts.
     idle = (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
     levels = switching_gain_levels(np.full((1, 1, n_samples), 2.0), idle, 1.0, 0.1)
     assert levels.tolist() == [[2.0]]

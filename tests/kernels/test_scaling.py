@@ -19,7 +19,9 @@ def test_output_has_mean_zero_and_unit_rms(windows):
     scaled, rms = unit_rms_windows(windows)
     plain = windows - windows.mean(axis=-1, keepdims=True)
     np.testing.assert_allclose(rms, plain[:, 0].std(axis=-1))
-    np.testing.assert_allclose(scaled, plain / rms[:, np.newaxis, np.newaxis], atol=1e-13)
+    np.testing.assert_allclose(
+        scaled, plain / rms[:, np.newaxis, np.newaxis], atol=1e-13
+    )
 
 
 @pytest.mark.parametrize("factor", [1e300, 1e-300, 2.0**-1060, -1.0])
@@ -27,7 +29,9 @@ def test_huge_and_tiny_windows_scale(windows, factor):
     scaled, rms = unit_rms_windows(windows * factor)
     expected, expected_rms = unit_rms_windows(windows)
     tolerance = 1e-3 if abs(factor) < 1e-307 else 1e-12
-    np.testing.assert_allclose(scaled * np.sign(factor), expected, rtol=tolerance, atol=tolerance)
+    np.testing.assert_allclose(
+        scaled * np.sign(factor), expected, rtol=tolerance, atol=tolerance
+    )
     np.testing.assert_allclose(rms, expected_rms * abs(factor), rtol=tolerance)
 
 
@@ -36,7 +40,9 @@ def test_constant_output_becomes_zero_and_scales_nothing(windows, value):
     windows[1, 0] = value
     scaled, rms = unit_rms_windows(windows)
     np.testing.assert_array_equal(scaled[1, 0], 0)
-    np.testing.assert_allclose(scaled[1, 1], windows[1, 1] - windows[1, 1].mean(), atol=1e-14)
+    np.testing.assert_allclose(
+        scaled[1, 1], windows[1, 1] - windows[1, 1].mean(), atol=1e-14
+    )
     assert rms[1] == 1
     expected, expected_rms = unit_rms_windows(np.delete(windows, 1, axis=0))
     np.testing.assert_array_equal(np.delete(scaled, 1, axis=0), expected)
@@ -93,4 +99,6 @@ def test_fit_is_one_minus_the_normalised_error(windows, factor):
 @pytest.mark.parametrize("shape", [(7,), (3, 7), (2, 3, 7)])
 def test_root_mean_square_is_over_the_last_axis(shape):
     signals = np.random.default_rng(0).normal(size=shape)
-    np.testing.assert_allclose(root_mean_square(signals), np.sqrt(np.mean(signals**2, axis=-1)))
+    np.testing.assert_allclose(
+        root_mean_square(signals), np.sqrt(np.mean(signals**2, axis=-1))
+    )

@@ -7,7 +7,11 @@ from skarxlag.kernels import short_time
 
 @pytest.mark.parametrize("n_rows", [1, 2, 3, 5, 8, 37, 64, 65, 100, 1000])
 def test_sort_columns_sorts_each_column(n_rows):
-    rows = np.random.default_rng(n_rows).integers(0, n_rows, size=(n_rows, 5)).astype(float)
+    rows = (
+        np.random.default_rng(n_rows)
+        .integers(0, n_rows, size=(n_rows, 5))
+        .astype(float)
+    )
     expected = np.sort(rows, axis=0)
     short_time.sort_columns(rows.reshape(-1), rows.shape[1])
     np.testing.assert_array_equal(rows, expected)
@@ -16,7 +20,9 @@ def test_sort_columns_sorts_each_column(n_rows):
 def test_sort_columns_sorts_zeros_and_ones():
     # A network that sorts every sequence of zeros and ones sorts everything.
     for n in range(2, 13):
-        rows = np.array([[k >> i & 1 for k in range(2**n)] for i in range(n)], dtype=float)
+        rows = np.array(
+            [[k >> i & 1 for k in range(2**n)] for i in range(n)], dtype=float
+        )
         expected = np.sort(rows, axis=0)
         short_time.sort_columns(rows.reshape(-1), rows.shape[1])
         np.testing.assert_array_equal(rows, expected)
@@ -25,10 +31,15 @@ def test_sort_columns_sorts_zeros_and_ones():
 @pytest.mark.parametrize("segment", [4, 31, 128])
 @pytest.mark.parametrize("hop", [1, 16, 300])
 def test_windowed_segments_by_hand(segment, hop):
-    signals, window = np.random.default_rng(0).normal(size=(2, 300)), np.arange(segment + 0.0)
+    signals, window = (
+        np.random.default_rng(0).normal(size=(2, 300)),
+        np.arange(segment + 0.0),
+    )
     segments = short_time.windowed_segments(signals, window, hop)
     starts = range(0, 300 - segment + 1, hop)
-    literal = [[window * samples[s : s + segment] for s in starts] for samples in signals]
+    literal = [
+        [window * samples[s : s + segment] for s in starts] for samples in signals
+    ]
     np.testing.assert_array_equal(segments, literal)
 
 
@@ -42,15 +53,25 @@ def test_levels_against_the_short_time_transform_of_scipy(segment, hop, n_sample
     floor = np.array([0.1, 1e-3, 1e-6])
     mean, median = short_time.band_levels(signals, window, hop, floor)
     n_segments = (n_samples - segment) // hop + 1
-    plain = {"boundary": None, "padded": False, "detrend": False, "noverlap": segment - 1}
+    plain = {
+        "boundary": None,
+        "padded": False,
+        "detrend": False,
+        "noverlap": segment - 1,
+    }
     for row in range(3):
-        _, _, spectra = signal.stft(signals[row], window=window, nperseg=segment, **plain)
+        _, _, spectra = signal.stft(
+            signals[row], window=window, nperseg=segment, **plain
+        )
         spectra = spectra[:, ::hop].T * window.sum()
         assert len(spectra) == n_segments
         power = np.abs(spectra) ** 2 + floor[row]
         # Rounding is a share of the amplitude of the strongest band.
         allowed = {"rtol": 1e-5, "atol": 1e-6 * np.sqrt(power.max())}
-        for found, literal in ((mean, power.mean(axis=0)), (median, np.median(power, axis=0))):
+        for found, literal in (
+            (mean, power.mean(axis=0)),
+            (median, np.median(power, axis=0)),
+        ):
             expected = np.sqrt(literal)[1 : segment // 2]
             np.testing.assert_allclose(np.sqrt(found[row]), expected, **allowed)
 
@@ -64,5 +85,7 @@ def test_layout_and_number_of_signals_do_not_matter(segment):
         alone = short_time.band_levels(signals[row : row + 1], window, 16, floor[:1])
         np.testing.assert_array_equal(np.array(alone)[:, 0], levels[:, row])
     signals.flags.writeable = False
-    same = short_time.band_levels(np.asfortranarray(signals.astype(float)), window, 16, floor)
+    same = short_time.band_levels(
+        np.asfortranarray(signals.astype(float)), window, 16, floor
+    )
     np.testing.assert_array_equal(same, levels)

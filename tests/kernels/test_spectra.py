@@ -8,12 +8,16 @@ from skarxlag.kernels.arx_laguerre import accumulate_sums, sums_of_products
 from skarxlag.kernels.linear_prediction import predictors
 
 
-def colour(signals, order, n_frequencies):
-    return spectra.autoregressive_log_spectrum(spectra.unit_peak(signals), order, n_frequencies)
+def spectral_shape(signals, order, n_frequencies):
+    return spectra.autoregressive_log_spectrum(
+        spectra.unit_peak(signals), order, n_frequencies
+    )
 
 
 def band_steadiness(signals, segment, hop):
-    mean, median = spectra.short_time_log_spectra(spectra.unit_peak(signals), segment, hop)
+    mean, median = spectra.short_time_log_spectra(
+        spectra.unit_peak(signals), segment, hop
+    )
     return median - mean
 
 
@@ -28,8 +32,10 @@ def ar2_log_spectrum(frequency):
 
 
 def test_autoregressive_log_spectrum_is_that_of_the_process():
-    estimated = colour(ar2(1, 200_000), 2, 64)[0]
-    np.testing.assert_allclose(estimated, ar2_log_spectrum(spectra.frequency_grid(64)), atol=0.05)
+    estimated = spectral_shape(ar2(1, 200_000), 2, 64)[0]
+    np.testing.assert_allclose(
+        estimated, ar2_log_spectrum(spectra.frequency_grid(64)), atol=0.05
+    )
 
 
 def test_model_is_that_of_a_network_with_its_pole_at_0():
@@ -46,7 +52,7 @@ def test_autoregressive_log_spectrum_agrees_with_freqz_of_plain_least_squares():
     lagged = np.stack([samples[10 - j : 400 - j] for j in range(1, 11)], axis=1)
     coef = np.linalg.lstsq(lagged, samples[10:], rcond=None)[0]
     _, response = signal.freqz([1], np.r_[1, -coef], worN=spectra.frequency_grid(32))
-    estimated = colour(samples[np.newaxis], 10, 32)[0]
+    estimated = spectral_shape(samples[np.newaxis], 10, 32)[0]
     np.testing.assert_allclose(estimated, np.log(np.abs(response) ** 2), atol=1e-5)
 
 
@@ -54,7 +60,7 @@ def test_autoregressive_log_spectrum_agrees_with_freqz_of_plain_least_squares():
 def test_log_spectra_do_not_depend_on_the_unit(scale):
     signals = ar2(3, 600)
     for log_spectrum in (
-        lambda s: colour(s, 16, 32),
+        lambda s: spectral_shape(s, 16, 32),
         lambda s: band_steadiness(s, 64, 8),
     ):
         np.testing.assert_allclose(
@@ -64,7 +70,7 @@ def test_log_spectra_do_not_depend_on_the_unit(scale):
 
 def test_signals_of_zeros_have_flat_log_spectra():
     zeros = np.zeros((2, 100))
-    assert np.all(colour(zeros, 16, 32) == 0)
+    assert np.all(spectral_shape(zeros, 16, 32) == 0)
     np.testing.assert_allclose(band_steadiness(zeros, 64, 8), 0, atol=1e-12)
 
 
@@ -79,9 +85,9 @@ def test_steadiness_of_a_steady_tone_is_0_and_of_strikes_far_below():
     k = np.arange(20_000)
     tone = np.cos(2 * np.pi * 10 / 64 * k)[np.newaxis]
     assert abs(band_steadiness(tone, 64, 16)[0, 9]) < 1e-3
-    strikes = np.where(k % 1000 == 0, 1.0, 1e-3)[np.newaxis] * np.random.default_rng(0).normal(
-        size=(1, 20_000)
-    )
+    strikes = np.where(k % 1000 == 0, 1.0, 1e-3)[np.newaxis] * np.random.default_rng(
+        0
+    ).normal(size=(1, 20_000))
     assert np.all(band_steadiness(strikes, 64, 16) < -3)
 
 
@@ -90,7 +96,9 @@ def test_steadiness_against_the_literal_short_time_spectrum():
     rms = np.sqrt(np.mean(samples**2))
     window = signal.windows.hann(34)[1:-1]
     starts = range(0, 300 - 32 + 1, 5)
-    power = np.array([np.abs(np.fft.fft(window * samples[s : s + 32] / rms)) ** 2 for s in starts])
+    power = np.array(
+        [np.abs(np.fft.fft(window * samples[s : s + 32] / rms)) ** 2 for s in starts]
+    )
     literal = np.log(np.median(power, axis=0) / power.mean(axis=0))[1:16]
     computed = band_steadiness(samples[np.newaxis], 32, 5)[0]
     np.testing.assert_allclose(computed, literal, atol=1e-5)
@@ -99,7 +107,7 @@ def test_steadiness_against_the_literal_short_time_spectrum():
 @pytest.mark.parametrize("n_samples", [1, 2, 3, 4, 7])
 def test_short_signals(n_samples):
     signals = np.random.default_rng(0).normal(size=(2, n_samples))
-    assert np.isfinite(colour(signals, 64, 32)).all()
+    assert np.isfinite(spectral_shape(signals, 64, 32)).all()
     steadiness = band_steadiness(signals, n_samples, 1)
     assert steadiness.shape == (2, max(n_samples // 2 - 1, 1))
     assert np.isfinite(steadiness).all()
@@ -126,7 +134,7 @@ def test_cepstrum_of_a_first_order_model_is_its_closed_form():
 def test_each_signal_is_worked_on_by_itself():
     signals = ar2(9, 500)
     for log_spectrum in (
-        lambda s: spectra.cepstrum(colour(s, 32, 64)),
+        lambda s: spectra.cepstrum(spectral_shape(s, 32, 64)),
         lambda s: spectra.cepstrum(band_steadiness(s, 64, 8)),
     ):
         alone = np.concatenate([log_spectrum(s[np.newaxis]) for s in signals])
@@ -135,7 +143,8 @@ def test_each_signal_is_worked_on_by_itself():
 
 @pytest.mark.parametrize("n_signals", [1, 3, 64])
 def test_transforms_of_many_signals_are_those_of_each(n_signals):
-    # What independence of the batch rests on: SciPy transforms rows alike, whatever their number.
+    # What independence of the batch rests on: SciPy transforms rows alike, whatever
+    # their number.
     rows = np.random.default_rng(5).normal(size=(n_signals, 68, 128))
     for transform in (fft.rfft, fft.irfft, fft.fft, fft.dct):
         alone = np.stack([[transform(row) for row in signal] for signal in rows])
@@ -156,7 +165,7 @@ def test_signals_of_any_layout_and_type(change):
     changed.flags.writeable = False
     plain = np.array(changed, dtype=np.float64, order="C")
     for log_spectrum in (
-        lambda s: colour(s, 16, 32),
+        lambda s: spectral_shape(s, 16, 32),
         lambda s: band_steadiness(s, 64, 8),
     ):
         np.testing.assert_array_equal(log_spectrum(changed), log_spectrum(plain))
@@ -167,7 +176,7 @@ def test_a_short_signal_gets_a_model_of_fewer_coefficients():
     coef = predictors(signals / np.abs(signals).max(), 10, 1e-9)[0]
     _, response = signal.freqz([1], np.r_[1, -coef], worN=spectra.frequency_grid(32))
     np.testing.assert_allclose(
-        colour(signals, 64, 32)[0],
+        spectral_shape(signals, 64, 32)[0],
         np.log(np.abs(response) ** 2),
         rtol=1e-9,
         atol=1e-12,
@@ -179,9 +188,11 @@ def test_a_short_signal_gets_a_model_of_fewer_coefficients():
 def test_more_coefficients_than_frequencies(order, n_frequencies):
     samples = ar2(1, 1200)
     coef = predictors(samples / np.abs(samples).max(), order, 1e-9)[0]
-    _, response = signal.freqz([1], np.r_[1, -coef], worN=spectra.frequency_grid(n_frequencies))
+    _, response = signal.freqz(
+        [1], np.r_[1, -coef], worN=spectra.frequency_grid(n_frequencies)
+    )
     np.testing.assert_allclose(
-        colour(samples, order, n_frequencies)[0],
+        spectral_shape(samples, order, n_frequencies)[0],
         np.log(np.abs(response) ** 2),
         rtol=1e-9,
         atol=1e-10,
@@ -193,7 +204,8 @@ def test_transforms_of_log_spectra_have_a_power_of_two_of_cells():
 
 
 def test_bands_that_hold_nothing_but_rounding_are_steady():
-    # A tone at the middle of a cell, of which the Hann window leaves rounding in other cells.
+    # A tone at the middle of a cell, of which the Hann window leaves rounding in other
+    # cells.
     tone = np.sin(2 * np.pi * 8 / 64 * np.arange(6400))[np.newaxis]
     mean, median = spectra.short_time_log_spectra(tone, 64, 32)
     np.testing.assert_allclose(median - mean, 0, atol=0.05)
@@ -212,7 +224,9 @@ def test_floor_of_the_power_is_1e_12_of_the_power_of_the_signal():
     assert 0.1 < power[quiet].mean() / floor < 10
     literal = np.sort(power + floor, axis=0)
     np.testing.assert_allclose(mean[0], np.log(literal.mean(axis=0)), atol=1e-5)
-    np.testing.assert_allclose(median[0], np.log(literal[49:51].mean(axis=0)), atol=1e-5)
+    np.testing.assert_allclose(
+        median[0], np.log(literal[49:51].mean(axis=0)), atol=1e-5
+    )
 
 
 def test_segments_of_four_samples_by_hand():
@@ -220,7 +234,8 @@ def test_segments_of_four_samples_by_hand():
     mean, median = spectra.short_time_log_spectra(signal_, 4, 4)
     w = np.sin(np.arange(1, 5) * np.pi / 5) ** 2
     x = signal_[0].reshape(3, 4) * w
-    # The one band of four samples between 0 and the Nyquist frequency is that of a quarter.
+    # The one band of four samples between 0 and the Nyquist frequency is that of a
+    # quarter.
     power = (x[:, 0] - x[:, 2]) ** 2 + (x[:, 1] - x[:, 3]) ** 2
     assert mean.shape == median.shape == (1, 1)
     expected = np.log(np.median(power) / power.mean())
@@ -236,6 +251,8 @@ def test_ridge_parameter_is_1e_9():
     signals = ar2(1, 200)
     ours = -spectra.predictors(spectra.unit_peak(signals), 8, 1e-9)
     response = np.exp(-1j * np.outer(np.arange(9), spectra.frequency_grid(32)))
-    expected = -np.log(np.abs(np.column_stack([np.ones(len(ours)), ours]) @ response) ** 2)
-    found = colour(signals, 8, 32)
+    expected = -np.log(
+        np.abs(np.column_stack([np.ones(len(ours)), ours]) @ response) ** 2
+    )
+    found = spectral_shape(signals, 8, 32)
     np.testing.assert_allclose(found, expected, rtol=1e-11)

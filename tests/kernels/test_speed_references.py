@@ -50,7 +50,9 @@ def test_expectation_and_variance_are_those_of_brownian_motion(x, known):
 
 def test_rows_of_features_are_interpolated_too():
     at = speed_distance(np.array([0.5, 2.0]), np.array([0.0, 1.0]))
-    np.testing.assert_allclose(at.interpolate(np.array([[0.0, 2.0], [4.0, 0.0]])), [[2, 1], [4, 0]])
+    np.testing.assert_allclose(
+        at.interpolate(np.array([[0.0, 2.0], [4.0, 0.0]])), [[2, 1], [4, 0]]
+    )
 
 
 def test_speeds_that_hardly_differ_are_one():
@@ -60,14 +62,17 @@ def test_speeds_that_hardly_differ_are_one():
 
 
 def test_slope_is_that_of_a_regression_on_increments():
-    # Increments of Brownian motion are independent: generalised least squares with a prior.
+    # Increments of Brownian motion are independent: generalised least squares with a
+    # prior.
     rng = np.random.default_rng(0)
     known, values = np.array([0.3, 0.4, 0.8, 1.2]), rng.normal(size=4)
     mean, deviation, drift = 1.5, 0.75, 0.3
     steps = np.diff(known)
     noise = drift**2 * steps / UNIT_DISTANCE
     precision = 1 / deviation**2 + np.sum(steps**2 / noise)
-    expected = (mean / deviation**2 + np.sum(steps * np.diff(values) / noise)) / precision
+    expected = (
+        mean / deviation**2 + np.sum(steps * np.diff(values) / noise)
+    ) / precision
     slope, variance = slope_against_speed(
         values, known, mean=mean, deviation=deviation, drift=drift
     )
@@ -85,8 +90,11 @@ def test_a_group_spans_as_much_as_is_stated():
 def test_drift_at_one_speed_is_9_percent_of_that_over_the_unit_distance():
     one, none = np.ones(1), np.zeros((1, 0))
     cepstra, no_scatter = np.zeros((1, 1)), np.zeros(1)
-    limits = Limits(no_scatter, np.eye(1), no_scatter, cepstra, none, none, none[0], 0.0, 1.0, 5)
-    # Changes of the deviation that each of the two is expected to have are equally probable.
+    limits = Limits(
+        no_scatter, np.eye(1), no_scatter, cepstra, none, none, none[0], 0.0, 1.0, 5
+    )
+    # Changes of the deviation that each of the two is expected to have are equally
+    # probable.
     changes = np.sqrt([0.09, 1.09]).reshape(2, 1, 1)
     rows = Rows(one, one, changes, np.zeros((2, 0)))
     found = log_p_values(limits, rows, np.array([0.0, np.log(1.3)]), 1.0)
@@ -100,7 +108,9 @@ def test_means_are_those_of_repeated_rows():
     weights = rng.integers(1, 5, 20)
     rows = np.repeat(np.arange(20), weights)
     repeated = [values[rows][group[rows] == number].mean(axis=0) for number in range(3)]
-    np.testing.assert_allclose(group_means(values, group, weights), repeated, rtol=1e-12)
+    np.testing.assert_allclose(
+        group_means(values, group, weights), repeated, rtol=1e-12
+    )
 
 
 def test_means_by_speed_and_group_have_the_axes_of_the_rows():
@@ -135,12 +145,16 @@ def test_weights_interpolate_the_means_of_the_speeds_at_which_a_condition_was_re
 
 
 def test_learned_drift_has_the_axes_of_the_means():
-    known, means = np.array([0.0, 0.2, 0.5]), np.random.default_rng(0).normal(size=(3, 2, 4, 5))
+    known, means = (
+        np.array([0.0, 0.2, 0.5]),
+        np.random.default_rng(0).normal(size=(3, 2, 4, 5)),
+    )
     # The second condition was recorded at the two upper speeds only.
     recorded = np.array([[True, False], [True, True], [True, True]])
     found = drift_learned(known, means, recorded)
     assert found.shape == (5, 4, 5)
-    # Between two speeds the prior holds for 0.4 of log speed, of which at least a fifth counts.
+    # Between two speeds the prior holds for 0.4 of log speed, of which at least a fifth
+    # counts.
     inside = means[1, 0] - (0.6 * means[0, 0] + 0.4 * means[2, 0])
     np.testing.assert_allclose(found[1], inside / np.sqrt(0.2 * 0.3 / 0.5 / 0.4))
     outside = means[2, 1] - means[1, 1]
@@ -148,5 +162,7 @@ def test_learned_drift_has_the_axes_of_the_means():
 
 
 def test_speeds_to_try_are_the_known_ones_and_their_middles():
-    np.testing.assert_allclose(speeds_to_try(np.array([0.0, 1.0, 3.0])), [0, 0.5, 1, 2, 3])
+    np.testing.assert_allclose(
+        speeds_to_try(np.array([0.0, 1.0, 3.0])), [0, 0.5, 1, 2, 3]
+    )
     np.testing.assert_array_equal(speeds_to_try(np.array([2.0])), [2.0])

@@ -7,6 +7,7 @@ import pytest
 from scipy.signal import lfilter
 from scipy.special import softmax
 from scipy.stats import norm
+from skarxlag.decisions.fault_locations import comb_evidence
 from sklearn.calibration import CalibratedClassifierCV
 from sklearn.svm import LinearSVC
 
@@ -21,9 +22,8 @@ from skarxlag import (
     save_monitor_state,
     window_verdicts,
 )
-from skarxlag.envelope_spectra import best_combs
-from skarxlag.evidence import P_VALUE_CORRELATION, effective_number
-from skarxlag.fault_places import comb_evidence
+from skarxlag.kernels.evidence import P_VALUE_CORRELATION, effective_number
+from skarxlag.measures.envelope_spectra import best_combs
 
 from .conftest import RATE, WINDOW, sound
 
@@ -72,7 +72,9 @@ def test_blocks_of_any_lengths_give_the_same_verdicts_to_the_last_bit(make, hop)
     assert repr(fed(one_by_one, few.reshape(-1, 1))) == repr(make(hop=hop).update(few))
 
 
-def test_verdicts_on_windows_are_those_of_the_diagnoser_and_the_detector(make, diagnoser, detector):
+def test_verdicts_on_windows_are_those_of_the_diagnoser_and_the_detector(
+    make, diagnoser, detector
+):
     signal = np.concatenate([sound("good", 2000, 3), sound("worn", 2000, 4)])
     verdicts = make(hop=150).update(signal)
     windows = make_windows(signal, WINDOW, hop=150)
@@ -116,7 +118,9 @@ def test_p_value_is_that_of_the_recent_windows(make, diagnoser, detector):
         for k, verdict in enumerate(verdicts):
             weights = 0.5 ** ((k - np.arange(k + 1)) * WINDOW / RATE / half_life)
             n = effective_number(weights.sum(), P_VALUE_CORRELATION)
-            expected = norm.cdf(np.sqrt(n) * np.average(scores[: k + 1], weights=weights))
+            expected = norm.cdf(
+                np.sqrt(n) * np.average(scores[: k + 1], weights=weights)
+            )
             assert verdict.p_value == pytest.approx(expected, rel=1e-9)
         if half_life < 1:
             assert verdicts[9].p_value > 0.1 > verdicts[19].p_value
@@ -127,7 +131,11 @@ def test_p_value_is_that_of_the_recent_windows(make, diagnoser, detector):
 def test_conditions_name_the_healthy_one(diagnoser, detector):
     assert ConditionMonitor(diagnoser, RATE, window_length=WINDOW).healthy == "good"
     monitor = ConditionMonitor(
-        diagnoser, RATE, window_length=WINDOW, conditions=["worn", "good"], detector=detector
+        diagnoser,
+        RATE,
+        window_length=WINDOW,
+        conditions=["worn", "good"],
+        detector=detector,
     )
     assert monitor.healthy == "worn" and monitor.conditions == ["worn", "good"]
     assert monitor.update(sound("worn", 1000, 4))[-1].verdict == "worn"
@@ -149,7 +157,11 @@ def test_a_short_half_life_follows_a_change_sooner(make):
 
 def test_alarm_goes_on_with_the_fault_and_off_after_it(make):
     signal = np.concatenate(
-        [sound("good", 8000, 3), sound("good", 8000, 4, gain=9.0), sound("good", 24_000, 5)]
+        [
+            sound("good", 8000, 3),
+            sound("good", 8000, 4, gain=9.0),
+            sound("good", 24_000, 5),
+        ]
     )
     monitor = make(false_alarm_interval=0.5)
     verdicts = monitor.update(signal)
@@ -170,12 +182,21 @@ def test_alarm_settings_move_its_limit(make):
     assert limit(false_alarm_interval=1.0) < limit(false_alarm_interval=1e4)
     assert limit(persistence=0.1) < limit(persistence=0.9)
     # Windows that share samples exceed together.
-    assert limit(hop=20) == limit(hop=20, persistence=0.9) < limit(hop=20, persistence=0.95)
+    assert (
+        limit(hop=20)
+        == limit(hop=20, persistence=0.9)
+        < limit(hop=20, persistence=0.95)
+    )
 
 
 def test_the_delay_of_the_alarm_is_stated_or_chosen(make):
     loud = sound("good", 40 * WINDOW, 4, gain=9.0)
-    for settings in ({}, {"false_alarm_interval": 1.0}, {"alarm_delay": 3}, {"alarm_delay": 1}):
+    for settings in (
+        {},
+        {"false_alarm_interval": 1.0},
+        {"alarm_delay": 3},
+        {"alarm_delay": 1},
+    ):
         monitor = make(**settings)
         verdicts = monitor.update(loud)
         assert all(v.exceeds for v in verdicts)
@@ -210,7 +231,9 @@ def test_a_latched_alarm_stays_on_until_it_is_acknowledged(make):
     states = [v.alarm_state for v in verdicts]
     assert states[:4] == ["not yet an alarm", "not yet an alarm", "on", "on"]
     assert states[-1] == monitor.alarm_state == "latched" and monitor.latched
-    assert others[-1].alarm_state == "off" and not others[-1].alarm and not plain.latched
+    assert (
+        others[-1].alarm_state == "off" and not others[-1].alarm and not plain.latched
+    )
     assert verdicts[-1].alarm and verdicts[-1].alarm_level == 0.0
     # The verdict is that of recent windows.
     assert verdicts[-1].verdict == others[-1].verdict == "good"
@@ -219,7 +242,8 @@ def test_a_latched_alarm_stays_on_until_it_is_acknowledged(make):
     assert not make(alarm_delay=3).restore(monitor.state()).latched
     again.acknowledge()
     assert again.alarm_state == "off" and not again.update(calm)[-1].alarm
-    # The next alarm is latched again; acknowledged while it is on, it goes off by itself.
+    # The next alarm is latched again; acknowledged while it is on, it goes off by
+    # itself.
     assert again.update(signal)[-1].alarm_state == "latched"
     again.acknowledge()
     assert again.update(signal[: 6 * WINDOW])[-1].alarm_state == "on"
@@ -239,7 +263,9 @@ def test_calibration_measures_how_often_healthy_windows_exceed(make, detector):
     assert monitor._alarm.limit != make()._alarm.limit
     assert monitor.counts["samples"] == 0
     before = monitor.state()
-    with pytest.raises(ValueError, match="healthy windows exceed the threshold at a rate of"):
+    with pytest.raises(
+        ValueError, match="healthy windows exceed the threshold at a rate of"
+    ):
         monitor.calibrate(20 * healthy)
     assert repr(monitor.state()) == repr(before)
 
@@ -284,7 +310,9 @@ def test_gaps_and_clock_steps_are_counted_and_windows_start_afresh(make):
     assert [v.start for v in verdicts] == [200]
     # 5 s are missing, and the 100 samples of the unfinished window are of no use.
     verdicts = monitor.update(signal[500:750], time=1005.51)
-    assert [v.start for v in verdicts] == [500] and verdicts[0].time == pytest.approx(1005.71)
+    assert [v.start for v in verdicts] == [500] and verdicts[0].time == pytest.approx(
+        1005.71
+    )
     assert monitor.counts["gaps"] == 1
     assert monitor.counts["missing_seconds"] == pytest.approx(5.0)
     monitor.update(signal[750:], time=3.0)
@@ -345,7 +373,10 @@ def test_state_of_a_calibrated_monitor_keeps_the_calibration(make):
         (lambda s: s["alarm"].update(sum=10**6), "expected a sum from 0 to"),
         (lambda s: s["stream"].update(rest=[[0.0] * 5] * 2), "that fit each other"),
         (lambda s: s["stream"].pop("next_start"), "next_start"),
-        (lambda s: s["stream"].update(n_gaps="x"), "'x', expected an integer of at least 0"),
+        (
+            lambda s: s["stream"].update(n_gaps="x"),
+            "'x', expected an integer of at least 0",
+        ),
         (lambda s: s["stream"].update(rest=[1.0]), "damaged"),
         (lambda s: s["stream"].update(reference=[]), "damaged"),
         (lambda s: s["stream"].update(missing_seconds=-1.0), "that fit each other"),
@@ -353,10 +384,16 @@ def test_state_of_a_calibrated_monitor_keeps_the_calibration(make):
         (lambda s: s["stream"].update(reference=[0, 10**400]), "damaged"),
         (lambda s: s["evidence"].update(weight=np.inf), "finite sums"),
         (lambda s: s["p_values"].update(weight=-1.0), "expected 1 finite sums"),
-        (lambda s: s["settings"].update(healthy="worn"), "healthy == 'worn', expected 'good'"),
+        (
+            lambda s: s["settings"].update(healthy="worn"),
+            "healthy == 'worn', expected 'good'",
+        ),
         (lambda s: s.pop("seen"), "seen"),
         (lambda s: s.update(seen=[-1, 0, 0, 0]), "-1, expected an integer"),
-        (lambda s: s.update(seen=[9, 2, 2, 3]), "expected as many windows as exceed, or more"),
+        (
+            lambda s: s.update(seen=[9, 2, 2, 3]),
+            "expected as many windows as exceed, or more",
+        ),
         (lambda s: s["settings"].update(n_rows=3), "n_rows == 3, expected 2"),
         (lambda s: s["settings"].update(train_rpm=[50.0]), "train_rpm == "),
         (lambda s: s["settings"].update(rate=0.3), "rate == 0.3, expected 0.05"),
@@ -412,7 +449,9 @@ def test_a_huge_file_is_refused_before_it_is_read(tmp_path):
     path = tmp_path / "monitor.json"
     with path.open("wb") as file:
         file.truncate(2 * 10**8)
-    with pytest.raises(ValueError, match=r"Number of bytes == .*, expected at most 104857600"):
+    with pytest.raises(
+        ValueError, match=r"Number of bytes == .*, expected at most 104857600"
+    ):
         load_monitor_state(path)
 
 
@@ -500,7 +539,9 @@ def test_implausible_speed_gets_no_verdict(rpm, diagnoser):
 
 def test_a_speed_for_each_sample(diagnoser):
     def monitor():
-        return ConditionMonitor(diagnoser, RATE, window_length=WINDOW, train_rpm=[900.0])
+        return ConditionMonitor(
+            diagnoser, RATE, window_length=WINDOW, train_rpm=[900.0]
+        )
 
     signal = sound("good", 2000, 3)
     rpm = np.linspace(850.0, 950.0, 2000)
@@ -515,11 +556,15 @@ def test_a_speed_for_each_sample(diagnoser):
         found = [v for block in blocks for v in one.update(block[0], rpm=block[1])]
         assert repr(found) == repr(whole)
     steps = np.repeat([900.0, np.nan, 910.0], [500, 300, 1200])
-    assert [v.rpm for v in monitor().update(signal, rpm=steps)] == [900.0] * 4 + [910.0] * 6
+    assert [v.rpm for v in monitor().update(signal, rpm=steps)] == [900.0] * 4 + [
+        910.0
+    ] * 6
     unknown = np.r_[np.full(500, np.nan), np.full(1500, 900.0)]
     first = monitor().update(signal, rpm=unknown)
     assert [v.quality for v in first] == ["no verdict"] * 2 + ["good"] * 8
-    message = r"rpm == \[900.0, 900.0, 900.0\], expected one number, or one for each of 2000"
+    message = (
+        r"rpm == \[900.0, 900.0, 900.0\], expected one number, or one for each of 2000"
+    )
     with pytest.raises(ValueError, match=message):
         monitor().update(signal, rpm=[900.0] * 3)
 
@@ -533,7 +578,12 @@ def test_a_speed_holds_from_its_sample_on(diagnoser, make):
     assert monitor.update([], rpm=910.0) == []
     again = ConditionMonitor(diagnoser, RATE, window_length=WINDOW, train_rpm=[900.0])
     again.restore(json.loads(json.dumps(monitor.state())))
-    assert [v.rpm for v in found + again.update(signal[620:])] == [900.0, 900.0, 910.0, 910.0]
+    assert [v.rpm for v in found + again.update(signal[620:])] == [
+        900.0,
+        900.0,
+        910.0,
+        910.0,
+    ]
 
 
 def test_speed_must_be_a_number(make):
@@ -548,7 +598,9 @@ def test_windows_of_the_monitor_are_those_of_window_verdicts(diagnoser):
     signal = np.concatenate([sound("good", 1000, 3), sound("worn", 1000, 4)])
     monitor = ConditionMonitor(diagnoser, RATE, detector=detector, window_length=WINDOW)
     found = monitor.update(signal, rpm=870.0)
-    table = window_verdicts(diagnoser, make_windows(signal, WINDOW), rpm=870.0, detector=detector)
+    table = window_verdicts(
+        diagnoser, make_windows(signal, WINDOW), rpm=870.0, detector=detector
+    )
     assert [v.window_verdict for v in found] == table["verdict"].tolist()
     assert [v.exceeds for v in found] == table["alarm"].tolist()
 
@@ -586,7 +638,11 @@ def test_a_diagnoser_alone_and_a_detector_alone(diagnoser, detector):
     assert last.verdict == "good" and last.alarm is False
     watching = ConditionMonitor(None, RATE, detector=detector, window_length=WINDOW)
     last = watching.update(signal)[-1]
-    assert last.verdict == "healthy" and last.window_verdict is None and last.alarm is False
+    assert (
+        last.verdict == "healthy"
+        and last.window_verdict is None
+        and last.alarm is False
+    )
     assert watching.conditions == []
     with pytest.raises(ValueError, match="diagnoser and detector == None"):
         ConditionMonitor(None, RATE)
@@ -595,14 +651,16 @@ def test_a_diagnoser_alone_and_a_detector_alone(diagnoser, detector):
 
 
 def test_a_classifier_of_others_names_conditions_and_raises_no_alarm():
-    X = np.stack([make_windows(sound(c, 2000, 5), WINDOW) for c in ("good", "worn")]).reshape(
-        -1, WINDOW
-    )
+    X = np.stack(
+        [make_windows(sound(c, 2000, 5), WINDOW) for c in ("good", "worn")]
+    ).reshape(-1, WINDOW)
     other = CalibratedClassifierCV(make_diagnoser(), cv=2).fit(X, np.repeat([3, 4], 10))
     monitor = ConditionMonitor(other, RATE, window_length=WINDOW)
     last = monitor.update(sound("worn", 1000, 6))[-1]
     assert last.verdict == 4 and type(last.verdict) is int
-    assert last.alarm is None and np.isnan(last.alarm_level) and last.alarm_state == "none"
+    assert (
+        last.alarm is None and np.isnan(last.alarm_level) and last.alarm_state == "none"
+    )
     assert monitor.alarm_delay is None and monitor.false_alarm_interval is None
     with pytest.raises(ValueError, match="detector == None"):
         monitor.calibrate(sound("good", 1000, 6))
@@ -611,9 +669,14 @@ def test_a_classifier_of_others_names_conditions_and_raises_no_alarm():
 def turning(n_rows, amplitude, seed, rpm=900.0):
     """Rows of three turns of a bearing 6205: noise, and impacts of the outer race."""
     rng = np.random.default_rng(seed)
-    X, interval = rng.normal(size=(n_rows, 2000)), 6e5 / (rpm * bearing_orders("6205")["outer"])
+    X, interval = (
+        rng.normal(size=(n_rows, 2000)),
+        6e5 / (rpm * bearing_orders("6205")["outer"]),
+    )
     for row in X:
-        at = np.cumsum(interval * np.append(rng.uniform(), rng.normal(1, 0.01, size=30)))
+        at = np.cumsum(
+            interval * np.append(rng.uniform(), rng.normal(1, 0.01, size=30))
+        )
         row[at[at < 2000].astype(int)] += amplitude
     return X
 
@@ -628,7 +691,9 @@ def test_faint_combs_are_gathered_and_forgotten(by_orders):
     monitor = ConditionMonitor(by_orders, 1e4, window_length=2000, half_life=3.0)
     healthy, faint = turning(40, 0, 1), turning(40, 4.5, 2)
     before, during, after = (
-        fed(monitor, [rows.ravel()]) if number else monitor.update(rows.ravel(), rpm=900)
+        fed(monitor, [rows.ravel()])
+        if number
+        else monitor.update(rows.ravel(), rpm=900)
         for number, rows in enumerate((healthy, faint, healthy))
     )
     assert {v.verdict for v in before} == {"healthy"}
@@ -636,13 +701,19 @@ def test_faint_combs_are_gathered_and_forgotten(by_orders):
     # One by one, few of the same windows are named.
     assert sum(v.window_verdict == "outer" for v in during[20:]) < 15
     # The gathered mean is less noisy than one window, and the name surer.
-    assert during[-1].probability > by_orders.predict_proba(faint, rpm=900).max(axis=1).mean()
+    assert (
+        during[-1].probability
+        > by_orders.predict_proba(faint, rpm=900).max(axis=1).mean()
+    )
     assert after[-1].verdict == "healthy"
 
 
 def test_combs_of_another_speed_have_a_wider_limit(by_orders):
     contrast = by_orders.diagnose(turning(40, 4.5, 2), rpm=900).contrasts.mean(axis=0)
-    named = [by_orders.diagnose_gathered(contrast, 40, rpm).named[0] for rpm in (900.0, 1200.0)]
+    named = [
+        by_orders.diagnose_gathered(contrast, 40, rpm).named[0]
+        for rpm in (900.0, 1200.0)
+    ]
     assert named == ["outer", "healthy"]
     one = by_orders.diagnose_gathered(contrast, 1, 900.0)
     many = by_orders.diagnose_gathered(contrast, 40, 900.0)
@@ -660,7 +731,8 @@ def joint():
 def test_combs_are_gathered_beside_learned_spectra(joint):
     remounted = lfilter([1], [1, -0.5], turning(40, 4, 2, 850.0).ravel())
     found = joint.diagnose(remounted.reshape(40, -1), rpm=850)
-    # One by one, combs leave the rows in doubt, and so does the mean of their probabilities.
+    # One by one, combs leave the rows in doubt, and so does the mean of their
+    # probabilities.
     logs = found.log_probability.mean(axis=0)
     doubt = softmax(effective_number(40) * logs).max()
     monitor = ConditionMonitor(joint, 1e4, window_length=2000, half_life=np.inf)
@@ -672,7 +744,9 @@ def test_combs_are_gathered_beside_learned_spectra(joint):
     orders, places = decide.orders_, decide.class_places_
     scores = best_combs(contrast, 3, orders, 0.1, 0.03)["scores"] - decide.reference_
     places = np.append(places, 3)  # an unknown condition shows no comb
-    combs = comb_evidence(np.sqrt(effective_number(40, 0.2)) * scores[np.newaxis], places)[0]
+    combs = comb_evidence(
+        np.sqrt(effective_number(40, 0.2)) * scores[np.newaxis], places
+    )[0]
     assert last.probability == pytest.approx(softmax(spectra + combs).max())
 
 
@@ -684,7 +758,10 @@ def test_spectra_decide_alone_while_the_speed_is_not_known(joint):
     assert blind.probability == pytest.approx(softmax(effective_number(4) * logs).max())
     seen = monitor.update(rows[4:].ravel(), rpm=850)[-1]
     assert monitor.state()["contrasts"]["weight"] == 4
-    assert seen.verdict == blind.verdict == "worn outer" and seen.probability > blind.probability
+    assert (
+        seen.verdict == blind.verdict == "worn outer"
+        and seen.probability > blind.probability
+    )
 
 
 def test_gathered_combs_survive_a_restart(by_orders, tmp_path):
@@ -714,9 +791,19 @@ def test_a_restart_after_each_block_changes_nothing(by_orders, joint, make, seed
         for each in (unbroken, restarted):
             each.update([], rpm=900.0)
         for block in blocks:
-            speeds = rng.uniform(850, 950) + np.linspace(0, rng.uniform(-90, 90), len(block))
-            rpm = [None, 900.0, speeds, np.where(rng.random(len(block)) < 0.1, np.nan, speeds)]
-            given = {"rpm": rpm[rng.integers(4)], "time": time if rng.random() < 0.8 else None}
+            speeds = rng.uniform(850, 950) + np.linspace(
+                0, rng.uniform(-90, 90), len(block)
+            )
+            rpm = [
+                None,
+                900.0,
+                speeds,
+                np.where(rng.random(len(block)) < 0.1, np.nan, speeds),
+            ]
+            given = {
+                "rpm": rpm[rng.integers(4)],
+                "time": time if rng.random() < 0.8 else None,
+            }
             time += len(block) / 1e4 + rng.choice([0.0, 5.0], p=[0.9, 0.1])
             found = [each.update(block, **given) for each in (unbroken, restarted)]
             assert repr(found[0]) == repr(found[1])

@@ -1,13 +1,14 @@
 """Count the mutants of modules that the tests kill: ``python -m tests.mutation``.
 
-The modules are the kernels, the decision, the verdicts and the journal of an interrupted run.
-Each mutant is a copy of a module with one small error, see `mutants`. It is killed if a test fails
-that passes without the error, or takes too long. Tests that are slow without the error are left
-out. If an error is in a loop, or in a constant next to one, all loops run as plain Python, so that
-nothing has to be compiled; an index out of bounds is then an error, which a compiled loop would not
-notice. Otherwise the loops are those that are compiled already.
-Mutants that are equivalent to the module are listed in `equivalent.txt`, each with its reason, and
-are not counted. Exit status: 0 if at least 99 % of each module are killed, 1 otherwise.
+The modules are the kernels, the decision, the verdicts and the journal of an
+interrupted run. Each mutant is a copy of a module with one small error, see `mutants`.
+It is killed if a test fails that passes without the error, or takes too long. Tests
+that are slow without the error are left out. If an error is in a loop, or in a constant
+next to one, all loops run as plain Python, so that nothing has to be compiled; an index
+out of bounds is then an error, which a compiled loop would not notice. Otherwise the
+loops are those that are compiled already. Mutants that are equivalent to the module are
+listed in `equivalent.txt`, each with its reason, and are not counted. Exit status: 0 if
+at least 99 % of each module are killed, 1 otherwise.
 """
 
 import argparse
@@ -38,17 +39,25 @@ import scipy.sparse.linalg
 import scipy.stats  # noqa: F401
 import sklearn.utils.estimator_checks  # noqa: F401
 
-from tests.mutation.mutants import SOURCES, compiled_functions, known_equivalent, mutants
+from tests.mutation.mutants import (
+    SOURCES,
+    compiled_functions,
+    known_equivalent,
+    mutants,
+)
 from tests.mutation.one_mutant import run_tests
 
 ROOT = Path(__file__).parents[2]
 #: Tests of a module that do not stand in the file of its name.
 FURTHER_TESTS = {
-    "detection": ["tests/test_known_conditions.py"],
-    "ladder": ["tests/kernels/test_ladder_thresholds.py", "tests/test_ladder.py"],
+    "detection": ["tests/decisions/test_known_conditions.py"],
+    "ladder": [
+        "tests/kernels/test_ladder_thresholds.py",
+        "tests/decisions/test_ladder.py",
+    ],
     "laguerre": ["tests/kernels/test_arx_laguerre.py"],
     "observer": ["tests/kernels/test_residual_levels.py"],
-    "verdicts": ["tests/test_fusion.py"],
+    "verdicts": ["tests/decisions/test_fusion.py"],
     "lanes": ["tests/kernels/test_observer.py", "tests/kernels/test_arx_laguerre.py"],
 }
 #: Share of the mutants of a module that the tests must kill.
@@ -89,7 +98,10 @@ def examine(module, chosen):
                 # The first time, tests that compile a loop may seem to be slow.
                 run_tests(name, path, None, tests)
                 usual[is_plain], failed = run_tests(name, path, None, tests)
-                said += [f"{module}: {test} fails or is slow without an error" for test in failed]
+                said += [
+                    f"{module}: {test} fails or is slow without an error"
+                    for test in failed
+                ]
             _, found = run_tests(name, path, program, tests, usual[is_plain], kills)
             kills.update(found)
             if not found:
@@ -105,17 +117,29 @@ def interval(killed, total):
     """Wilson's interval, at 95 %, of a share of which a sample was seen."""
     share, z = killed / total, 1.96
     middle = (share + z**2 / (2 * total)) / (1 + z**2 / total)
-    half = np.sqrt(share * (1 - share) / total + z**2 / (4 * total**2)) * z / (1 + z**2 / total)
+    half = (
+        np.sqrt(share * (1 - share) / total + z**2 / (4 * total**2))
+        * z
+        / (1 + z**2 / total)
+    )
     return middle - half, middle + half
 
 
 def main():
     """Run the command."""
-    parser = argparse.ArgumentParser(prog="python -m tests.mutation", description=__doc__)
-    parser.add_argument("modules", nargs="*", default=list(SOURCES), help="default: all")
-    parser.add_argument("--sample", type=int, help="number of mutants in all, drawn at random")
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.mutation", description=__doc__
+    )
+    parser.add_argument(
+        "modules", nargs="*", default=list(SOURCES), help="default: all"
+    )
+    parser.add_argument(
+        "--sample", type=int, help="number of mutants in all, drawn at random"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the sample; default 0")
-    parser.add_argument("--jobs", type=int, default=2, help="processes at once; default 2")
+    parser.add_argument(
+        "--jobs", type=int, default=2, help="processes at once; default 2"
+    )
     args = parser.parse_args()
     os.chdir(ROOT)
     # Children begin with all that pytest imports, and leave what is here to itself.
@@ -132,11 +156,15 @@ def main():
         found = random.Random(args.seed).sample(found, args.sample)
     is_sample, n_found = len(found) < n_all, len(found)
     found = [each for each in found if each[2] not in equivalent]
-    chosen = {module: {n for m, n, _ in found if m == module} for module in args.modules}
+    chosen = {
+        module: {n for m, n, _ in found if m == module} for module in args.modules
+    }
     context, n_alive, holds = get_context("fork"), 0, True
     with ProcessPoolExecutor(args.jobs, context, max_tasks_per_child=None) as pool:
         # The largest first, so that no process waits for the last one for long.
-        order = sorted(filter(chosen.get, chosen), key=lambda module: -len(chosen[module]))
+        order = sorted(
+            filter(chosen.get, chosen), key=lambda module: -len(chosen[module])
+        )
         tasks = {pool.submit(examine, m, chosen[m]): len(chosen[m]) for m in order}
         for task in as_completed(tasks):
             alive, report = task.result()
@@ -145,10 +173,14 @@ def main():
             print(report, flush=True)
     killed = len(found) - n_alive
     print(f"{n_found - len(found)} of {n_found} mutants are known to be equivalent")
-    print(f"{killed} of the other {len(found)} killed: {100 * killed / len(found):.1f} %")
+    print(
+        f"{killed} of the other {len(found)} killed: {100 * killed / len(found):.1f} %"
+    )
     if is_sample:
         low, high = interval(killed, len(found))
-        print(f"a sample of {n_all}: between {100 * low:.1f} and {100 * high:.1f} % (95 %)")
+        print(
+            f"a sample of {n_all}: between {100 * low:.1f} and {100 * high:.1f} % (95 %)"
+        )
     return 0 if holds else 1
 
 

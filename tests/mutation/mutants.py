@@ -13,10 +13,10 @@ SOURCES = {
     for path in sorted((_PACKAGE / "kernels").glob("*.py"))
     if path.stem not in _NOT_NUMERIC
 } | {
-    "detection": _PACKAGE / "detection.py",
+    "detection": _PACKAGE / "decisions/detection.py",
     # The kernel has the name of the file.
-    "threshold_ladder": _PACKAGE / "ladder.py",
-    "verdicts": _PACKAGE / "verdicts.py",
+    "threshold_ladder": _PACKAGE / "decisions/ladder.py",
+    "verdicts": _PACKAGE / "verdicts/recordings.py",
     "journal": _PACKAGE / "commands/journal.py",
 }
 _COMPARISONS = {
@@ -57,7 +57,8 @@ def known_equivalent():
     Returns
     -------
     dict of str to list of str
-        Their reasons, one for each place of a function that the changed line could stand in.
+        Their reasons, one for each place of a function that the changed line could
+        stand in.
     """
     reasons = defaultdict(list)
     for line in Path(__file__).with_name("equivalent.txt").read_text().splitlines():
@@ -70,9 +71,10 @@ def known_equivalent():
 def mutants(source):
     """Every program that differs from the source by one small error.
 
-    Comparisons move their boundary and turn round, arithmetic and logic change their operator, a
-    number grows by 1 (an integer) or by a tenth, a sign is dropped, min and max are exchanged. The
-    -1 of a `reshape` stays, since any negative number stands for the length that is left.
+    Comparisons move their boundary and turn round, arithmetic and logic change their
+    operator, a number grows by 1 (an integer) or by a tenth, a sign is dropped, min and
+    max are exchanged. The -1 of a `reshape` stays, since any negative number stands for
+    the length that is left.
 
     Parameters
     ----------
@@ -96,7 +98,9 @@ def mutants(source):
     tree = ast.parse(source)
     parents = {id(c): p for p in ast.walk(tree) for c in ast.iter_child_nodes(p)}
     left_out = {id(n.value) for n in ast.walk(tree) if isinstance(n, ast.Expr)}
-    left_out |= {id(length.operand) for n in ast.walk(tree) for length in _free_lengths(n)}
+    left_out |= {
+        id(length.operand) for n in ast.walk(tree) for length in _free_lengths(n)
+    }
     places = [node for node in ast.walk(tree) if hasattr(node, "lineno")]
     for place in sorted(places, key=lambda node: (node.lineno, node.col_offset)):
         if id(place) in left_out:
@@ -105,7 +109,9 @@ def mutants(source):
             right = getattr(place, name)
             setattr(place, name, value)
             shown = place
-            while not isinstance(shown, ast.stmt | ast.Compare) and id(shown) in parents:
+            while (
+                not isinstance(shown, ast.stmt | ast.Compare) and id(shown) in parents
+            ):
                 shown = parents[id(shown)]
             line = ast.unparse(shown).split("\n")[0]
             inside = next(_functions(shown, parents), "")
@@ -122,8 +128,14 @@ def compiled_functions(source):
     ['', 'loop']
     """
     marks = {"compiled", "inlined"}
-    functions = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef)]
-    loops = {f.name for f in functions if marks & set(map(ast.unparse, f.decorator_list))}
+    functions = [
+        node
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.FunctionDef)
+    ]
+    loops = {
+        f.name for f in functions if marks & set(map(ast.unparse, f.decorator_list))
+    }
     return loops | {""} if loops else loops
 
 
@@ -148,7 +160,10 @@ def _changes(node):
     if isinstance(node, ast.Compare):
         others = _COMPARISONS.get(type(node.ops[0]), ())
         return [("ops", [other(), *node.ops[1:]]) for other in others]
-    if isinstance(node, ast.BinOp | ast.AugAssign | ast.BoolOp) and type(node.op) in _OPERATORS:
+    if (
+        isinstance(node, ast.BinOp | ast.AugAssign | ast.BoolOp)
+        and type(node.op) in _OPERATORS
+    ):
         return [("op", _OPERATORS[type(node.op)]())]
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
         return [("op", ast.UAdd())]

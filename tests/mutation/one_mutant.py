@@ -27,7 +27,9 @@ class _Mutated(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
     def find_spec(self, fullname, path=None, target=None):
         if fullname == self.name:
-            return importlib.util.spec_from_file_location(fullname, self.path, loader=self)
+            return importlib.util.spec_from_file_location(
+                fullname, self.path, loader=self
+            )
         return None
 
     def create_module(self, spec):
@@ -47,11 +49,17 @@ class _Course:
     def pytest_collection_modifyitems(self, items):
         if self.usual is not None:
             items[:] = [item for item in items if item.nodeid in self.usual]
-            items.sort(key=lambda each: (-self.kills[each.nodeid], self.usual[each.nodeid]))
+            items.sort(
+                key=lambda each: (-self.kills[each.nodeid], self.usual[each.nodeid])
+            )
 
     def pytest_runtest_setup(self, item):
         self.running = item.nodeid
-        limit = _SLOWEST if self.usual is None else _SECONDS + _TIMES * self.usual[item.nodeid]
+        limit = (
+            _SLOWEST
+            if self.usual is None
+            else _SECONDS + _TIMES * self.usual[item.nodeid]
+        )
         signal.signal(signal.SIGPROF, self.out_of_time)
         signal.setitimer(signal.ITIMER_PROF, limit)
 
@@ -95,8 +103,8 @@ def run_tests(name, path, program, tests, usual=None, kills=None):
     tests : list of str
         Files for pytest.
     usual : dict of str to float, optional
-        Seconds that each test takes without an error; other tests are left out. By default all
-        tests run, whatever fails; a test that takes long fails.
+        Seconds that each test takes without an error; other tests are left out. By
+        default all tests run, whatever fails; a test that takes long fails.
     kills : Counter, optional
         How often each test has found an error. These run first, then the fast ones.
 
@@ -105,8 +113,8 @@ def run_tests(name, path, program, tests, usual=None, kills=None):
     passed : dict of str to float
         Seconds of each test that passed.
     failed : list of str
-        The tests that failed or took too long: with `usual`, the first one. It is ``["import"]`` if
-        pytest did not get that far.
+        The tests that failed or took too long: with `usual`, the first one. It is
+        ``["import"]`` if pytest did not get that far.
     """
     report, write = os.pipe()
     child = os.fork()
@@ -118,10 +126,18 @@ def run_tests(name, path, program, tests, usual=None, kills=None):
         course.pipe = write
         if program is not None:
             sys.meta_path.insert(0, _Mutated(name, program, path))
-        options = ["-qq", "-p", "no:cacheprovider", "--import-mode=append", "--doctest-modules"]
-        # pytest would import a file that it is given on the command line past every other importer.
+        options = [
+            "-qq",
+            "-p",
+            "no:cacheprovider",
+            "--import-mode=append",
+            "--doctest-modules",
+        ]
+        # pytest would import a file that it is given on the command line past every
+        # other importer.
         options += ["--assert=plain"]
-        # Numbers that are no arrays warn in plain Python, and do not in a compiled loop.
+        # Numbers that are no arrays warn in plain Python, and do not in a compiled
+        # loop.
         options += ["-o", "addopts=", "-W", "ignore::RuntimeWarning"]
         # What an error lets grow without end must not take the machine's memory.
         _bound_memory()

@@ -13,8 +13,13 @@ import skarxlag
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 EQUATIONS = (DOCS / "paper" / "equations.md").read_text("utf-8")
-SECTIONS = dict(re.findall(r"^## ([^\n]*)\n(.*?)(?=^## |\Z)", EQUATIONS, flags=re.S | re.M))
-PAGES = [DOCS / "method.md", *(DOCS / "paper" / f"{name}.md" for name in ("index", "equations"))]
+SECTIONS = dict(
+    re.findall(r"^## ([^\n]*)\n(.*?)(?=^## |\Z)", EQUATIONS, flags=re.S | re.M)
+)
+PAGES = [
+    DOCS / "method.md",
+    *(DOCS / "paper" / f"{name}.md" for name in ("index", "equations")),
+]
 PAGES.append(DOCS / "paper" / "errata.md")
 ALL = [f"({n})" for n in range(1, 33)] + [f"A-{n}" for n in range(1, 10)]
 
@@ -80,7 +85,9 @@ def test_section_names_status_functions_and_tests(label):
     assert len(tests) == section.count("`tests/") > 0
     for function, file in tests:
         tree = ast.parse((ROOT / file).read_text("utf-8"))
-        assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+        assert function in {
+            node.name for node in tree.body if isinstance(node, ast.FunctionDef)
+        }
 
 
 def test_overview_has_every_table_and_figure():
@@ -94,7 +101,9 @@ def test_overview_has_every_table_and_figure():
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_and_anchors(page):
-    links = re.findall(r"\]\((?!https?:)([^)#]*)(?:#([^)]*))?\)", page.read_text("utf-8"))
+    links = re.findall(
+        r"\]\((?!https?:)([^)#]*)(?:#([^)]*))?\)", page.read_text("utf-8")
+    )
     assert links
     for target, anchor in links:
         other = page.parent / target if target else page
@@ -104,12 +113,19 @@ def test_links_and_anchors(page):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_formulas_survive_markdown(page):
-    # A bar ends a table's cell; code hosts take a backslash before punctuation for an escape.
+    # A bar ends a table's cell; code hosts take a backslash before punctuation for an
+    # escape.
     text = page.read_text("utf-8")
     rows = re.findall(r"^\|.*\|$", text, flags=re.M)
-    assert not [row for row in rows if any("|" in each for each in re.findall(r"\$[^$]+\$", row))]
+    assert not [
+        row
+        for row in rows
+        if any("|" in each for each in re.findall(r"\$[^$]+\$", row))
+    ]
     if page.parent.name == "paper":
-        assert not [each for each in inline_formulas(text) if re.search(r"\\[^a-zA-Z]", each)]
+        assert not [
+            each for each in inline_formulas(text) if re.search(r"\\[^a-zA-Z]", each)
+        ]
 
 
 def test_numbers_of_headings():

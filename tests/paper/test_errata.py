@@ -13,7 +13,9 @@ ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "paper" / "errata.md").read_text("utf-8")
 INTRODUCTION, *SECTIONS = re.split(r"^### ", PAGE, flags=re.M)
 #: Where: **severity**, check by `test`, `test`.
-STATEMENT = re.compile(r"^\S.*: \*\*([\w ]+)\*\*, (\w+)(?: by (`\w+`(?:, `\w+`)*))?\.$", re.M)
+STATEMENT = re.compile(
+    r"^\S.*: \*\*([\w ]+)\*\*, (\w+)(?: by (`\w+`(?:, `\w+`)*))?\.$", re.M
+)
 TESTS = {
     node.name
     for path in (ROOT / "tests").rglob("test_*.py")
@@ -25,13 +27,20 @@ TESTS = {
 
 def cells(text):
     """Cells of the Markdown tables in a text, without their heads."""
-    rows = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("|")]
+    rows = [
+        line.strip("| ").split(" | ")
+        for line in text.splitlines()
+        if line.startswith("|")
+    ]
     return [row for row in rows if not set(row[0]) <= set("-:")][1:]
 
 
 def counts(head):
     """Names and stated numbers of the table in the introduction that begins with this head."""
-    return {row[0]: int(row[-1]) for row in cells(re.search(rf"\| {head} .*?\n\n", PAGE, re.S)[0])}
+    return {
+        row[0]: int(row[-1])
+        for row in cells(re.search(rf"\| {head} .*?\n\n", PAGE, re.S)[0])
+    }
 
 
 def numbers(section):
@@ -53,11 +62,16 @@ def test_entry_is_complete_and_its_tests_exist(section):
     assert set(re.findall(r"`(\w+)`", named)) <= TESTS
     labels = re.findall(r"^- (\w+): \S", section, flags=re.M)
     if len(numbers(section)) == 1:
-        assert labels in (wanted := ["Printed", "Problem", "Instead"], [*wanted, "Doubt"])
+        assert labels in (
+            wanted := ["Printed", "Problem", "Instead"],
+            [*wanted, "Doubt"],
+        )
 
 
 def test_stated_counts_are_those_of_the_entries():
-    found = [STATEMENT.search(section) for section in SECTIONS for _ in numbers(section)]
+    found = [
+        STATEMENT.search(section) for section in SECTIONS for _ in numbers(section)
+    ]
     assert counts("severity") == Counter(each[1] for each in found)
     assert counts("check") == Counter(each[2] for each in found)
 
@@ -65,7 +79,9 @@ def test_stated_counts_are_those_of_the_entries():
 def test_listed_averages_are_those_that_the_rows_contradict():
     (section,) = (each for each in SECTIONS if "Averages of Tables 2 to 5" in each)
     listed = {}
-    for number, (label, where, *figures) in zip(numbers(section), cells(section), strict=True):
+    for number, (label, where, *figures) in zip(
+        numbers(section), cells(section), strict=True
+    ):
         assert label == f"E{number}"
         table, method, crack = where.split(", ")
         key = (table.lower().replace(" ", ""), method, int(crack.removesuffix(" mm")))
@@ -76,4 +92,6 @@ def test_listed_averages_are_those_that_the_rows_contradict():
 def test_listed_cells_are_those_that_differ():
     (section,) = (each for each in SECTIONS if "Cells with two values" in each)
     listed = cells(section)
-    assert listed == [list(map(str, cell.values())) for cell in tables.differing_cells()]
+    assert listed == [
+        list(map(str, cell.values())) for cell in tables.differing_cells()
+    ]

@@ -56,8 +56,8 @@ def test_convergence_time_of_a_3_is_negative_for_small_negative_errors(kappa):
 def arcs(kappa, v, n_arcs, k1=1.0, k2=1.0):
     """Speeds and times at which x1 passes through zero, starting from x1 = 0 with speed v.
 
-    Between two passages the sign of x1 is constant, so that each arc is smooth and its end exact:
-    with u = |x1| and v = x2 sgn(x1), u' = -k1 u^kappa + v and v' = -k2.
+    Between two passages the sign of x1 is constant, so that each arc is smooth and its
+    end exact: with u = |x1| and v = x2 sgn(x1), u' = -k1 u^kappa + v and v' = -k2.
     """
 
     def back_at_zero(t, state):
@@ -82,7 +82,8 @@ def arcs(kappa, v, n_arcs, k1=1.0, k2=1.0):
 def test_exponent_one_half_reaches_zero_in_finite_time():
     speeds, times = arcs(0.5, 1.0, 12)
     ratio, durations = speeds[1:] / speeds[:-1], np.diff(times)
-    # Speeds and durations shrink by one factor an arc: a geometric series with a finite sum.
+    # Speeds and durations shrink by one factor an arc: a geometric series with a finite
+    # sum.
     np.testing.assert_allclose(ratio, ratio[0], rtol=1e-5)
     np.testing.assert_allclose(durations[1:] / durations[:-1], ratio[0], rtol=1e-4)
     end = durations[0] / (1 - ratio[0])
@@ -101,7 +102,8 @@ def test_exponents_of_a_3_never_reach_zero(kappa):
     bound = (energy[0] ** -power + power * k1 * k2**-power * times) ** (-1 / power)
     assert np.all(energy >= bound * (1 - 1e-6))
     assert np.all(bound > 0)
-    # Algebraic: E t^(1 / (kappa - 1)) levels off, while an exponential would take it to zero.
+    # Algebraic: E t^(1 / (kappa - 1)) levels off, while an exponential would take it to
+    # zero.
     levels = energy * times ** (1 / power)
     assert abs(levels[-1] / levels[-8] - 1) < 0.35
     durations = np.diff(times)
@@ -109,10 +111,15 @@ def test_exponents_of_a_3_never_reach_zero(kappa):
 
 
 def test_no_time_is_finite_for_a_first_order_reading_of_a_3_either():
-    # S' = -(S + |S|^kappa S): w = |S|^-kappa obeys w' = kappa (w + 1), finite at every time.
+    # S' = -(S + |S|^kappa S): w = |S|^-kappa obeys w' = kappa (w + 1), finite at every
+    # time.
     kappa, start, end = 1.5, 2.0, 6.0
     found = solve_ivp(
-        lambda t, S: -(S + np.abs(S) ** kappa * S), (0, end), [start], rtol=1e-9, atol=1e-12
+        lambda t, S: -(S + np.abs(S) ** kappa * S),
+        (0, end),
+        [start],
+        rtol=1e-9,
+        atol=1e-12,
     )
     w = (start**-kappa + 1) * np.exp(kappa * end) - 1
     assert found.y[0, -1] == pytest.approx(w ** (-1 / kappa), rel=1e-5)
@@ -125,9 +132,14 @@ def test_sign_of_a_6_makes_it_decrease(kappa):
     K = 1.5
     decrease = -K * K * np.abs(x1) ** kappa
     decrease -= (
-        K * kappa * np.abs(x1) ** (kappa - 1) * (K * np.abs(x1) ** kappa * np.sign(x1) - x2) ** 2
+        K
+        * kappa
+        * np.abs(x1) ** (kappa - 1)
+        * (K * np.abs(x1) ** kappa * np.sign(x1) - x2) ** 2
     )
-    np.testing.assert_allclose(slope(x1, x2, K, K, kappa), decrease, rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(
+        slope(x1, x2, K, K, kappa), decrease, rtol=1e-4, atol=1e-6
+    )
     assert np.all(decrease < 0)
     # As printed it increases in places.
     assert slope(x1, x2, K, K, kappa, signed=False).max() > 0.5
@@ -153,15 +165,20 @@ def test_derivative_of_a_7(share):
     Q = k1 / 2 * np.array([[2 * k2 + k1**2, -k1], [-k1, 1.0]])
     q = np.array([2 * k2 + k1**2 / 2, -k1 / 2])
     repaired = (-np.einsum("in,ij,jn->n", z, Q, z) + rho * (q @ z)) / root
-    np.testing.assert_allclose(slope(x1, x2, k1, k2, 0.5, rho), repaired, rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(
+        slope(x1, x2, k1, k2, 0.5, rho), repaired, rtol=1e-4, atol=1e-5
+    )
 
 
 def test_a_7_as_printed_never_decreases_without_a_fault():
     for K in K_VALUES:
         printed = K / 2 * np.array([[K**2, -K], [-K, 1.0]])
-        assert np.linalg.eigvalsh(printed)[0] == pytest.approx(0, abs=1e-9 * K**3 + 1e-12)
+        assert np.linalg.eigvalsh(printed)[0] == pytest.approx(
+            0, abs=1e-9 * K**3 + 1e-12
+        )
         assert np.trace(printed) > 0
-        # Without the lost 2 K it is singular: with a minus in front it still only holds V.
+        # Without the lost 2 K it is singular: with a minus in front it still only holds
+        # V.
         along = np.array([1.0, K])
         assert along @ printed @ along == pytest.approx(0, abs=1e-9 * K**3)
 
@@ -180,7 +197,9 @@ def test_condition_a_9_is_infeasible():
             assert np.linalg.det(symmetric) == pytest.approx(closed, abs=1e-9 * scale)
             # Every term of w (3 K + 1/K + w) is positive: no K > 0 helps.
             assert closed < 0 if w > 0 else closed == 0
-            assert np.linalg.det(M) == pytest.approx(-w * (3 * K + 1 / K), abs=1e-9 * scale)
+            assert np.linalg.det(M) == pytest.approx(
+                -w * (3 * K + 1 / K), abs=1e-9 * scale
+            )
             if w > 1e-3:
                 direction = np.linalg.eigh(symmetric)[1][:, 0]
                 assert direction @ M @ direction < 0
@@ -201,7 +220,10 @@ def test_repaired_condition_of_a_9_is_exact_for_the_form():
     verdicts = []
     for k1, k2, bound in rng.uniform(0.05, 3, size=(4000, 3)):
         forms = []
-        for share in (bound, -bound):  # the form is linear in the share: its ends decide
+        for share in (
+            bound,
+            -bound,
+        ):  # the form is linear in the share: its ends decide
             off = -(k1**2) / 2 + share * k1 / 4
             corner = k1 * (k2 + k1**2 / 2) - share * (2 * k2 + k1**2 / 2)
             forms.append(np.array([[corner, off], [off, k1 / 2]]))

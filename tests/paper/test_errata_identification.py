@@ -8,7 +8,8 @@ from skarxlag.kernels.laguerre import laguerre_matrices, network_matrices
 
 
 def test_motor_currents_need_the_transpose_and_the_derivative_by_angle():
-    # Three-phase machine with M(theta), currents given; V = R i + d(flux)/dt by differences.
+    # Three-phase machine with M(theta), currents given; V = R i + d(flux)/dt by
+    # differences.
     speed, step = 20.0, 1e-5
     shift = 2 * np.pi / 3 * np.array([[0, 1, 2], [2, 0, 1], [1, 2, 0]])
     own, R = np.eye(3) + 0.2, 0.3 * np.eye(6)
@@ -45,7 +46,8 @@ def test_motor_currents_need_the_transpose_and_the_derivative_by_angle():
 
 
 def test_equation_4_is_quadratic_in_the_signals():
-    # A filtered signal times the filtered signal again: twice the signal, four times the output.
+    # A filtered signal times the filtered signal again: twice the signal, four times
+    # the output.
     signal = np.random.default_rng(0).normal(size=50)
 
     def printed(y):
@@ -70,7 +72,9 @@ def response(order, pole, frequency):
     """Frequency responses of the filters of Eq. (5)."""
     z = np.exp(1j * frequency)
     all_pass = (1 - pole * z) / (z - pole)
-    return np.sqrt(1 - pole**2) / (z - pole) * all_pass ** np.arange(order)[:, np.newaxis]
+    return (
+        np.sqrt(1 - pole**2) / (z - pole) * all_pass ** np.arange(order)[:, np.newaxis]
+    )
 
 
 def test_transfer_function_is_that_of_output_and_input():
@@ -85,7 +89,9 @@ def test_transfer_function_is_that_of_output_and_input():
     frequency = np.linspace(0, np.pi, 301)
     A_z, B_z = (
         coef[part] @ response(order, pole, frequency)
-        for part, order, pole in zip((slice(3), slice(3, 5)), orders, poles, strict=True)
+        for part, order, pole in zip(
+            (slice(3), slice(3, 5)), orders, poles, strict=True
+        )
     )
     measured = np.fft.rfft(y)
     np.testing.assert_allclose(measured, B_z / (1 - A_z), atol=1e-9)
@@ -99,7 +105,10 @@ def test_transfer_function_is_that_of_output_and_input():
 def test_truncated_sums_are_polynomials_only_without_a_pole(pole):
     order = 4
     A, b = laguerre_matrices(order, pole)
-    taps = [np.array([0.4, -0.3, 0.2, 0.1]) @ np.linalg.matrix_power(A, k) @ b for k in range(12)]
+    taps = [
+        np.array([0.4, -0.3, 0.2, 0.1]) @ np.linalg.matrix_power(A, k) @ b
+        for k in range(12)
+    ]
     beyond = np.abs(taps[order:]).max()
     assert beyond == 0 if pole == 0 else beyond > 1e-2
     # Over (z - pole)^N every sum of N filters is a polynomial of degree N - 1.
@@ -124,9 +133,13 @@ def test_a_fault_vector_cannot_be_estimated_from_one_output():
     assert np.linalg.matrix_rank(pencil) == n + 1 < 2 * n
     for _ in range(20):
         K_p, K_I = rng.normal(size=n), rng.normal(size=n)
-        error = np.block([[A - np.outer(K_p, coef), np.eye(n)], [-np.outer(K_I, coef), np.eye(n)]])
+        error = np.block(
+            [[A - np.outer(K_p, coef), np.eye(n)], [-np.outer(K_I, coef), np.eye(n)]]
+        )
         stuck = np.abs(np.linalg.eigvals(error) - 1) < 1e-3
-        assert stuck.sum() >= n - 1  # no gain moves them: these errors of the fault stay
+        assert (
+            stuck.sum() >= n - 1
+        )  # no gain moves them: these errors of the fault stay
     E = rng.normal(size=(n, 1))
     one = np.block([[A - np.eye(n), E], [coef, np.zeros(1)]])
     assert np.linalg.matrix_rank(one) == n + 1  # all of state and scalar fault
@@ -170,9 +183,12 @@ def test_sign_of_equation_16():
             K = K + sign * P @ x * before
             # What a step makes of its own error.
             factor = 1 / (1 + d) if sign > 0 else 1 + d / (1 + d)
-            assert y - K @ x == pytest.approx(factor * before, abs=1e-9 * (1 + abs(before)))
+            assert y - K @ x == pytest.approx(
+                factor * before, abs=1e-9 * (1 + abs(before))
+            )
             deviations[sign][k] = np.linalg.norm(K - [1.0, -0.5, 0.25])
-    # The right sign forgets the start as 1/k; the printed one moves away in proportion to k.
+    # The right sign forgets the start as 1/k; the printed one moves away in proportion
+    # to k.
     assert deviations[1][2000] < 2e-3
     assert deviations[-1][2000] > 500
     assert deviations[-1][2000] / deviations[-1][500] == pytest.approx(4, rel=0.2)

@@ -8,12 +8,24 @@ from skarxlag.kernels.residual_levels import sliding_surface
 
 CUTS = [0.5, 1, 2, 3, 4, 6, 8]  # Section 5: Gamma, ball, inner, outer, inner-ball, ...
 CONDITIONS = ["normal", "b", "i", "o", "ib", "ob", "io", "iob"]
-# Eq. (32): label of each printed row and how many of (Gamma, b, i, o, ib, ob, io, iob) r exceeds.
-PRINTED_ROWS = [("b", 1), ("i", 2), ("o", 3), ("ib", 4), ("ob", 4), ("ob", 5), ("io", 5), ("io", 6)]
+# Eq. (32): label of each printed row and how many of (Gamma, b, i, o, ib, ob, io, iob)
+# r exceeds.
+PRINTED_ROWS = [
+    ("b", 1),
+    ("i", 2),
+    ("o", 3),
+    ("ib", 4),
+    ("ob", 4),
+    ("ob", 5),
+    ("io", 5),
+    ("io", 6),
+]
 
 
 def broadband_errors():
-    return [scale * np.random.default_rng(0).normal(size=5000) for scale in (0.25, 1.0, 9.5)]
+    return [
+        scale * np.random.default_rng(0).normal(size=5000) for scale in (0.25, 1.0, 9.5)
+    ]
 
 
 def fired(level, thresholds):
@@ -24,7 +36,9 @@ def fired(level, thresholds):
 
 
 def test_residual_of_equation_21_is_the_same_for_every_condition():
-    levels = [np.sqrt(np.mean((0.7 * np.sign(error)) ** 2)) for error in broadband_errors()]
+    levels = [
+        np.sqrt(np.mean((0.7 * np.sign(error)) ** 2)) for error in broadband_errors()
+    ]
     np.testing.assert_allclose(levels, 0.7)
 
 
@@ -73,13 +87,30 @@ def test_bands_of_section_5_are_seven_cuts_for_eight_conditions():
     levels = np.array([0.25, 0.75, 1.5, 2.5, 3.5, 5.0, 7.0, 20.0])
     rungs = np.argmax(rung_scores(levels, np.array(CUTS, dtype=float)), axis=1)
     assert [CONDITIONS[rung] for rung in rungs] == CONDITIONS
-    # Without the repeated rows Eq. (32) agrees with these bands, but for the last condition.
+    # Without the repeated rows Eq. (32) agrees with these bands, but for the last
+    # condition.
     kept = [row for row in PRINTED_ROWS if row not in [("ob", 4), ("io", 5)]]
     assert kept == [(CONDITIONS[n], n) for n in range(1, 7)]
 
 
 def test_order_of_the_thresholds_named_after_equation_32():
-    named = ["Gamma", "o", "i", "b", "ob", "ib", "io"]  # for r_b, r_i, r_o, r_ib, r_ob, r_io, r_iob
-    ladder = ["Gamma", "b", "i", "o", "ib", "ob", "io"]  # the cut below each band of Section 5
+    named = [
+        "Gamma",
+        "o",
+        "i",
+        "b",
+        "ob",
+        "ib",
+        "io",
+    ]  # for r_b, r_i, r_o, r_ib, r_ob, r_io, r_iob
+    ladder = [
+        "Gamma",
+        "b",
+        "i",
+        "o",
+        "ib",
+        "ob",
+        "io",
+    ]  # the cut below each band of Section 5
     assert sum(a != b for a, b in zip(named, ladder, strict=True)) == 4
     assert sorted(named) == sorted(ladder)

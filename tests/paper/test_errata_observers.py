@@ -25,16 +25,24 @@ def test_equation_17_is_equation_11_with_another_gain():
     coef, y = np.array([0.4, -0.3, 0.2, 0.1]), rng.normal(size=200)
     gain = rng.normal(scale=0.1, size=4)
     printed = full_state_errors(y, "own", b_y + gain, A, b_y, coef)
-    np.testing.assert_allclose(printed, full_state_errors(y, "measured", gain, A, b_y, coef))
+    np.testing.assert_allclose(
+        printed, full_state_errors(y, "measured", gain, A, b_y, coef)
+    )
     # With K_p = b_y it is the one-step predictor of (11), the error its innovation.
     predictor = full_state_errors(y, "own", b_y, A, b_y, coef)
-    np.testing.assert_allclose(predictor, full_state_errors(y, "measured", 0.0, A, b_y, coef))
+    np.testing.assert_allclose(
+        predictor, full_state_errors(y, "measured", 0.0, A, b_y, coef)
+    )
 
 
 def test_equation_17_without_gain_runs_free_and_may_be_unstable():
     A, b_y = laguerre_matrices(3, 0.2)
     coef = np.array([1.2, 0.2, 0.1])
-    assert np.abs(np.linalg.eigvals(A)).max() < 1 < np.abs(np.linalg.eigvals(A + b_y * coef)).max()
+    assert (
+        np.abs(np.linalg.eigvals(A)).max()
+        < 1
+        < np.abs(np.linalg.eigvals(A + b_y * coef)).max()
+    )
     y = np.zeros(400)
     nudge = np.full(3, 1e-3)
     x = nudge.copy()
@@ -45,7 +53,8 @@ def test_equation_17_without_gain_runs_free_and_may_be_unstable():
 
 @pytest.mark.parametrize("start", [0.01, 0.3, -1.2])
 def test_equation_20_doubles_every_step(start):
-    # d+ = 2 d + 2 d^2 without any error at all has the solution 1 + 2 d = (1 + 2 d(0))^(2^k).
+    # d+ = 2 d + 2 d^2 without any error at all has the solution 1 + 2 d = (1 + 2
+    # d(0))^(2^k).
     estimate = start
     for k in range(1, 5):
         estimate = 2 * estimate + 2 * estimate**2

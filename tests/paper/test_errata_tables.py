@@ -35,19 +35,27 @@ WRONG_AVERAGES = {
 def column(rpm, method, crack_mm, source="by speed"):
     """Rows and printed average of one condition of test, from Tables 2-5 or from 8-9."""
     table = TABLES[BY_SPEED[rpm] if source == "by speed" else BY_CRACK[crack_mm]]
-    wanted = {"method": method} | ({"crack_mm": crack_mm} if source == "by speed" else {"rpm": rpm})
+    wanted = {"method": method} | (
+        {"crack_mm": crack_mm} if source == "by speed" else {"rpm": rpm}
+    )
     place = table["columns"].index(wanted)
     values = np.array([row[place] for row in table["values"]])
     return values, table["printed_average"][place], table["rows"]
 
 
 def mean_over(method, cracks=(3, 6), speeds=SPEEDS, source="by speed", printed=False):
-    found = [column(rpm, method, crack, source) for rpm, crack in product(speeds, cracks)]
-    return np.mean([average if printed else values.mean() for values, average, _ in found])
+    found = [
+        column(rpm, method, crack, source) for rpm, crack in product(speeds, cracks)
+    ]
+    return np.mean(
+        [average if printed else values.mean() for values, average, _ in found]
+    )
 
 
 def improvement(crack, **options):
-    return mean_over("proposed", (crack,), **options) - mean_over("ALPIO", (crack,), **options)
+    return mean_over("proposed", (crack,), **options) - mean_over(
+        "ALPIO", (crack,), **options
+    )
 
 
 @pytest.mark.parametrize("method", ["proposed", "ALPIO"])
@@ -67,7 +75,8 @@ def test_eleven_of_sixteen_averages_of_tables_2_to_5_are_wrong():
     misprinted = [
         column(rpm, method, crack)
         for rpm, crack, method in product(SPEEDS, (3, 6), ("proposed", "ALPIO"))
-        if abs(column(rpm, method, crack)[1] - column(rpm, method, crack)[0].mean()) > HALF
+        if abs(column(rpm, method, crack)[1] - column(rpm, method, crack)[0].mean())
+        > HALF
     ]
     assert len(misprinted) == len(WRONG_AVERAGES) == 11
 
@@ -81,7 +90,8 @@ def test_all_averages_of_tables_8_and_9_follow_from_their_rows():
 def test_tables_8_and_9_repeat_all_but_one_row_average_of_the_proposed_method():
     for rpm, crack in product(SPEEDS, (3, 6)):
         first, second = (
-            column(rpm, "proposed", crack, source)[0].mean() for source in ("by speed", "by crack")
+            column(rpm, "proposed", crack, source)[0].mean()
+            for source in ("by speed", "by crack")
         )
         assert (first == second) == ((rpm, crack) != (500, 3))
 
@@ -101,7 +111,11 @@ def test_a_replaced_average_gives_the_improvement_of_the_abstract():
 
 
 def test_improvement_of_3_mm():
-    assert CLAIMS["abstract_improvement_3mm"] == CLAIMS["section5_improvement_3mm"] == 17.82
+    assert (
+        CLAIMS["abstract_improvement_3mm"]
+        == CLAIMS["section5_improvement_3mm"]
+        == 17.82
+    )
     assert CLAIMS["conclusion_improvement_3mm"] == 17.62
     assert improvement(3, printed=True) == pytest.approx(18.35)
     assert improvement(3) == pytest.approx(17.3125)
@@ -109,7 +123,11 @@ def test_improvement_of_3_mm():
 
 
 def test_improvement_of_6_mm():
-    assert CLAIMS["abstract_improvement_6mm"] == CLAIMS["section5_improvement_6mm"] == 16.625
+    assert (
+        CLAIMS["abstract_improvement_6mm"]
+        == CLAIMS["section5_improvement_6mm"]
+        == 16.625
+    )
     assert CLAIMS["conclusion_improvement_6mm"] == 16.626
     assert improvement(6, printed=True) == pytest.approx(16.625)
     assert improvement(6) == pytest.approx(16.375)
@@ -173,7 +191,8 @@ def test_precision_and_recall_are_swapped(name):
     windows = np.array(table["values"])
     right, below = table["printed_right_margin"], table["printed_bottom_margin"]
     assert (right["label"], below["label"]) == ("Precision", "Recall")
-    # 100 windows of each condition: the rows are the true classes, whatever their label says.
+    # 100 windows of each condition: the rows are the true classes, whatever their label
+    # says.
     assert table["printed_row_label"] == "Predict Class"
     assert set(windows.sum(axis=1)) == {CLAIMS["windows"]}
     assert set(windows.sum(axis=0)) != {CLAIMS["windows"]}
@@ -212,8 +231,12 @@ def test_margins_of_table_6_are_cut_in_two_places_and_rounded_in_the_others():
         exact = 100 * np.diag(windows) / windows.sum(axis=0)
         printed = np.array(table["printed_bottom_margin"]["values"])
         rounded = np.abs(printed - exact) <= HALF
-        assert [each for each, ok in zip(table["classes"], rounded, strict=True) if not ok] == cut
-        np.testing.assert_array_equal(printed[~rounded], np.floor(exact[~rounded] * 10) / 10)
+        assert [
+            each for each, ok in zip(table["classes"], rounded, strict=True) if not ok
+        ] == cut
+        np.testing.assert_array_equal(
+            printed[~rounded], np.floor(exact[~rounded] * 10) / 10
+        )
 
 
 def test_no_normal_window_is_missed_in_table_6():

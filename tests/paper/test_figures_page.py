@@ -32,7 +32,8 @@ def test_blocks_lie_apart_and_within_a_picture_that_fits_a_telephone(diagram):
         assert ax.bbox.x0 <= one.x0 and one.x1 <= ax.bbox.x1
         for other in frames[i + 1 :]:
             assert not one.overlaps(other)
-    # On a screen of 390 px, of which the page leaves 358 for a picture, letters have 8 pt and more.
+    # On a screen of 390 px, of which the page leaves 358 for a picture, letters have 8
+    # pt and more.
     assert TEXT * min(1, 358 / 96 / figure.get_figwidth()) >= 8
 
 
@@ -43,7 +44,9 @@ def test_an_arrow_between_unknown_blocks_is_named():
 
 def test_diagrams_take_the_colours_of_the_style_in_use():
     with matplotlib.rc_context(ANY_PAGE):
-        figure = draw(Diagram({"a": (0, 0, "one"), "b": (0, 1, "two")}, [("a", "b", "label")]))
+        figure = draw(
+            Diagram({"a": (0, 0, "one"), "b": (0, 1, "two")}, [("a", "b", "label")])
+        )
     (ax,) = figure.axes
     assert {text.get_color() for text in ax.texts} == {NEUTRAL}
     frames = [text.get_bbox_patch() for text in ax.texts if text.get_bbox_patch()]
@@ -59,7 +62,10 @@ def test_every_figure_of_the_paper_has_a_row():
 def test_every_image_is_shown_and_small():
     shown = re.findall(r"!\[[^\]]{20,}\]\(images/([^)]+)\)", PAGE)
     stored = {path.name: path.stat().st_size for path in (FOLDER / "images").iterdir()}
-    expected = [f"figure_{n:02}" for n in (*range(4, 13), *range(13, 20))] + ["ladder", "bank"]
+    expected = [f"figure_{n:02}" for n in (*range(4, 13), *range(13, 20))] + [
+        "ladder",
+        "bank",
+    ]
     assert sorted(Path(name).stem for name in shown) == sorted(expected)
     assert set(shown) <= set(stored)
     assert max(stored[name] for name in shown) < 150_000
@@ -74,7 +80,9 @@ def test_conditions_have_the_figures_that_the_paper_gives_them():
 @pytest.mark.slow
 def test_command_writes_the_images_of_the_page(tmp_path, monkeypatch):
     small = paper_figures.simulate_rig
-    monkeypatch.setattr(paper_figures, "simulate_rig", lambda **kw: small(n_samples=12_000, **kw))
+    monkeypatch.setattr(
+        paper_figures, "simulate_rig", lambda **kw: small(n_samples=12_000, **kw)
+    )
     # What figures look like is tested elsewhere; rendering all of them takes long.
     monkeypatch.setattr(Figure, "savefig", lambda self, path, **kw: path.touch())
     paper_figures.main([str(tmp_path)])

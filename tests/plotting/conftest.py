@@ -50,11 +50,15 @@ def bank(rig):
 @pytest.fixture(scope="session")
 def ladder(rig):
     return make_pipeline(
-        ARXLaguerre(healthy="good", unit_rms=False), PIObserver(), ThresholdLadder(healthy="good")
+        ARXLaguerre(healthy="good", unit_rms=False),
+        PIObserver(),
+        ThresholdLadder(healthy="good"),
     ).fit(rig.X, rig.y)
 
 
 @pytest.fixture(scope="session")
 def detector(rig):
-    healthy = make_pipeline(ARXLaguerre(unit_rms=False), PIObserver(), ThresholdLadder())
+    healthy = make_pipeline(
+        ARXLaguerre(unit_rms=False), PIObserver(), ThresholdLadder()
+    )
     return healthy.fit(rig.X[:12], rig.y[:12])

@@ -15,7 +15,9 @@ DRAW = {
     "identification": lambda: IdentificationDisplay([1, 2], [1, 1]).plot(),
     "residual": lambda: ResidualDisplay([1, 2], level=1).plot(),
     "ladder": lambda: ThresholdLadderDisplay(["a"], [1.0]).plot(),
-    "speeds": lambda: SpeedAccuracyDisplay(["a"], ["a"], train_rpm=1, test_rpm=[2]).plot(),
+    "speeds": lambda: SpeedAccuracyDisplay(
+        ["a"], ["a"], train_rpm=1, test_rpm=[2]
+    ).plot(),
 }
 
 

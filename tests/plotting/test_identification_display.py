@@ -10,7 +10,9 @@ from skarxlag.plotting._style import NEUTRAL, PALETTE
 
 def test_lines_carry_output_prediction_and_error(bank, rig, axes):
     window = 7 + 100 * rig.X[15]
-    display = IdentificationDisplay.from_estimator(bank, window, model="worn", axes=axes)
+    display = IdentificationDisplay.from_estimator(
+        bank, window, model="worn", axes=axes
+    )
     prediction = bank[0].predict_output(window[np.newaxis])[0, 1]
     output = window[-len(prediction) :]
     np.testing.assert_array_equal(display.output_line_.get_ydata(), output)
@@ -24,7 +26,11 @@ def test_lines_carry_output_prediction_and_error(bank, rig, axes):
 
 
 def test_estimator_and_predictions_draw_the_same(bank, rig, axes):
-    given = {"condition": "worn", "conditions": ["good", "worn"], "sampling_rate": 1000.0}
+    given = {
+        "condition": "worn",
+        "conditions": ["good", "worn"],
+        "sampling_rate": 1000.0,
+    }
     one = IdentificationDisplay.from_estimator(bank, rig.X[15], axes=axes, **given)
     prediction = bank[0].predict_output(rig.X[15:16])[0, 0]
     other = IdentificationDisplay(
@@ -55,17 +61,27 @@ def test_fit_is_that_of_the_model_and_stands_in_the_legend(bank, rig, axes):
 
 
 def test_model_of_the_healthy_condition_is_the_default(bank, rig, axes):
-    assert IdentificationDisplay.from_estimator(bank, rig.X[0], axes=axes).model == "good"
+    assert (
+        IdentificationDisplay.from_estimator(bank, rig.X[0], axes=axes).model == "good"
+    )
     alpio = make_alpio(healthy="worn").fit(rig.X, rig.y)
-    assert IdentificationDisplay.from_estimator(alpio, rig.X[0], axes=axes).model == "worn"
+    assert (
+        IdentificationDisplay.from_estimator(alpio, rig.X[0], axes=axes).model == "worn"
+    )
     identify = ARXLaguerre().fit(rig.X, rig.y)
-    display = IdentificationDisplay.from_estimator(identify, rig.X[0], model="worn", axes=axes)
-    np.testing.assert_array_equal(display.prediction, identify.predict_output(rig.X[:1])[0, 1])
+    display = IdentificationDisplay.from_estimator(
+        identify, rig.X[0], model="worn", axes=axes
+    )
+    np.testing.assert_array_equal(
+        display.prediction, identify.predict_output(rig.X[:1])[0, 1]
+    )
     assert display.conditions == ["good", "worn"]
 
 
 def test_windows_with_inputs_show_their_output(rig, axes):
-    windows = np.stack([rig.X, np.random.default_rng(1).normal(size=rig.X.shape)], axis=1)
+    windows = np.stack(
+        [rig.X, np.random.default_rng(1).normal(size=rig.X.shape)], axis=1
+    )
     display = IdentificationDisplay.from_estimator(
         ARXLaguerre().fit(windows, rig.y), windows[0], axes=axes
     )
@@ -76,15 +92,26 @@ def test_condition_and_order_give_the_colour(axes):
     draw = IdentificationDisplay
     signals = [1.0, 2.0, 0.0], [1.0, 1.0, 1.0]
     assert draw(*signals).plot(axes=axes).error_line_.get_color() == NEUTRAL
-    assert draw(*signals, condition="b").plot(axes=axes).error_line_.get_color() == PALETTE[0]
+    assert (
+        draw(*signals, condition="b").plot(axes=axes).error_line_.get_color()
+        == PALETTE[0]
+    )
     display = draw(*signals, condition="b", conditions=["a", "b"]).plot(axes=axes)
-    assert display.error_line_.get_color() == display.output_line_.get_color() == PALETTE[1]
-    with pytest.raises(ValueError, match=r"conditions == \['a'\], expected each condition once"):
+    assert (
+        display.error_line_.get_color()
+        == display.output_line_.get_color()
+        == PALETTE[1]
+    )
+    with pytest.raises(
+        ValueError, match=r"conditions == \['a'\], expected each condition once"
+    ):
         draw(*signals, condition="b", conditions=["a"]).plot(axes=axes)
 
 
 def test_time_axis(axes):
-    display = IdentificationDisplay(np.array([1.0, 2.0, 0.0]), np.ones(3), sampling_rate=2000.0)
+    display = IdentificationDisplay(
+        np.array([1.0, 2.0, 0.0]), np.ones(3), sampling_rate=2000.0
+    )
     display.plot(axes=axes)
     np.testing.assert_array_equal(display.output_line_.get_xdata(), [0, 0.5, 1])
     assert axes[1].get_xlabel() == "Time (ms)"

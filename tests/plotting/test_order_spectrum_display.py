@@ -5,12 +5,14 @@ from skarxlag import bearing_orders, make_alpio, make_diagnoser
 from skarxlag.bearings import SKF_6205
 from skarxlag.plotting import OrderSpectrumDisplay
 
-from ..test_orders import RATE, stretches
+from ..distances.test_orders import RATE, stretches
 
 
 @pytest.fixture(scope="module")
 def diagnoser():
-    return make_diagnoser(sampling_rate=RATE, healthy="outer").fit(*stretches(900), rpm=900)
+    return make_diagnoser(sampling_rate=RATE, healthy="outer").fit(
+        *stretches(900), rpm=900
+    )
 
 
 def test_display_shows_what_the_diagnoser_compared(diagnoser):
@@ -25,21 +27,36 @@ def test_display_shows_what_the_diagnoser_compared(diagnoser):
         line, reference = display.lines_[name], display.reference_lines_[name]
         np.testing.assert_array_equal(line.get_xdata(), orders.orders_)
         np.testing.assert_allclose(line.get_ydata(), found.spectra[0, c].mean(axis=0))
-        np.testing.assert_allclose(reference.get_ydata(), orders.references_[c].mean(axis=0))
+        np.testing.assert_allclose(
+            reference.get_ydata(), orders.references_[c].mean(axis=0)
+        )
         assert display.residuals[name] == pytest.approx(found.residuals[0, c])
     # The speed that was found is the true one.
     assert display.rpm * display.factors["inner"] == pytest.approx(600, rel=0.015)
     title = display.axes_[0].get_title()
     assert title.startswith("inner: residual") and title.endswith("at nominal 620 rpm")
-    assert display.fault_lines_["outer"].get_xdata()[0] == pytest.approx(3.5848, abs=1e-4)
+    assert display.fault_lines_["outer"].get_xdata()[0] == pytest.approx(
+        3.5848, abs=1e-4
+    )
     labels = [text.get_text() for text in display.axes_[0].get_legend().get_texts()]
     assert labels[:2] == ["this stretch", "reference of inner"]
-    assert labels[2:] == ["shaft 1", "cage 0.398", "outer 3.58", "inner 5.42", "ball 4.71"]
+    assert labels[2:] == [
+        "shaft 1",
+        "cage 0.398",
+        "outer 3.58",
+        "inner 5.42",
+        "ball 4.71",
+    ]
     # Multiples: three of the rings, two of the ball, below the highest order.
     assert len(display.axes_[0].lines) == 2 + 2 + 3 + 2 + 2
     # Colours by the order of conditions, the healthy one first.
-    colours = [display.reference_lines_[name].get_color() for name in ("outer", "inner")]
-    assert display.conditions == ["outer", "inner"] and colours == ["#2aa564", "#6982ff"]
+    colours = [
+        display.reference_lines_[name].get_color() for name in ("outer", "inner")
+    ]
+    assert display.conditions == ["outer", "inner"] and colours == [
+        "#2aa564",
+        "#6982ff",
+    ]
 
 
 def test_display_without_speed_and_geometry(diagnoser):
@@ -52,5 +69,7 @@ def test_display_without_speed_and_geometry(diagnoser):
 
 def test_no_order_spectra_to_show():
     X, y = stretches(900, n=1, n_samples=600)
-    with pytest.raises(ValueError, match="expected a StretchResidual or an OrderResidual among"):
+    with pytest.raises(
+        ValueError, match="expected a StretchResidual or an OrderResidual among"
+    ):
         OrderSpectrumDisplay.from_estimator(make_alpio().fit(X, y), X[0])

@@ -3,13 +3,21 @@ import pytest
 from matplotlib.figure import Figure
 from sklearn.pipeline import make_pipeline
 
-from skarxlag import ARXLaguerre, PIObserver, ThresholdLadder, make_alpio, make_diagnoser
+from skarxlag import (
+    ARXLaguerre,
+    PIObserver,
+    ThresholdLadder,
+    make_alpio,
+    make_diagnoser,
+)
 from skarxlag.plotting import ResidualDisplay
 from skarxlag.plotting._style import PALETTE, ink
 
 
 def heights(display):
-    return {label: line.get_ydata()[0] for label, line in display.threshold_lines_.items()}
+    return {
+        label: line.get_ydata()[0] for label, line in display.threshold_lines_.items()
+    }
 
 
 def test_residual_of_a_bank_and_its_thresholds(ax, bank, rig):
@@ -17,8 +25,12 @@ def test_residual_of_a_bank_and_its_thresholds(ax, bank, rig):
     display = ResidualDisplay.from_estimator(bank, window, ax=ax)
     innovations = bank[0].transform(window[np.newaxis])
     trajectories = bank[1].observe(innovations)
-    np.testing.assert_array_equal(display.line_.get_ydata(), trajectories.residual[0, 0])
-    np.testing.assert_array_equal(np.abs(display.residual), trajectories.switching_gain[0, 0])
+    np.testing.assert_array_equal(
+        display.line_.get_ydata(), trajectories.residual[0, 0]
+    )
+    np.testing.assert_array_equal(
+        np.abs(display.residual), trajectories.switching_gain[0, 0]
+    )
     levels = bank[1].transform(innovations)[0]
     assert display.level == levels[0] == display.level_line_.get_ydata()[0]
     scale = np.sqrt(levels[0] * levels[1])
@@ -27,7 +39,9 @@ def test_residual_of_a_bank_and_its_thresholds(ax, bank, rig):
         r"$\Delta$ good": bank[2].isolation_thresholds_[0] * scale,
     }
     assert heights(display) == pytest.approx(expected, rel=1e-12)
-    worn = ResidualDisplay.from_estimator(bank, window, model="worn", ax=Figure().subplots())
+    worn = ResidualDisplay.from_estimator(
+        bank, window, model="worn", ax=Figure().subplots()
+    )
     np.testing.assert_array_equal(worn.line_.get_ydata(), trajectories.residual[0, 1])
     expected = {r"$\Delta$ worn": bank[2].isolation_thresholds_[1] * scale}
     assert heights(worn) == pytest.approx(expected, rel=1e-12)
@@ -48,15 +62,22 @@ def test_one_residual_has_all_rungs(ax, ladder, rig):
     display = ResidualDisplay.from_estimator(ladder, rig.X[0], ax=ax)
     decide = ladder[-1]
     assert display.model == "good"
-    assert list(display.isolation_thresholds) == decide.rungs_.tolist() == ["good", "worn"]
-    assert list(display.isolation_thresholds.values()) == [*decide.isolation_thresholds_, np.inf]
+    assert (
+        list(display.isolation_thresholds) == decide.rungs_.tolist() == ["good", "worn"]
+    )
+    assert list(display.isolation_thresholds.values()) == [
+        *decide.isolation_thresholds_,
+        np.inf,
+    ]
     # The healthy rung ends at Gamma, the highest nowhere: neither is drawn twice.
     assert heights(display) == {r"$\Gamma$": decide.detection_threshold_}
     assert decide.isolation_thresholds_[0] == decide.detection_threshold_
 
 
 def test_detector_has_its_threshold(ax, detector, rig):
-    display = ResidualDisplay.from_estimator(detector, rig.X[0], condition="good", ax=ax)
+    display = ResidualDisplay.from_estimator(
+        detector, rig.X[0], condition="good", ax=ax
+    )
     assert heights(display) == {r"$\Gamma$": detector[-1].detection_threshold_}
     assert display.line_.get_color() == PALETTE[0]
 
@@ -86,7 +107,14 @@ def test_thresholds_stand_on_both_sides_in_the_colours_of_their_conditions(ax):
         isolation_thresholds={"a": 1.2, "b": 3.0, "c": np.inf},
         condition="b",
     ).plot(ax=ax)
-    assert sorted(line.get_ydata()[0] for line in ax.lines[1:]) == [-3, -1.5, -1.2, 1.2, 1.5, 3]
+    assert sorted(line.get_ydata()[0] for line in ax.lines[1:]) == [
+        -3,
+        -1.5,
+        -1.2,
+        1.2,
+        1.5,
+        3,
+    ]
     assert heights(display) == {r"$\Gamma$": 1.2, r"$\Delta$ b": 3.0}
     assert display.threshold_lines_[r"$\Delta$ b"].get_color() == PALETTE[1]
     assert display.threshold_lines_[r"$\Gamma$"].get_color() == ink()
@@ -98,7 +126,11 @@ def test_thresholds_stand_on_both_sides_in_the_colours_of_their_conditions(ax):
 
 def test_only_what_is_given_is_drawn(ax):
     display = ResidualDisplay([0.5, -0.5]).plot(ax=ax)
-    assert display.level_line_ is None and not display.threshold_lines_ and len(ax.lines) == 1
+    assert (
+        display.level_line_ is None
+        and not display.threshold_lines_
+        and len(ax.lines) == 1
+    )
     assert display.line_.get_color() == ink() and ax.get_title(loc="left") == "residual"
     zeros = ResidualDisplay([0.0, 0.0], model="a").plot(ax=Figure().subplots())
     assert zeros.ax_.get_title(loc="left") == "residual, model of a"
@@ -119,22 +151,30 @@ def test_what_cannot_be_shown_is_refused(bank, rig):
         ResidualDisplay.from_estimator(bank, rig.X[0], model="bent")
     with pytest.raises(ValueError, match="Step before the decision == ARXLaguerre"):
         ResidualDisplay.from_estimator(make_diagnoser().fit(rig.X, rig.y), rig.X[0])
-    with pytest.raises(ValueError, match=r"conditions == \['good'\], .* \['good', 'worn'\]"):
+    with pytest.raises(
+        ValueError, match=r"conditions == \['good'\], .* \['good', 'worn'\]"
+    ):
         ResidualDisplay.from_estimator(bank, rig.X[0], conditions=["good"])
 
 
 def test_conditions_that_repeat_are_refused():
-    with pytest.raises(ValueError, match=r"conditions == .*'a', 'a'.* each condition once"):
+    with pytest.raises(
+        ValueError, match=r"conditions == .*'a', 'a'.* each condition once"
+    ):
         ResidualDisplay([1.0], conditions=["a", "a"])
 
 
 def test_whiteness_has_no_trajectory(rig):
-    white = make_pipeline(ARXLaguerre(), PIObserver(evaluation="whiteness"), ThresholdLadder())
+    white = make_pipeline(
+        ARXLaguerre(), PIObserver(evaluation="whiteness"), ThresholdLadder()
+    )
     with pytest.raises(ValueError, match="evaluation == 'whiteness'"):
         ResidualDisplay.from_estimator(white.fit(rig.X, rig.y), rig.X[0])
 
 
 def test_thresholds_are_drawn_from_the_lowest_to_the_highest(ax):
     thresholds = {"a": 1.0, "d": 4.0, "b": 2.0, "c": 3.0}
-    display = ResidualDisplay([1.0, -2.0], level=2.5, isolation_thresholds=thresholds).plot(ax=ax)
+    display = ResidualDisplay(
+        [1.0, -2.0], level=2.5, isolation_thresholds=thresholds
+    ).plot(ax=ax)
     assert list(heights(display).values()) == [1.0, 2.0, 3.0, 4.0]

@@ -78,7 +78,14 @@ def test_measures_agree_with_known_values():
     # Two colours that deuteranopes are known to confuse would be refused below.
     assert smallest_distance(["#2ca02c", "#d62728"], SIGHT["normal"]) > 100
     assert smallest_distance(["#6f9400", "#d37500"], SIGHT["deuteranopia"]) < 20
-    first_of_matplotlib = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b"]
+    first_of_matplotlib = [
+        "#1f77b4",
+        "#ff7f0e",
+        "#2ca02c",
+        "#d62728",
+        "#9467bd",
+        "#8c564b",
+    ]
     assert smallest_distance(first_of_matplotlib, SIGHT["protanopia"]) < 10
 
 
@@ -95,7 +102,8 @@ def test_text_of_images_without_background_is_readable(page):
 
 @pytest.mark.parametrize("sight", SIGHT)
 def test_colours_are_apart_for_every_eye(sight):
-    # The palette of Okabe and Ito, which has too little contrast for two pages, reaches 17 to 26.
+    # The palette of Okabe and Ito, which has too little contrast for two pages, reaches
+    # 17 to 26.
     assert smallest_distance([*PALETTE, NEUTRAL], SIGHT[sight]) >= 20
     assert len({to_rgb(color) for color in PALETTE}) == len(PALETTE) == 8
 
@@ -128,6 +136,8 @@ def test_every_style_can_be_drawn():
 @pytest.mark.parametrize("style", ["default", "dark_background"])
 def test_ink_is_the_colour_of_text(style):
     with matplotlib.style.context(style):
-        assert to_rgb(ink()) == to_rgb({"default": "black", "dark_background": "white"}[style])
+        assert to_rgb(ink()) == to_rgb(
+            {"default": "black", "dark_background": "white"}[style]
+        )
     with matplotlib.rc_context(ANY_PAGE):
         assert ink() == NEUTRAL

@@ -11,7 +11,9 @@ THREE = {"low": 1.0, "middle": 2.0, "high": np.inf}
 
 
 def heights(display):
-    return {label: line.get_ydata()[0] for label, line in display.threshold_lines_.items()}
+    return {
+        label: line.get_ydata()[0] for label, line in display.threshold_lines_.items()
+    }
 
 
 def shown_levels(display):
@@ -22,35 +24,50 @@ def test_rungs_are_bands_and_verdicts_can_be_read_off(ladder, rig, ax):
     display = ThresholdLadderDisplay.from_estimator(ladder, rig.X, rig.y, ax=ax)
     levels = ladder[:-1].transform(rig.X)[:, 0]
     for name in ("good", "worn"):
-        np.testing.assert_array_equal(shown_levels(display)[name], levels[rig.y == name])
+        np.testing.assert_array_equal(
+            shown_levels(display)[name], levels[rig.y == name]
+        )
     decide = ladder[-1]
     assert heights(display) == {r"$\Gamma$": decide.detection_threshold_}
     assert list(display.bands_) == decide.rungs_.tolist()
-    bounds = {n: (b.get_y(), b.get_y() + b.get_height()) for n, b in display.bands_.items()}
-    assert bounds["good"][1] == pytest.approx(decide.isolation_thresholds_[0], rel=1e-12)
-    assert bounds["worn"][0] == pytest.approx(decide.isolation_thresholds_[0], rel=1e-12)
+    bounds = {
+        n: (b.get_y(), b.get_y() + b.get_height()) for n, b in display.bands_.items()
+    }
+    assert bounds["good"][1] == pytest.approx(
+        decide.isolation_thresholds_[0], rel=1e-12
+    )
+    assert bounds["worn"][0] == pytest.approx(
+        decide.isolation_thresholds_[0], rel=1e-12
+    )
     assert (bounds["good"][0], bounds["worn"][1]) == pytest.approx(ax.get_ylim())
     verdict = [
-        next(n for n, (low, high) in bounds.items() if low < each <= high) for each in levels
+        next(n for n, (low, high) in bounds.items() if low < each <= high)
+        for each in levels
     ]
     assert verdict == decide.predict(levels[:, np.newaxis]).tolist()
 
 
 def test_powers_of_ten_are_labelled_with_plain_decimals(ax):
-    display = ThresholdLadderDisplay(["good", "worn"], [0.02, 50.0], detection_threshold=1.0)
+    display = ThresholdLadderDisplay(
+        ["good", "worn"], [0.02, 50.0], detection_threshold=1.0
+    )
     display.plot(ax=ax)
     ax.figure.canvas.draw()
     labels = [label.get_text() for label in ax.yaxis.get_ticklabels()]
     assert set(labels) >= {"0.1", "1", "10"}
 
 
-def test_detection_shows_the_healthy_residual_and_gamma(bank, ladder, detector, rig, ax):
+def test_detection_shows_the_healthy_residual_and_gamma(
+    bank, ladder, detector, rig, ax
+):
     for estimator, residual in ((bank, 0), (ladder, 0), (detector, 0)):
         display = ThresholdLadderDisplay.from_estimator(
             estimator, rig.X, rig.y, decision="detection", ax=Figure().subplots()
         )
         levels = estimator[:-1].transform(rig.X)[:, residual]
-        np.testing.assert_array_equal(shown_levels(display)["worn"], levels[rig.y == "worn"])
+        np.testing.assert_array_equal(
+            shown_levels(display)["worn"], levels[rig.y == "worn"]
+        )
         assert heights(display) == {r"$\Gamma$": estimator[-1].detection_threshold_}
         assert not display.bands_ and display.rival_line_ is None
     default = ThresholdLadderDisplay.from_estimator(detector, rig.X, rig.y, ax=ax)
@@ -60,10 +77,14 @@ def test_detection_shows_the_healthy_residual_and_gamma(bank, ladder, detector, 
 def test_healthy_model_of_a_bank_need_not_be_the_first(rig, ax):
     bank = make_pipeline(ARXLaguerre(), PIObserver(), ThresholdLadder(healthy="worn"))
     bank.fit(rig.X, rig.y)
-    display = ThresholdLadderDisplay.from_estimator(bank, rig.X, rig.y, decision="detection", ax=ax)
+    display = ThresholdLadderDisplay.from_estimator(
+        bank, rig.X, rig.y, decision="detection", ax=ax
+    )
     assert display.conditions == ["worn", "good"]
     levels = bank[:-1].transform(rig.X)[:, 1]
-    np.testing.assert_array_equal(shown_levels(display)["good"], levels[rig.y == "good"])
+    np.testing.assert_array_equal(
+        shown_levels(display)["good"], levels[rig.y == "good"]
+    )
 
 
 def test_bank_shows_own_and_rival_relative_to_all(bank, rig, ax):
@@ -72,16 +93,21 @@ def test_bank_shows_own_and_rival_relative_to_all(bank, rig, ax):
     relative = levels / np.sqrt(levels[:, :1] * levels[:, 1:])
     for column, name in enumerate(["good", "worn"]):
         own = relative[rig.y == name]
-        np.testing.assert_allclose(shown_levels(display)[name], own[:, column], rtol=1e-12)
+        np.testing.assert_allclose(
+            shown_levels(display)[name], own[:, column], rtol=1e-12
+        )
         x = display.lines_[name].get_xdata()
         of_name = np.isin(display.rival_line_.get_xdata(), x)
         rivals = display.rival_line_.get_ydata()[of_name]
         np.testing.assert_allclose(rivals, own[:, 1 - column], rtol=1e-12)
         np.testing.assert_array_equal(
-            display.levels[rig.y == name] < rivals, bank.predict(rig.X[rig.y == name]) == name
+            display.levels[rig.y == name] < rivals,
+            bank.predict(rig.X[rig.y == name]) == name,
         )
         delta = display.threshold_lines_[rf"$\Delta$ {name}"]
-        np.testing.assert_array_equal(delta.get_ydata(), bank[-1].isolation_thresholds_[column])
+        np.testing.assert_array_equal(
+            delta.get_ydata(), bank[-1].isolation_thresholds_[column]
+        )
         np.testing.assert_array_equal(delta.get_xdata(), [x[0], x[-1]])
     assert not display.bands_ and r"$\Gamma$" not in display.threshold_lines_
 
@@ -101,7 +127,9 @@ def test_several_residuals_that_are_no_bank_are_combined(ax):
     levels = np.array([[3.0, 4.0, 0.0], [0.3, 0.4, 0.0]])
     decide = ThresholdLadder().fit(np.repeat(levels, 2, axis=0), list("aabb"))
     display = ThresholdLadderDisplay.from_estimator(decide, levels, ["a", "b"], ax=ax)
-    np.testing.assert_allclose(display.levels, np.array([5.0, 0.5]) / np.sqrt(3), rtol=1e-12)
+    np.testing.assert_allclose(
+        display.levels, np.array([5.0, 0.5]) / np.sqrt(3), rtol=1e-12
+    )
 
 
 def test_estimator_and_predictions_draw_the_same(bank, rig, ax):
@@ -122,9 +150,9 @@ def test_estimator_and_predictions_draw_the_same(bank, rig, ax):
 
 def test_order_places_and_colours(ax):
     y = ["high", "low", "middle", "low"]
-    display = ThresholdLadderDisplay(y, [3.0, 0.5, 1.5, 0.7], isolation_thresholds=THREE).plot(
-        ax=ax
-    )
+    display = ThresholdLadderDisplay(
+        y, [3.0, 0.5, 1.5, 0.7], isolation_thresholds=THREE
+    ).plot(ax=ax)
     assert list(display.lines_) == list(THREE)
     np.testing.assert_array_equal(display.lines_["low"].get_ydata(), [0.5, 0.7])
     places = np.concatenate([line.get_xdata() for line in display.lines_.values()])
@@ -147,11 +175,18 @@ def test_conditions_without_windows_keep_their_colours(ax):
     display = ThresholdLadderDisplay(
         ["high"], [3.0], isolation_thresholds=THREE, detection_threshold=0.9
     ).plot(ax=ax)
-    assert list(display.lines_) == ["high"] and display.lines_["high"].get_color() == PALETTE[2]
-    assert heights(display) == {r"$\Gamma$": 0.9, r"$\Delta$ low": 1.0, r"$\Delta$ middle": 2.0}
-    bank = ThresholdLadderDisplay(["low"], [0.9], rivals=[1.1], isolation_thresholds=THREE).plot(
-        ax=Figure().subplots()
+    assert (
+        list(display.lines_) == ["high"]
+        and display.lines_["high"].get_color() == PALETTE[2]
     )
+    assert heights(display) == {
+        r"$\Gamma$": 0.9,
+        r"$\Delta$ low": 1.0,
+        r"$\Delta$ middle": 2.0,
+    }
+    bank = ThresholdLadderDisplay(
+        ["low"], [0.9], rivals=[1.1], isolation_thresholds=THREE
+    ).plot(ax=Figure().subplots())
     assert heights(bank) == {r"$\Delta$ low": 1.0}
 
 

@@ -79,13 +79,17 @@ def test_blocks_are_the_recording(tmp_path, name, n_samples):
     assert max(map(len, blocks)) <= n_samples
 
 
-@pytest.mark.parametrize("name", ["columns.npy", "run.npz", "run.csv", "run.parquet", "two.wav"])
+@pytest.mark.parametrize(
+    "name", ["columns.npy", "run.npz", "run.csv", "run.parquet", "two.wav"]
+)
 def test_windows_are_those_of_the_whole_recording(tmp_path, small_blocks, name):
     path = tmp_path / name
     WRITERS[name](path)
     for channel in (1, [1, 0]):
         for window_length in (1, 7, 25, 30, N_SAMPLES):
-            expected = make_windows(read_recording(path, channel=channel)[0], window_length)
+            expected = make_windows(
+                read_recording(path, channel=channel)[0], window_length
+            )
             parts = list(iter_windows(str(path), window_length, channel=channel))
             np.testing.assert_array_equal(np.concatenate(parts), expected)
             assert max(map(len, parts)) == max(25 // window_length, 1)
@@ -93,7 +97,9 @@ def test_windows_are_those_of_the_whole_recording(tmp_path, small_blocks, name):
 
 def test_default_window_length_is_1200(tmp_path):
     np.save(tmp_path / "run.npy", np.zeros(2500))
-    assert [windows.shape for windows in iter_windows(tmp_path / "run.npy")] == [(2, 1200)]
+    assert [windows.shape for windows in iter_windows(tmp_path / "run.npy")] == [
+        (2, 1200)
+    ]
 
 
 def test_mapped_file_is_let_go(tmp_path):
@@ -105,7 +111,9 @@ def test_mapped_file_is_let_go(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".npy", ".csv", ".parquet", ".wav"])
-def test_bad_samples_are_counted_from_the_start_of_the_recording(tmp_path, small_blocks, suffix):
+def test_bad_samples_are_counted_from_the_start_of_the_recording(
+    tmp_path, small_blocks, suffix
+):
     path = tmp_path / f"run{suffix}"
     bad = Y.copy()
     bad[60] = np.inf
@@ -173,7 +181,9 @@ for path in sys.argv[1:]:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not os.path.exists("/proc/self/status"), reason="memory is read as on Linux")
+@pytest.mark.skipif(
+    not os.path.exists("/proc/self/status"), reason="memory is read as on Linux"
+)
 def test_memory_does_not_grow_with_the_recording(tmp_path):
     paths, n_samples = [tmp_path / "run.npy", tmp_path / "run.wav"], 12_500_000
     with paths[0].open("wb") as file:

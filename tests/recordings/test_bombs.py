@@ -40,7 +40,10 @@ def parquet(path, n_samples):
 
 def feather(path, n_samples):
     pa = pytest.importorskip("pyarrow")
-    table, options = pa.table({"y": np.zeros(2**22)}), pa.ipc.IpcWriteOptions(compression="zstd")
+    table, options = (
+        pa.table({"y": np.zeros(2**22)}),
+        pa.ipc.IpcWriteOptions(compression="zstd"),
+    )
     with (
         pa.OSFile(str(path), "wb") as sink,
         pa.ipc.new_file(sink, table.schema, options=options) as file,
@@ -59,7 +62,9 @@ def flac(path, n_samples):
 def hdf5(path, n_samples):
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w") as file:
-        file.create_dataset("y", shape=(n_samples,), dtype="f8", chunks=(2**16,), compression=1)
+        file.create_dataset(
+            "y", shape=(n_samples,), dtype="f8", chunks=(2**16,), compression=1
+        )
 
 
 WRITERS = {

@@ -70,7 +70,9 @@ def test_several_channels_and_none_named(tmp_path, suffix):
 @pytest.mark.parametrize("channel", ["x", 2, -1, "2", "-1", "", ["y", "x"]])
 def test_unknown_channel_lists_those_available(tmp_path, suffix, channel):
     path = write(tmp_path / f"run{suffix}", {"y": Y, "u": U})
-    with pytest.raises(ValueError, match=rf"run{suffix}: no channel .*; available: 'y', 'u'"):
+    with pytest.raises(
+        ValueError, match=rf"run{suffix}: no channel .*; available: 'y', 'u'"
+    ):
         read_recording(path, channel=channel)
 
 
@@ -83,13 +85,17 @@ def test_long_lists_are_shortened(tmp_path):
 @pytest.mark.parametrize("channel", [["y", "y"], ["y", 0], ["y", "u", "*y"]])
 def test_a_channel_that_is_chosen_twice(tmp_path, channel):
     path = write(tmp_path / "run.csv", {"y": Y, "u": U})
-    with pytest.raises(ValueError, match=r"run.csv: channel 'y' is chosen more than once"):
+    with pytest.raises(
+        ValueError, match=r"run.csv: channel 'y' is chosen more than once"
+    ):
         read_recording(path, channel=channel)
 
 
 def test_empty_sequence_of_channels(tmp_path):
     path = write(tmp_path / "run.csv", {"y": Y})
-    with pytest.raises(ValueError, match=r"run.csv: channel is an empty sequence; available: 'y'"):
+    with pytest.raises(
+        ValueError, match=r"run.csv: channel is an empty sequence; available: 'y'"
+    ):
         read_recording(path, channel=[])
 
 
@@ -102,9 +108,16 @@ def test_a_name_made_of_digits_wins_over_the_position(tmp_path, suffix):
 
 @pytest.mark.parametrize("suffix", [".mat", ".npz"])
 def test_single_numbers_texts_and_flags_are_no_channels(tmp_path, suffix):
-    content = {"rate": 20_000, "text": "a text", "flags": np.ones(50, dtype=bool), "y": Y}
+    content = {
+        "rate": 20_000,
+        "text": "a text",
+        "flags": np.ones(50, dtype=bool),
+        "y": Y,
+    }
     if suffix == ".mat":
-        del content["flags"]  # MATLAB has no boolean arrays on disk, only flagged integers
+        del content[
+            "flags"
+        ]  # MATLAB has no boolean arrays on disk, only flagged integers
     path = write(tmp_path / f"run{suffix}", content)
     np.testing.assert_array_equal(read_recording(path)[0], Y)
     with pytest.raises(ValueError, match=r"no channel 'text'; available: 'y'$"):
@@ -182,7 +195,9 @@ def test_missing_values_of_nullable_columns(tmp_path):
     with pytest.raises(ValueError, match=r"missing, NaN or infinite.*at sample 1"):
         read_recording(tmp_path / "run.parquet")
     frame.fillna(2).to_parquet(tmp_path / "run.parquet")
-    np.testing.assert_array_equal(read_recording(tmp_path / "run.parquet")[0], [1, 2, 3])
+    np.testing.assert_array_equal(
+        read_recording(tmp_path / "run.parquet")[0], [1, 2, 3]
+    )
 
 
 @pytest.mark.parametrize("suffix", [".mat", ".npz", ".npy"])
@@ -192,7 +207,9 @@ def test_complex_values(tmp_path, suffix):
         np.save(path, Y + 1j * U)
     else:
         write(path, {"y": Y + 1j * U})
-    with pytest.raises(ValueError, match=rf"run{suffix}: channel .* of type complex128"):
+    with pytest.raises(
+        ValueError, match=rf"run{suffix}: channel .* of type complex128"
+    ):
         read_recording(path)
 
 
@@ -208,7 +225,9 @@ def test_array_of_text(tmp_path):
 def test_columns_of_text_and_flags(tmp_path, suffix):
     content = {"y": ["1.5", "2,5", "x"], "flag": [True, False, True]}
     path = write(tmp_path / f"run{suffix}", content)
-    with pytest.raises(ValueError, match="channel 'y' is not numeric: '2,5' at sample 1"):
+    with pytest.raises(
+        ValueError, match="channel 'y' is not numeric: '2,5' at sample 1"
+    ):
         read_recording(path, channel="y")
     with pytest.raises(ValueError, match="channel 'flag' is of type bool"):
         read_recording(path, channel="flag")
@@ -270,7 +289,9 @@ def test_wav_is_scaled_to_full_scale(tmp_path, dtype, full_scale, offset):
 
 
 def wav_24_bit(samples):
-    data = b"".join(int(sample).to_bytes(3, "little", signed=True) for sample in samples)
+    data = b"".join(
+        int(sample).to_bytes(3, "little", signed=True) for sample in samples
+    )
     head = struct.pack("<4sIHHIIHH", b"fmt ", 16, 1, 1, 1000, 3000, 3, 24)
     body = b"WAVE" + head + struct.pack("<4sI", b"data", len(data)) + data
     return struct.pack("<4sI", b"RIFF", len(body)) + body
@@ -339,7 +360,9 @@ def test_pickles_are_refused_and_never_run(tmp_path, name):
         np.savez(path, y=Y, trap=trap)
     else:
         path.write_bytes(pickle.dumps(Trap()))
-    with pytest.raises(ValueError, match=rf"{name}: holds pickled objects, which are refused"):
+    with pytest.raises(
+        ValueError, match=rf"{name}: holds pickled objects, which are refused"
+    ):
         read_recording(path, channel=0)
 
 
@@ -355,7 +378,9 @@ def test_missing_file(tmp_path, suffix):
 @pytest.mark.parametrize("name", ["run.log", "run", "run.pkl", "run.gz"])
 def test_unknown_suffix(tmp_path, name):
     (tmp_path / name).write_text("1\n2\n")
-    with pytest.raises(ValueError, match=rf"{name}: unknown suffix .* expected one of .mat, .npy"):
+    with pytest.raises(
+        ValueError, match=rf"{name}: unknown suffix .* expected one of .mat, .npy"
+    ):
         read_recording(tmp_path / name)
 
 
@@ -367,7 +392,9 @@ def test_unknown_suffix(tmp_path, name):
         ("h5py", "v73.mat", "formats"),
     ],
 )
-def test_a_missing_library_is_named_with_its_extra(tmp_path, monkeypatch, library, name, extra):
+def test_a_missing_library_is_named_with_its_extra(
+    tmp_path, monkeypatch, library, name, extra
+):
     head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
     (tmp_path / name).write_bytes(head.ljust(600, b"\0"))
     # A module that cannot be imported, in a fresh process of the reader.
@@ -384,5 +411,7 @@ def test_a_missing_library_is_named_with_its_extra(tmp_path, monkeypatch, librar
 def test_arrays_without_a_time_axis_do_not_hide_the_others(tmp_path, suffix):
     path = write(tmp_path / f"run{suffix}", {"square": np.eye(3), "y": Y})
     np.testing.assert_array_equal(read_recording(path)[0], Y)
-    with pytest.raises(ValueError, match=rf"run{suffix}: array 'square' of shape \(3, 3\)"):
+    with pytest.raises(
+        ValueError, match=rf"run{suffix}: array 'square' of shape \(3, 3\)"
+    ):
         read_recording(path, channel="square")

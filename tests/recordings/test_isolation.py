@@ -44,9 +44,13 @@ def program(monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("prelude", ["", "sys.stdin.buffer.read(1);"])
-def test_a_crash_is_reported_and_the_next_file_is_read(run, program, monkeypatch, prelude):
+def test_a_crash_is_reported_and_the_next_file_is_read(
+    run, program, monkeypatch, prelude
+):
     program(prelude + "import os; os.abort()")
-    with pytest.raises(ValueError, match=r"run.mat: its reader crashed \(exit status .*damaged"):
+    with pytest.raises(
+        ValueError, match=r"run.mat: its reader crashed \(exit status .*damaged"
+    ):
         read_recording(run)
     monkeypatch.undo()
     np.testing.assert_array_equal(read_recording(run)[0], Y)
@@ -73,7 +77,9 @@ def endless(path):
 def test_a_reader_that_computes_for_ever_is_ended(run, monkeypatch):
     monkeypatch.setattr(_isolation, "_PATIENCE", 0.5)
     monkeypatch.setattr(_isolation, "_CLOCK", 1000)
-    with pytest.raises(ValueError, match=r"run.mat: .* more than 1 s of processor time, damaged"):
+    with pytest.raises(
+        ValueError, match=r"run.mat: .* more than 1 s of processor time, damaged"
+    ):
         list(_isolation.isolated(endless, run))
 
 
@@ -91,7 +97,9 @@ def test_a_reader_that_has_to_wait_is_not_called_damaged(run, monkeypatch):
     assert _isolation._idle[os.getpid()] is reader
     resume.join()
     reader.send_signal(signal.SIGSTOP)
-    with pytest.raises(ValueError, match=r"run.mat: .* no answer in 1 s; is the disk or mach") as e:
+    with pytest.raises(
+        ValueError, match=r"run.mat: .* no answer in 1 s; is the disk or mach"
+    ) as e:
         read_recording(run)
     assert "damaged" not in str(e.value)
 
@@ -168,7 +176,9 @@ def test_memory_is_bounded(tmp_path):
         matlab_file(element(14, flags + dims + name + fields + element(14, flags)))
     )
     is_bounded = os.path.exists("/proc/self/statm")
-    message = "needs more memory than a file of its size may" if is_bounded else "damaged"
+    message = (
+        "needs more memory than a file of its size may" if is_bounded else "damaged"
+    )
     with pytest.raises(ValueError, match=rf"run.mat: .*{message}"):
         read_recording(tmp_path / "run.mat")
 
@@ -178,16 +188,22 @@ def test_matlab_files_that_unpack_to_gigabytes(tmp_path):
     head = struct.pack("<II", 14, n_bytes)
     packed = zlib.compress(head + bytes(2**20))
     (tmp_path / "run.mat").write_bytes(matlab_file(element(15, packed)))
-    with pytest.raises(ValueError, match=r"run.mat: .* bytes would unpack to 3000000000"):
+    with pytest.raises(
+        ValueError, match=r"run.mat: .* bytes would unpack to 3000000000"
+    ):
         read_recording(tmp_path / "run.mat")
 
 
 def test_archives_that_unpack_to_gigabytes(tmp_path, monkeypatch):
     monkeypatch.setattr("skarxlag.recordings.formats._contents._ALWAYS_ALLOWED", 2**20)
     np.savez_compressed(tmp_path / "run.npz", y=np.zeros(2**18))
-    with pytest.raises(ValueError, match=r"run.npz: \d+ bytes would unpack to 2097280, "):
+    with pytest.raises(
+        ValueError, match=r"run.npz: \d+ bytes would unpack to 2097280, "
+    ):
         read_recording(tmp_path / "run.npz")
-    np.savez_compressed(tmp_path / "run.npz", y=np.random.default_rng(0).normal(size=2**18))
+    np.savez_compressed(
+        tmp_path / "run.npz", y=np.random.default_rng(0).normal(size=2**18)
+    )
     assert len(read_recording(tmp_path / "run.npz")[0]) == 2**18
 
 
@@ -201,12 +217,16 @@ def test_texts_that_unpack_to_gigabytes(tmp_path, monkeypatch, n_samples):
             pass
 
 
-def test_members_of_a_packed_text_are_counted_while_they_are_unpacked(tmp_path, monkeypatch):
+def test_members_of_a_packed_text_are_counted_while_they_are_unpacked(
+    tmp_path, monkeypatch
+):
     """The end of the file states the length of its last member alone."""
     monkeypatch.setattr("skarxlag.recordings.formats._contents._ALWAYS_ALLOWED", 2**20)
     member = gzip.compress(b"0\n" * 2**18)
     (tmp_path / "run.csv.gz").write_bytes(member * 4)
-    with pytest.raises(ValueError, match=r"run.csv.gz: \d+ bytes would unpack to 1\d{6},"):
+    with pytest.raises(
+        ValueError, match=r"run.csv.gz: \d+ bytes would unpack to 1\d{6},"
+    ):
         read_recording(tmp_path / "run.csv.gz")
 
 

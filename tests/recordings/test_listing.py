@@ -24,7 +24,11 @@ def folder(tmp_path):
 @pytest.mark.parametrize("source", ["", "**/*.npy"])
 def test_facts_in_the_names_of_files(folder, source):
     rig = load_recordings(
-        str(folder / source), window_length=5, pattern=PATTERN, sampling_rate=1000, healthy="N"
+        str(folder / source),
+        window_length=5,
+        pattern=PATTERN,
+        sampling_rate=1000,
+        healthy="N",
     )
     assert rig.target_names == ["N", "OR"]
     assert rig.target.tolist() == ["OR"] * 2 + ["N"] * 4
@@ -66,7 +70,11 @@ def test_one_file_is_listed_and_its_rate_may_be_unknown(folder):
         ("", {"pattern": "("}, r"pattern is '\(': missing \)"),
         ("", {"pattern": "x"}, r"pattern is 'x': expected named groups"),
         ("", {"pattern": "(?P<rpm>x)"}, r"OR_900_a.npy: does not fit the pattern"),
-        ("", {"pattern": "(?P<rpm>[A-Z]+)"}, r"OR_900_a.npy: rpm is 'OR', expected a positive"),
+        (
+            "",
+            {"pattern": "(?P<rpm>[A-Z]+)"},
+            r"OR_900_a.npy: rpm is 'OR', expected a positive",
+        ),
         ("*.mat", {}, r"\*.mat: no such file, expected a recording"),
         ("none", {}, r"none: no such file"),
         ("", {}, r"OR_900_a.npy: sampling_rate is missing"),
@@ -79,13 +87,17 @@ def test_errors(folder, source, options, message):
 
 
 def test_an_empty_folder(tmp_path):
-    with pytest.raises(FileNotFoundError, match="no such file, expected a recording, folder"):
+    with pytest.raises(
+        FileNotFoundError, match="no such file, expected a recording, folder"
+    ):
         list_recordings(tmp_path)
 
 
 def test_a_pattern_does_not_go_with_a_table(tmp_path):
     (tmp_path / "table.csv").write_text("path\na.npy\n")
-    with pytest.raises(ValueError, match=r"pattern='y' is for a folder or a glob; .*table.csv is"):
+    with pytest.raises(
+        ValueError, match=r"pattern='y' is for a folder or a glob; .*table.csv is"
+    ):
         list_recordings(tmp_path / "table.csv", pattern="y")
 
 
@@ -99,10 +111,12 @@ def test_facts_fill_what_a_table_does_not_state(tmp_path):
 
 def test_a_speed_in_a_table_comes_before_a_stated_source(tmp_path):
     table = tmp_path / "table.csv"
-    table.write_text("path,rpm,pulses_per_turn\na.npy,900,\nb.npy,tacho:k,\nc.npy,,\n")
-    tacho = {"speed_source": "tacho:key", "pulses_per_turn": 2}
+    table.write_text(
+        "path,rpm,pulses_per_revolution\na.npy,900,\nb.npy,tacho:k,\nc.npy,,\n"
+    )
+    tacho = {"speed_source": "tacho:key", "pulses_per_revolution": 2}
     found = list_recordings(table, **tacho)
-    assert [(e.rpm, e.speed_source, e.pulses_per_turn) for e in found] == [
+    assert [(e.rpm, e.speed_source, e.pulses_per_revolution) for e in found] == [
         (900.0, None, 1),
         (None, "tacho:k", 1),
         (None, "tacho:key", 2),
@@ -113,7 +127,9 @@ def test_a_speed_in_a_table_comes_before_a_stated_source(tmp_path):
 def test_a_fact_that_each_line_states_has_no_effect(tmp_path, name, value):
     table = tmp_path / "table.csv"
     table.write_text("path,channel,sampling_rate\na.npy,x,5e3\nb.npy,x,5e3\n")
-    with pytest.raises(ValueError, match=rf"{name}={value!r} has no effect: each line of .*table"):
+    with pytest.raises(
+        ValueError, match=rf"{name}={value!r} has no effect: each line of .*table"
+    ):
         list_recordings(table, **{name: value})
 
 
@@ -121,9 +137,15 @@ def test_the_unit_of_a_stated_rate(tmp_path):
     table = tmp_path / "table.csv"
     lines = "path,sampling_rate,Sampling rate unit\na.npy,25.6,kHz\nb.npy,25600,Hz\nc.npy,5,\n"
     table.write_text(lines)
-    assert [each.sampling_rate for each in list_recordings(table)] == [25_600, 25_600, 5]
+    assert [each.sampling_rate for each in list_recordings(table)] == [
+        25_600,
+        25_600,
+        5,
+    ]
     table.write_text("path,sampling_rate,sampling_rate_unit\na.npy,25.6,kV\n")
-    with pytest.raises(ValueError, match=r"line 2: sampling_rate_unit is 'kV', expected Hz or kHz"):
+    with pytest.raises(
+        ValueError, match=r"line 2: sampling_rate_unit is 'kV', expected Hz or kHz"
+    ):
         list_recordings(table)
 
 
@@ -140,5 +162,7 @@ def test_folders_behind_links(folder, tmp_path_factory):
 
 
 def test_recordings_shorter_than_a_window_name_the_option(folder):
-    with pytest.raises(ValueError, match=r"has 10 samples, .*shorter window \(--window-length\)"):
+    with pytest.raises(
+        ValueError, match=r"has 10 samples, .*shorter window \(--window-length\)"
+    ):
         load_recordings(folder, window_length=11, sampling_rate=1000)

@@ -67,7 +67,9 @@ def test_the_direction_of_a_recording(cuts):
 def test_few_samples_show_no_direction(tmp_path, n_samples, is_refused):
     np.save(tmp_path / "run.npy", np.arange(n_samples) / 7)
     if is_refused:
-        with pytest.raises(ValueError, match=r"run.npy: the channel only rises or only falls"):
+        with pytest.raises(
+            ValueError, match=r"run.npy: the channel only rises or only falls"
+        ):
             load_recordings(tmp_path, window_length=10, sampling_rate=1.0)
     else:
         found = load_recordings(tmp_path, window_length=10, sampling_rate=1.0)
@@ -76,7 +78,9 @@ def test_few_samples_show_no_direction(tmp_path, n_samples, is_refused):
 
 def test_an_input_may_rise(tmp_path):
     """The torque of a run-up."""
-    np.savez(tmp_path / "run.npz", acc=RNG.normal(size=N), torque=np.arange(N) / 7, fs=1000)
+    np.savez(
+        tmp_path / "run.npz", acc=RNG.normal(size=N), torque=np.arange(N) / 7, fs=1000
+    )
     found = load_recordings(tmp_path, window_length=100, channel=["acc", "torque"])
     assert found.data.shape == (12, 2, 100)
     assert set(signal_quality(found.data)) == {"good"}

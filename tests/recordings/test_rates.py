@@ -63,7 +63,9 @@ def test_an_offset_does_not_ring_at_the_start():
 
 def test_rates_that_agree_leave_the_samples_and_are_not_noted():
     signal, noted = RNG.normal(size=100), []
-    np.testing.assert_array_equal(joined(signal, [30], 51_199.9, 51_200, note=noted.append), signal)
+    np.testing.assert_array_equal(
+        joined(signal, [30], 51_199.9, 51_200, note=noted.append), signal
+    )
     assert noted == []
     joined(signal, [30], 25_600, 51_200, note=noted.append)
     assert noted == [25_600]

@@ -17,7 +17,12 @@ N = 500
 def folder(tmp_path):
     rng = np.random.default_rng(0)
     for name in ("a", "b"):
-        np.savez(tmp_path / f"{name}.npz", x=rng.normal(size=N), y=rng.normal(size=N), fs=1000)
+        np.savez(
+            tmp_path / f"{name}.npz",
+            x=rng.normal(size=N),
+            y=rng.normal(size=N),
+            fs=1000,
+        )
     # More than the ends that are compared first, which are equal.
     long = np.zeros(60_000)
     long[::7] = 1.0
@@ -35,13 +40,18 @@ def table(folder, *lines):
 
 
 def refused(path, message):
-    for load in (read_recording_table, lambda path: load_recordings(path, window_length=100)):
+    for load in (
+        read_recording_table,
+        lambda path: load_recordings(path, window_length=100),
+    ):
         with pytest.raises(ValueError, match=message):
             load(path)
 
 
 @pytest.mark.parametrize("condition", ["worn", "good"])
-@pytest.mark.parametrize("name", ["./a.npz", "sub/../a.npz", "copy.npz", "link.npz", "hard.npz"])
+@pytest.mark.parametrize(
+    "name", ["./a.npz", "sub/../a.npz", "copy.npz", "link.npz", "hard.npz"]
+)
 def test_the_same_recording(folder, name, condition):
     (folder / "sub").mkdir()
     shutil.copy(folder / "a.npz", folder / "copy.npz")
@@ -49,7 +59,9 @@ def test_the_same_recording(folder, name, condition):
         os.symlink(folder / "a.npz", folder / "link.npz")
     os.link(folder / "a.npz", folder / "hard.npz")
     path = table(folder, "a.npz,good,x,", "b.npz,worn,x,", f"{name},{condition},x,")
-    refused(path, r"table.csv, line 4: .*npz is the same recording as .*a.npz of .*, line 2")
+    refused(
+        path, r"table.csv, line 4: .*npz is the same recording as .*a.npz of .*, line 2"
+    )
 
 
 @pytest.mark.parametrize("channels", [("x", "0"), ("1", "*y"), ("x;y", "0;1")])
@@ -97,27 +109,40 @@ def test_copies_in_a_folder(folder):
 )
 def test_conditions_that_look_alike(folder, first, second):
     path = table(folder, f"a.npz,{first},x,", f"b.npz,{second},x,")
-    refused(path, r"table.csv, line 3: condition .* looks like .* of .*, line 2, expected one way")
+    refused(
+        path,
+        r"table.csv, line 3: condition .* looks like .* of .*, line 2, expected one way",
+    )
 
 
 def test_specimens_that_look_alike(folder):
     path = folder / "table.csv"
-    path.write_text("path,condition,specimen,channel\na.npz,good,7,x\nb.npz,worn,07,x\n")
-    refused(path, r"line 3: specimen '07' looks like '7' of .*, line 2, expected one way")
+    path.write_text(
+        "path,condition,specimen,channel\na.npz,good,7,x\nb.npz,worn,07,x\n"
+    )
+    refused(
+        path, r"line 3: specimen '07' looks like '7' of .*, line 2, expected one way"
+    )
 
 
-@pytest.mark.parametrize(("first", "second"), [("1", "10"), ("a", "A"), ("1a", "1.0a"), ("O", "0")])
+@pytest.mark.parametrize(
+    ("first", "second"), [("1", "10"), ("a", "A"), ("1a", "1.0a"), ("O", "0")]
+)
 def test_conditions_that_differ(folder, first, second):
     path = table(folder, f"a.npz,{first},x,", f"b.npz,{second},x,")
     assert load_recordings(path, window_length=100).target_names == [first, second]
 
 
 def test_accents_of_one_and_of_two_characters(folder):
-    one, two = (unicodedata.normalize(form, "schadhaft-größer é") for form in ("NFC", "NFD"))
+    one, two = (
+        unicodedata.normalize(form, "schadhaft-größer é") for form in ("NFC", "NFD")
+    )
     assert one != two
     path = table(folder, f"a.npz,{one},x,", f"b.npz,{two},x,")
     assert load_recordings(path, window_length=100).target_names == [one]
     (folder / two).mkdir()
     shutil.copy(folder / "a.npz", folder / two / "1.npz")
-    found = list_recordings(folder / "*" / "*.npz", pattern=r"(?P<condition>[^/]+)/1\.npz")
+    found = list_recordings(
+        folder / "*" / "*.npz", pattern=r"(?P<condition>[^/]+)/1\.npz"
+    )
     assert [each.condition for each in found] == [one]

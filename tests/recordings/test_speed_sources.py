@@ -13,8 +13,10 @@ TIME = np.arange(int(RATE * SECONDS)) / RATE
 Y = np.random.default_rng(0).normal(size=len(TIME))
 
 
-def pulses(rpm, pulses_per_turn=1):
-    return (np.sin(2 * np.pi * pulses_per_turn * rpm / 60 * TIME) > 0.95).astype(float)
+def pulses(rpm, pulses_per_revolution=1):
+    return (np.sin(2 * np.pi * pulses_per_revolution * rpm / 60 * TIME) > 0.95).astype(
+        float
+    )
 
 
 @pytest.fixture
@@ -32,7 +34,7 @@ def table(folder, *rows, columns="path,condition,channel,rpm"):
 @pytest.mark.parametrize("n_pulses", [2, 4])
 def test_a_tacho_channel(folder, n_pulses):
     rows = [f"{name}.npz,{name},y,tacho:key,{n_pulses}" for name in "ab"]
-    columns = "path,condition,channel,rpm,pulses_per_turn"
+    columns = "path,condition,channel,rpm,pulses_per_revolution"
     rig = load_recordings(table(folder, *rows, columns=columns), window_length=2000)
     assert rig.data.shape == (4, 2000)
     expected = np.repeat([600, 900], 2) * 2 / n_pulses
@@ -45,8 +47,12 @@ def test_a_pulse_in_each_turn_is_the_default(folder):
 
 
 def test_a_log_of_recordings(folder):
-    (folder / "speeds.csv").write_text("Recording;RPM;note\na.npz;601,5;x\nb;899;\nc;5;\n")
-    listed = list_recordings(table(folder, *(f"{n}.npz,{n},y,speeds.csv" for n in "ab")))
+    (folder / "speeds.csv").write_text(
+        "Recording;RPM;note\na.npz;601,5;x\nb;899;\nc;5;\n"
+    )
+    listed = list_recordings(
+        table(folder, *(f"{n}.npz,{n},y,speeds.csv" for n in "ab"))
+    )
     assert [entry.with_speed().rpm for entry in listed] == [601.5, 899]
 
 
@@ -55,11 +61,14 @@ def test_a_log_over_time(folder, is_date):
     """Speeds of the seconds that the recording lasts count; it lasts 4 seconds."""
     start = datetime(2026, 11, 22, 7, tzinfo=UTC) + timedelta(seconds=10)
     lines = [
-        f"{(start + timedelta(seconds=t)).isoformat()},{y}" for t, y in zip(TIME, Y, strict=True)
+        f"{(start + timedelta(seconds=t)).isoformat()},{y}"
+        for t, y in zip(TIME, Y, strict=True)
     ]
     (folder / "run.csv").write_text("\n".join(["time,y", *lines]))
     seconds = np.arange(-5.5, 8)
-    times = [(start + timedelta(seconds=s)).isoformat() if is_date else s for s in seconds]
+    times = [
+        (start + timedelta(seconds=s)).isoformat() if is_date else s for s in seconds
+    ]
     log = [f"{time},{900 + s}" for time, s in zip(times, seconds, strict=True)]
     (folder / "speeds.csv").write_text("\n".join(["time,rpm", *log]))
     (entry,) = list_recordings(table(folder, "run.csv,a,y,speeds.csv"))
@@ -72,11 +81,19 @@ def test_a_log_over_time(folder, is_date):
         ("tacho:none", None, "no channel 'none'; available: 'y', 'key'"),
         ("tacho:fs", None, "no channel 'fs'"),
         ("speeds.csv", None, "No such file"),
-        ("speeds.csv", "recording,speed\na,5\n", "speeds.csv: columns .* expected 'rpm' and"),
+        (
+            "speeds.csv",
+            "recording,speed\na,5\n",
+            "speeds.csv: columns .* expected 'rpm' and",
+        ),
         ("speeds.csv", "rpm,load\n5,5\n", "speeds.csv: columns .* expected 'rpm' and"),
         ("speeds.csv", "recording,rpm\nb,5\n", "speeds.csv: states no speed above 0"),
         ("speeds.csv", "recording,rpm\na,-5\n", "speeds.csv: states no speed above 0"),
-        ("speeds.csv", "recording,rpm\na,fast\n", "speeds.csv: states no speed above 0"),
+        (
+            "speeds.csv",
+            "recording,rpm\na,fast\n",
+            "speeds.csv: states no speed above 0",
+        ),
         ("speeds.csv", "time,rpm\n9.5,600\n", "speeds.csv: states no speed above 0"),
         ("speeds.csv", "time,rpm\n2026-11-22,600\n", "does not state the date"),
         ("speeds.txt", None, "rpm is 'speeds.txt', expected a positive number"),
@@ -85,12 +102,18 @@ def test_a_log_over_time(folder, is_date):
 def test_errors_name_the_entry(folder, rpm, log, message):
     if log is not None:
         (folder / "speeds.csv").write_text(log)
-    with pytest.raises((ValueError, FileNotFoundError), match=rf"table.csv, line 2: .*{message}"):
+    with pytest.raises(
+        (ValueError, FileNotFoundError), match=rf"table.csv, line 2: .*{message}"
+    ):
         list_recordings(table(folder, f"a.npz,a,y,{rpm}"))[0].with_speed()
 
 
-@pytest.mark.parametrize(("text", "message"), [("2.5", "not an integer"), ("0", "positive")])
+@pytest.mark.parametrize(
+    ("text", "message"), [("2.5", "not an integer"), ("0", "positive")]
+)
 def test_pulses_that_are_none(folder, text, message):
-    columns = "path,condition,channel,rpm,pulses_per_turn"
-    with pytest.raises(ValueError, match=f"line 2: .*pulses_per_turn is .*{message}"):
+    columns = "path,condition,channel,rpm,pulses_per_revolution"
+    with pytest.raises(
+        ValueError, match=f"line 2: .*pulses_per_revolution is .*{message}"
+    ):
         load_recordings(table(folder, f"a.npz,a,y,tacho:key,{text}", columns=columns))

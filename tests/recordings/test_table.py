@@ -10,7 +10,8 @@ from skarxlag import load_recordings, make_alpio, read_recording_table
 RNG = np.random.default_rng(0)
 # Multiples of 2**-10, which a decimal text holds exactly.
 SIGNALS = {
-    name: RNG.integers(-3000, 3000, size=n) / 1024 for name, n in (("a", 11), ("b", 9), ("c", 8))
+    name: RNG.integers(-3000, 3000, size=n) / 1024
+    for name, n in (("a", 11), ("b", 9), ("c", 8))
 }
 GOOD = """\
 path,condition,rpm,sampling_rate,channel
@@ -25,7 +26,9 @@ def folder(tmp_path):
     np.save(tmp_path / "a.npy", SIGNALS["a"])
     (tmp_path / "sub").mkdir()
     savemat(tmp_path / "sub" / "b.mat", {"y": SIGNALS["b"], "u": -SIGNALS["b"]})
-    pd.DataFrame({"t": range(8), "y": SIGNALS["c"]}).to_csv(tmp_path / "c.csv", index=False)
+    pd.DataFrame({"t": range(8), "y": SIGNALS["c"]}).to_csv(
+        tmp_path / "c.csv", index=False
+    )
     wavfile.write(tmp_path / "d.wav", 50_000, RNG.normal(size=7))
     return tmp_path
 
@@ -43,7 +46,9 @@ def test_table(folder):
     assert table.rpm.tolist() == [300, 400.5, 300]
     assert table.recording == ["a.npy", "sub/b.mat", "c.csv"]
     assert table.sampling_rate == 50_000
-    assert table.filenames == [str(folder / name) for name in ("a.npy", "sub/b.mat", "c.csv")]
+    assert table.filenames == [
+        str(folder / name) for name in ("a.npy", "sub/b.mat", "c.csv")
+    ]
 
 
 def test_condition_and_speed_are_optional(folder):
@@ -59,7 +64,11 @@ def test_condition_and_speed_are_optional(folder):
 
 def test_a_specimen_is_the_condition_if_none_is_stated(folder):
     path = write(folder, GOOD)
-    assert read_recording_table(path).specimen.tolist() == ["normal", "ball", "inner race"]
+    assert read_recording_table(path).specimen.tolist() == [
+        "normal",
+        "ball",
+        "inner race",
+    ]
     rig = load_recordings(path, window_length=4)
     assert rig.specimen.tolist() == rig.target.tolist()
     write(folder, "path,sampling_rate\na.npy,5\n")
@@ -67,7 +76,9 @@ def test_a_specimen_is_the_condition_if_none_is_stated(folder):
 
 
 def test_stated_specimens_and_loads_reach_every_window(folder):
-    text = "path,specimen,condition,sampling_rate,Load\na.npy,B1,N,5,1.5\nc.csv:,B2,N,5,\n"
+    text = (
+        "path,specimen,condition,sampling_rate,Load\na.npy,B1,N,5,1.5\nc.csv:,B2,N,5,\n"
+    )
     path = write(folder, text.replace("c.csv:", "d.wav").replace(",5,", ",50e3,"))
     table = read_recording_table(path)
     assert table.specimen.tolist() == ["B1", "B2"]
@@ -88,7 +99,10 @@ def test_stated_specimens_and_loads_reach_every_window(folder):
     ],
 )
 def test_loads_are_numbers_if_all_that_are_stated_are(folder, loads, expected):
-    path = write(folder, f"path,load,sampling_rate\na.npy,{loads[0]},50e3\nd.wav,{loads[1]},50e3\n")
+    path = write(
+        folder,
+        f"path,load,sampling_rate\na.npy,{loads[0]},50e3\nd.wav,{loads[1]},50e3\n",
+    )
     assert read_recording_table(path).load.tolist() == expected
 
 
@@ -140,7 +154,9 @@ def test_one_file_may_hold_several_recordings(folder):
     assert table.recording == ["sub/b.mat:u", "sub/b.mat:y", "a.npy"]
 
 
-@pytest.mark.parametrize("text", ["path\nd.wav\n", "path,sampling_rate\nd.wav,\na.npy,50e3\n"])
+@pytest.mark.parametrize(
+    "text", ["path\nd.wav\n", "path,sampling_rate\nd.wav,\na.npy,50e3\n"]
+)
 def test_wav_states_its_sampling_rate(folder, text):
     assert read_recording_table(write(folder, text)).sampling_rate == 50_000
 
@@ -167,18 +183,24 @@ def test_hop(folder):
 
 def test_default_window_length_is_1200(folder):
     np.save(folder / "a.npy", np.zeros(2500))
-    assert load_recordings(write(folder, "path,sampling_rate\na.npy,5\n")).data.shape == (2, 1200)
+    assert load_recordings(
+        write(folder, "path,sampling_rate\na.npy,5\n")
+    ).data.shape == (2, 1200)
 
 
 def test_healthy_condition(folder):
     rig = load_recordings(write(folder, GOOD), window_length=4, healthy="inner race")
     assert rig.target_names == ["inner race", "normal", "ball"]
-    with pytest.raises(ValueError, match=r"healthy='worn' is not a condition of .*table.csv"):
+    with pytest.raises(
+        ValueError, match=r"healthy='worn' is not a condition of .*table.csv"
+    ):
         load_recordings(folder / "table.csv", window_length=4, healthy="worn")
 
 
 def test_recording_shorter_than_a_window_is_named(folder):
-    with pytest.raises(ValueError, match=r"b.mat: recording has 9 samples.*window_length=10"):
+    with pytest.raises(
+        ValueError, match=r"b.mat: recording has 9 samples.*window_length=10"
+    ):
         load_recordings(write(folder, GOOD), window_length=10)
 
 
@@ -192,16 +214,36 @@ def test_recording_shorter_than_a_window_is_named(folder):
         ("50000,y", "50000,", r"line 3: .*b.mat: several channels.*'y', 'u'"),
         ("50000,y", "50000,x", r"line 3: .*b.mat: no channel 'x'"),
         ("50000,y", "50000,y;", r"line 3: .*b.mat: no channel ''"),
-        ("50000,y", "50000,y;u", r"line 3: different numbers of channels: 2, but 1 in .*line 2"),
+        (
+            "50000,y",
+            "50000,y;u",
+            r"line 3: different numbers of channels: 2, but 1 in .*line 2",
+        ),
         (
             ",50000,",
             ",20000,",
             r"line 3: different sampling rates \(Hz\): 20000, but 50000 in .*line 2",
         ),
-        (",50000,", ",,", r"line 3: sampling_rate is missing; expected --sampling-rate"),
-        (",50000,", ",fast,", r"line 3: sampling_rate is 'fast', expected a positive number"),
-        (",50000,", ",-1,", r"line 3: sampling_rate is '-1', expected a positive number"),
-        ("c.csv,inner race,300,50000.0,1", "d.wav,x,1,1,", r"line 4: .*d.wav.* 1 Hz .* 50000 Hz"),
+        (
+            ",50000,",
+            ",,",
+            r"line 3: sampling_rate is missing; expected --sampling-rate",
+        ),
+        (
+            ",50000,",
+            ",fast,",
+            r"line 3: sampling_rate is 'fast', expected a positive number",
+        ),
+        (
+            ",50000,",
+            ",-1,",
+            r"line 3: sampling_rate is '-1', expected a positive number",
+        ),
+        (
+            "c.csv,inner race,300,50000.0,1",
+            "d.wav,x,1,1,",
+            r"line 4: .*d.wav.* 1 Hz .* 50000 Hz",
+        ),
         ("400.5", "", r"line 3: rpm is empty"),
         ("400.5", "0", r"line 3: rpm is '0', expected a positive number"),
         ("400.5", "nan", r"line 3: rpm is 'nan', expected a positive number"),
@@ -209,10 +251,22 @@ def test_recording_shorter_than_a_window_is_named(folder):
         ("ball", " ", r"line 3: condition is empty"),
         (GOOD, "path,specimen\na.npy,\n", r"line 2: specimen is empty"),
         (",condition", ",specimens", r"is 'specimens' meant to be 'specimen'"),
-        ("c.csv,inner race,300,50000.0,1", "a.npy,x,1,1,", r"line 4: a.npy is listed a second"),
-        ("condition", "conditon", r"columns \['path', 'conditon'.*expected 'path' and any of"),
+        (
+            "c.csv,inner race,300,50000.0,1",
+            "a.npy,x,1,1,",
+            r"line 4: a.npy is listed a second",
+        ),
+        (
+            "condition",
+            "conditon",
+            r"columns \['path', 'conditon'.*expected 'path' and any of",
+        ),
         ("path,", "file,", r"columns \['file'.*expected 'path'"),
-        ("path,", "path,path,", r"columns \['path', 'path'.*expected 'path' and any of"),
+        (
+            "path,",
+            "path,path,",
+            r"columns \['path', 'path'.*expected 'path' and any of",
+        ),
         ("50e3,\n", "50e3,,,,\n", r"cannot be read as a csv table"),
         ("50000,y", "50000,y,u", r"cannot be read as a csv table .*line 3"),
         (GOOD, "path,condition\n", r"lists no recording"),
@@ -223,7 +277,9 @@ def test_recording_shorter_than_a_window_is_named(folder):
 def test_errors_name_the_table_and_the_line(folder, old, new, message):
     assert old in GOOD
     path = write(folder, GOOD.replace(old, new, 1))
-    with pytest.raises((ValueError, FileNotFoundError), match=rf"table\.csv.*({message})"):
+    with pytest.raises(
+        (ValueError, FileNotFoundError), match=rf"table\.csv.*({message})"
+    ):
         read_recording_table(path)
 
 
@@ -278,7 +334,9 @@ def test_rates_that_differ_by_rounding(folder):
 def test_resampling_is_reported(folder):
     wavfile.write(folder / "slow.wav", 25_000, RNG.normal(size=100))
     text = "path,sampling_rate,channel\nslow.wav,,\nsub/b.mat,50e3,y\n"
-    with pytest.raises(ValueError, match=r"line 3: different sampling rates \(Hz\): 50000, but"):
+    with pytest.raises(
+        ValueError, match=r"line 3: different sampling rates \(Hz\): 50000, but"
+    ):
         read_recording_table(write(folder, text))
     table = read_recording_table(folder / "table.csv", resample=50_000)
     assert [len(signal) for signal in table.recordings] == [200, 9]
@@ -314,7 +372,9 @@ def test_windows_to_keep_at_most(folder, hop):
     assert ("fewer than there are in 1" in some.DESCR) and "fewer" not in whole.DESCR
 
 
-@pytest.mark.parametrize(("name", "value"), [("max_windows", 0), ("hop", 0), ("hop", 2.5)])
+@pytest.mark.parametrize(
+    ("name", "value"), [("max_windows", 0), ("hop", 0), ("hop", 2.5)]
+)
 def test_wrong_numbers_are_named(folder, name, value):
     with pytest.raises((ValueError, TypeError), match=name):
         load_recordings(write(folder, GOOD), **{name: value})
@@ -336,9 +396,15 @@ def test_a_diagnoser_fits_windows_on_disk(folder):
     signals = RNG.normal(size=(2, 3000))
     for name, signal in zip(("a", "b"), signals, strict=True):
         np.save(folder / f"{name}_1.npy", signal)
-    options = {"window_length": 300, "pattern": r"/(?P<condition>[ab])_1", "sampling_rate": 5}
+    options = {
+        "window_length": 300,
+        "pattern": r"/(?P<condition>[ab])_1",
+        "sampling_rate": 5,
+    }
     rig = load_recordings(folder / "*_1.npy", **options)
-    mapped = load_recordings(folder / "*_1.npy", memory_map=folder / "windows.bin", **options)
+    mapped = load_recordings(
+        folder / "*_1.npy", memory_map=folder / "windows.bin", **options
+    )
     expected = make_alpio().fit(rig.data, rig.target).predict(rig.data)
     predicted = make_alpio().fit(mapped.data, mapped.target).predict(mapped.data)
     assert predicted.tolist() == expected.tolist()
@@ -348,7 +414,9 @@ def test_a_diagnoser_fits_windows_on_disk(folder):
 def test_windows_never_replace_what_is_read(folder, name):
     path = write(folder, GOOD)
     content = (folder / name).read_bytes()
-    with pytest.raises(ValueError, match=rf"memory_map=.*{name}' is among the files that are read"):
+    with pytest.raises(
+        ValueError, match=rf"memory_map=.*{name}' is among the files that are read"
+    ):
         load_recordings(path, window_length=4, memory_map=folder / "sub" / ".." / name)
     assert (folder / name).read_bytes() == content
 

@@ -31,7 +31,9 @@ def zone(request, monkeypatch):
 
 @pytest.mark.parametrize("suffix", ["csv", "parquet"])
 # The hours in which clocks are turned, in one of these zones.
-@pytest.mark.parametrize("day", ["2026-10-25", "2026-03-29", "2026-11-01", "2026-04-05"])
+@pytest.mark.parametrize(
+    "day", ["2026-10-25", "2026-03-29", "2026-11-01", "2026-04-05"]
+)
 def test_recordings_over_the_turn_of_clocks(tmp_path, zone, day, suffix):
     path = tmp_path / f"run.{suffix}"
     dates = pd.date_range(f"{day}T00:30", periods=3000, freq="4s")

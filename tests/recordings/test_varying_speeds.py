@@ -17,7 +17,9 @@ Y = np.random.default_rng(0).normal(size=len(TIME))
 
 
 def table(folder, rpm):
-    (folder / "table.csv").write_text(f"path,condition,channel,rpm\nrun.npz,a,y,{rpm}\n")
+    (folder / "table.csv").write_text(
+        f"path,condition,channel,rpm\nrun.npz,a,y,{rpm}\n"
+    )
     return folder / "table.csv"
 
 
@@ -66,7 +68,12 @@ def test_joined_windows_are_rows_that_were_cut(tmp_path, source):
     """Also of several recordings, the last windows of which fill no row."""
     lines = ["path,condition,specimen,load,rpm,channel"]
     for name, n_samples in {"a": 7900, "b": 5100, "c": 6000}.items():
-        np.savez(tmp_path / f"{name}.npz", y=Y[:n_samples], key=1.0 * KEY[:n_samples], fs=RATE)
+        np.savez(
+            tmp_path / f"{name}.npz",
+            y=Y[:n_samples],
+            key=1.0 * KEY[:n_samples],
+            fs=RATE,
+        )
         rpm = "tacho:key" if source == "tacho" else 900
         channel = "y;key" if source == "two channels" else "y"
         lines.append(f"{name}.npz,good {name},bearing {name},3,{rpm},{channel}")
@@ -75,7 +82,16 @@ def test_joined_windows_are_rows_that_were_cut(tmp_path, source):
     expected = cut_recordings(listed, "table.csv", 2000)
     found = join_windows(cut_recordings(listed, "table.csv", 500), 4)
     assert found.keys() == expected.keys() and found.DESCR == expected.DESCR
-    for name in ("data", "target", "specimen", "load", "rpm", "recording", "start", "available"):
+    for name in (
+        "data",
+        "target",
+        "specimen",
+        "load",
+        "rpm",
+        "recording",
+        "start",
+        "available",
+    ):
         np.testing.assert_array_equal(found[name], expected[name], err_msg=name)
 
 
@@ -89,13 +105,15 @@ def test_rows_that_cannot_be_used(tmp_path):
     np.testing.assert_allclose(rpm[1:], speed.reshape(-1, 2500)[1:], rtol=0.02)
     assert errors[0].startswith("speed varies from 1.47 to") and not errors[1:].any()
     assert errors[0].endswith("rpm within the row")
-    _, errors = speeds_of_samples(rig, least_turns=3)
+    _, errors = speeds_of_samples(rig, least_revolutions=3)
     assert errors[1] == "the row has less than 3 turns" and not errors[2:].any()
 
 
 def test_a_steady_speed_is_one_number_for_each_row(tmp_path):
     np.savez(tmp_path / "run.npz", y=Y, rpm=900 + 0 * TIME, fs=RATE)
-    rig = cut_recordings(list_recordings(tmp_path / "*.npz", channel="y"), tmp_path, 2500)
+    rig = cut_recordings(
+        list_recordings(tmp_path / "*.npz", channel="y"), tmp_path, 2500
+    )
     assert speeds_of_samples(rig)[0].tolist() == [900.0] * 8
 
 
@@ -111,7 +129,9 @@ def test_a_log_with_a_stop(tmp_path):
 
 
 def test_the_mean_of_a_profile_is_over_time():
-    profile = SpeedProfile(np.array([0.0, 0.1, 0.2, 2.0]), np.array([0.0, 0.0, 0.0, 900.0]))
+    profile = SpeedProfile(
+        np.array([0.0, 0.1, 0.2, 2.0]), np.array([0.0, 0.0, 0.0, 900.0])
+    )
     assert profile.mean() == pytest.approx(900 * 0.9 / 2, rel=1e-3)
 
 
@@ -122,7 +142,9 @@ def test_a_stream_of_pulses_follows_the_speed(noise):
     speed = np.concatenate([SPEED, SPEED[::-1]])
     found = TachoStream(RATE, 1).speeds(signal)
     assert np.isnan(found[: RATE * 4 - 1]).all()
-    np.testing.assert_allclose(found[RATE * 4 + 500 :], speed[RATE * 4 + 500 :], rtol=0.06)
+    np.testing.assert_allclose(
+        found[RATE * 4 + 500 :], speed[RATE * 4 + 500 :], rtol=0.06
+    )
     whole = rpm_from_tacho(signal, RATE)[RATE * 4 + 500 :]
     assert abs(np.mean(found[RATE * 4 + 500 :] / whole) - 1) < 0.02
 
@@ -138,7 +160,9 @@ def test_a_stream_of_pulses_does_not_depend_on_blocks():
 
 def test_a_shaft_that_stops_slows_down_and_noise_is_no_pulse():
     rng = np.random.default_rng(0)
-    signal = np.concatenate([KEY, np.zeros(6 * RATE)]) + 0.02 * rng.normal(size=10 * RATE)
+    signal = np.concatenate([KEY, np.zeros(6 * RATE)]) + 0.02 * rng.normal(
+        size=10 * RATE
+    )
     found = TachoStream(RATE, 1).speeds(signal)
     assert found[5 * RATE] == pytest.approx(60, rel=0.1)
     assert np.isnan(found[9 * RATE :]).all()

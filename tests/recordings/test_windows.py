@@ -14,7 +14,9 @@ def test_windows_are_slices_of_the_recording(channels, window_length):
         recording = np.random.default_rng(0).normal(size=(*channels, n_samples))
         starts = range(0, n_samples - window_length + 1, hop or window_length)
         expected = np.stack([recording[..., s : s + window_length] for s in starts])
-        np.testing.assert_array_equal(make_windows(recording, window_length, hop=hop), expected)
+        np.testing.assert_array_equal(
+            make_windows(recording, window_length, hop=hop), expected
+        )
 
 
 def test_default_length_is_1200_and_the_tail_is_left_out():
@@ -26,7 +28,14 @@ def test_default_length_is_1200_and_the_tail_is_left_out():
 @pytest.mark.parametrize("shape", [(12,), (2, 12)])
 @pytest.mark.parametrize(
     ("dtype", "expected"),
-    [("f4", "f4"), ("f8", "f8"), ("i2", "f8"), ("u1", "f8"), ("f2", "f8"), (">f8", "f8")],
+    [
+        ("f4", "f4"),
+        ("f8", "f8"),
+        ("i2", "f8"),
+        ("u1", "f8"),
+        ("f2", "f8"),
+        (">f8", "f8"),
+    ],
 )
 def test_windows_are_fresh_contiguous_and_writable(shape, dtype, expected):
     recording = np.arange(np.prod(shape)).reshape(shape).astype(dtype)
@@ -39,7 +48,9 @@ def test_windows_are_fresh_contiguous_and_writable(shape, dtype, expected):
     np.testing.assert_array_equal(recording, before)
 
 
-@pytest.mark.parametrize("layout", ["every second sample", "fortran", "reversed", "read-only"])
+@pytest.mark.parametrize(
+    "layout", ["every second sample", "fortran", "reversed", "read-only"]
+)
 def test_memory_layout_does_not_matter(layout):
     plain = np.random.default_rng(0).normal(size=(3, 40))
     if layout == "every second sample":
@@ -53,7 +64,9 @@ def test_memory_layout_does_not_matter(layout):
         recording.flags.writeable = False
     assert layout == "read-only" or not recording.flags.c_contiguous
     np.testing.assert_array_equal(make_windows(recording, 8), make_windows(plain, 8))
-    np.testing.assert_array_equal(make_windows(recording[1], 8), make_windows(plain[1], 8))
+    np.testing.assert_array_equal(
+        make_windows(recording[1], 8), make_windows(plain[1], 8)
+    )
 
 
 def test_memory_mapped_recording(tmp_path):
@@ -74,7 +87,10 @@ def test_lists_and_series_are_recordings():
     ("recording", "message"),
     [
         (np.zeros(4), r"recording has 4 samples, fewer than window_length=5"),
-        (np.zeros((100, 2)), r"has 2 samples.*\(100, 2\), expected .*\(n_channels, n_samples\)"),
+        (
+            np.zeros((100, 2)),
+            r"has 2 samples.*\(100, 2\), expected .*\(n_channels, n_samples\)",
+        ),
         (np.zeros((2, 3, 10)), "dim 3"),
         (np.zeros(10, dtype=complex), "[Cc]omplex"),
         (["a"] * 10, "could not convert string"),
@@ -95,7 +111,8 @@ def test_a_single_number_is_no_recording():
 
 @pytest.mark.parametrize("name", ["window_length", "hop"])
 @pytest.mark.parametrize(
-    ("value", "error"), [(0, ValueError), (-3, ValueError), (2.0, TypeError), ("2", TypeError)]
+    ("value", "error"),
+    [(0, ValueError), (-3, ValueError), (2.0, TypeError), ("2", TypeError)],
 )
 def test_bad_lengths_are_refused_by_name(name, value, error):
     with pytest.raises(error, match=name):
@@ -108,7 +125,9 @@ def test_windows_of_blocks_are_those_of_the_whole(monkeypatch, hop, cuts):
     monkeypatch.setattr("skarxlag.recordings.windows._BLOCK", 20)
     recording = np.random.default_rng(0).normal(size=(2, 103))
     parts = list(cut_blocks(np.split(recording, cuts, axis=1), "run", 7, hop))
-    np.testing.assert_array_equal(np.concatenate(parts), make_windows(recording, 7, hop=hop))
+    np.testing.assert_array_equal(
+        np.concatenate(parts), make_windows(recording, 7, hop=hop)
+    )
     assert max(map(len, parts)) <= 2
 
 

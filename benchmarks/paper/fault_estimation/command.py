@@ -1,8 +1,8 @@
 """Fault estimates against the simulated rig's known fault signal: error, delay, bias.
 
 Run ``python -m benchmarks.paper fault-estimation`` from the root of the repository.
-``--write docs/paper/fault_estimation.md`` puts tables between the marks of that page and plots
-into ``images`` next to it.
+``--write docs/paper/fault_estimation.md`` puts tables between the marks of that page
+and plots into ``images`` next to it.
 """
 
 import numpy as np
@@ -24,9 +24,14 @@ ROWS = {
 
 def parsed(arguments):
     parser = page_parser(__doc__, "fault-estimation")
-    parser.add_argument("--seed", nargs="+", type=int, default=list(SEEDS), help="draws of the rig")
     parser.add_argument(
-        "--n-samples", type=int, default=N_SAMPLES, help=f"of a recording; default: {N_SAMPLES}"
+        "--seed", nargs="+", type=int, default=list(SEEDS), help="draws of the rig"
+    )
+    parser.add_argument(
+        "--n-samples",
+        type=int,
+        default=N_SAMPLES,
+        help=f"of a recording; default: {N_SAMPLES}",
     )
     return parser.parse_args(arguments)
 
@@ -54,7 +59,9 @@ def over_draws(frame, rows):
         table[name] = [cell(each, scatter) for each, scatter in cells]
     table = table.reset_index()
     for name in rows:
-        table[name] = [f"{each:g}" if isinstance(each, float) else each for each in table[name]]
+        table[name] = [
+            f"{each:g}" if isinstance(each, float) else each for each in table[name]
+        ]
     return table
 
 
@@ -78,7 +85,9 @@ def main(arguments=None):
     options = parsed(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
     images = (options.write.parent if options.write else options.output) / "images"
-    trajectories(images / "fault_estimation_trajectories.svg", options.seed[0], options.n_samples)
+    trajectories(
+        images / "fault_estimation_trajectories.svg", options.seed[0], options.n_samples
+    )
     seeds = ", ".join(map(str, options.seed))
     blocks = {}
     for name, rows in ROWS.items():

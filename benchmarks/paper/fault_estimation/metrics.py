@@ -33,7 +33,8 @@ def delay(estimate, true):
     Returns
     -------
     lag : float
-        In samples, above 0 where the estimate is late; NaN for a signal that is constant.
+        In samples, above 0 where the estimate is late; NaN for a signal that is
+        constant.
     correlation : float
         The peak, as a correlation coefficient.
 

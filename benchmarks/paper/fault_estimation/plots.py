@@ -36,11 +36,17 @@ def trajectories(path, seed, n_samples):
         "Impact, OR 6 mm, 500 rpm": (impact, *peak),
     }
     with saved_figure(path, 1, 2, size=(8.0, 3.2)) as axes:
-        for ax, (title, (fault, window, event)) in zip(axes[0], events.items(), strict=True):
+        for ax, (title, (fault, window, event)) in zip(
+            axes[0], events.items(), strict=True
+        ):
             shown = slice(max(event - BEFORE, 0), event + AFTER)
             time = np.arange(fault.true.shape[1])[shown] - event
-            ax.plot(time, fault.true[window, shown], color=GREY, linewidth=2.5, label="true")
-            for colour, (name, observer) in zip(COLOURS, compared().items(), strict=True):
+            ax.plot(
+                time, fault.true[window, shown], color=GREY, linewidth=2.5, label="true"
+            )
+            for colour, (name, observer) in zip(
+                COLOURS, compared().items(), strict=True
+            ):
                 seen = fault.innovations[window : window + 1]
                 estimate = observer.fit(seen).observe(seen).fault_estimate[0, :-1]
                 ax.plot(time, estimate[shown], color=colour, linewidth=1.0, label=name)
@@ -71,11 +77,16 @@ def trade_off(frame, path):
     with saved_figure(path, size=(6.0, 3.4)) as axes:
         ax = axes[0, 0]
         for name, (colour, dash) in lines.items():
-            ax.loglog(linear.index, linear[name], dash, color=colour, marker="o", markersize=3)
+            ax.loglog(
+                linear.index, linear[name], dash, color=colour, marker="o", markersize=3
+            )
             ax.lines[-1].set_label(name)
         ax.axhline(1.0, color=GREY, linewidth=0.8)
         ax.set_xticks(linear.index, [f"{ki:g}" for ki in linear.index])
         ax.minorticks_off()
-        ax.set(xlabel="Integral gain of the linear observer (last: dead-beat)", ylabel="Error")
+        ax.set(
+            xlabel="Integral gain of the linear observer (last: dead-beat)",
+            ylabel="Error",
+        )
         ax.grid()
         legend_below(axes)

@@ -1,8 +1,9 @@
 r"""Known faults, in the units in which an observer estimates them.
 
-An observer estimates the scalar d of :math:`\varepsilon_f(k+1) = \zeta\,\varepsilon_f(k) + d(k)`,
-where :math:`\varepsilon_f` is what a fault adds to the innovations of the healthy model. The model
-is linear, so for a fault f that adds to the output it is the innovations with f less those without.
+An observer estimates the scalar d of :math:`\varepsilon_f(k+1) =
+\zeta\,\varepsilon_f(k) + d(k)`, where :math:`\varepsilon_f` is what a fault adds to the
+innovations of the healthy model. The model is linear, so for a fault f that adds to the
+output it is the innovations with f less those without.
 """
 
 from dataclasses import dataclass
@@ -34,8 +35,8 @@ class Healthy:
     model : ARXLaguerre
         Identified on normal windows, in the sensor's unit.
     rms : float
-        Root-mean-square of the healthy output. Unlike the usual scaling of each window it does not
-        depend on the fault.
+        Root-mean-square of the healthy output. Unlike the usual scaling of each window
+        it does not depend on the fault.
     """
 
     model: ARXLaguerre
@@ -114,7 +115,8 @@ def bearing_fault(healthy, rig, condition, crack_mm):
     Returns
     -------
     Bunch
-        ``innovations`` of shape (n_windows, n_samples), ``true`` of (n_windows, n_samples - 1).
+        ``innovations`` of shape (n_windows, n_samples), ``true`` of (n_windows,
+        n_samples - 1).
     """
     rows = (rig.target == condition) & (rig.crack_mm == crack_mm)
     without = rig.data[rows].copy()
@@ -129,16 +131,17 @@ def bearing_fault(healthy, rig, condition, crack_mm):
 def synthetic_fault(healthy, rig, shape):
     """A fault of known shape, added to the output of a healthy bearing.
 
-    The disturbance of "constant", "step" and "ramp" has the size 1, in units of the healthy output;
-    the last two start in the middle of a window. "impact" is one impact on the outer ring
-    in the middle, of `IMPACT_PEAK` at the output.
+    The disturbance of "constant", "step" and "ramp" has the size 1, in units of the
+    healthy output; the last two start in the middle of a window. "impact" is one impact
+    on the outer ring in the middle, of `IMPACT_PEAK` at the output.
 
     Returns
     -------
     Bunch
-        ``true``, the disturbance of shape (n_windows, n_samples - 1); ``innovations`` with the
-        fault added to the innovations; ``through_windows``, the innovations with the fault added to
-        the output before windows are centred, both (n_windows, n_samples).
+        ``true``, the disturbance of shape (n_windows, n_samples - 1); ``innovations``
+        with the fault added to the innovations; ``through_windows``, the innovations
+        with the fault added to the output before windows are centred, both (n_windows,
+        n_samples).
     """
     windows = rig.data[rig.target == "Normal"]
     quiet = healthy.innovations(windows)

@@ -29,7 +29,8 @@ KP = PIObserver().kp
 KI = (0.005, 0.02, 0.05, 0.15, 0.4)
 #: Steps whose settling is reported, in units of the healthy output.
 SIZES = (0.1, 1.0, 5.0)
-#: Both poles of the loop in the origin: the estimate is the disturbance two samples before.
+#: Both poles of the loop in the origin: the estimate is the disturbance two samples
+#: before.
 DEAD_BEAT = {"kp": POLE + 1, "ki": 1.0}
 
 
@@ -48,7 +49,9 @@ def as_fast_as(observer):
     """The linear observer of least integral gain that settles as soon as another does."""
     goal = settling(observer)
     gains = np.arange(0.02, 0.5, 0.002)
-    chosen = next(ki for ki in gains if settling(PIObserver(pole=POLE, kp=KP, ki=ki)) <= goal)
+    chosen = next(
+        ki for ki in gains if settling(PIObserver(pole=POLE, kp=KP, ki=ki)) <= goal
+    )
     return PIObserver(pole=POLE, kp=KP, ki=float(chosen))
 
 
@@ -58,7 +61,9 @@ def compared():
     small_signal = extended.ki_a * extended.gain
     return {
         "extended state": extended,
-        "linear, same small-signal gain": PIObserver(pole=POLE, kp=extended.kp, ki=small_signal),
+        "linear, same small-signal gain": PIObserver(
+            pole=POLE, kp=extended.kp, ki=small_signal
+        ),
         "linear, same settling": as_fast_as(extended),
         "linear, dead-beat": PIObserver(pole=POLE, **DEAD_BEAT),
     }
@@ -87,7 +92,11 @@ def observers(seeds, n_samples):
         healthy, rig = identified(seed + OTHER, n_samples), recordings(seed, n_samples)
         quiet = healthy.innovations(rig.data[rig.target == "Normal"])
         for name, observer in compared().items():
-            row = {"seed": seed, "observer": name, "noise": _rms(_estimate(observer, quiet))}
+            row = {
+                "seed": seed,
+                "observer": name,
+                "noise": _rms(_estimate(observer, quiet)),
+            }
             for size in SIZES:
                 row[f"settling at {size:g}"] = settling(observer, size)
             found.append(row)
@@ -97,22 +106,29 @@ def observers(seeds, n_samples):
 def synthetic(seeds, n_samples):
     """Faults of known shape on a healthy bearing.
 
-    Error and delay over whole windows; bias over the last quarter, where a step has settled, and
-    there once more with the fault added to the output before windows are centred.
+    Error and delay over whole windows; bias over the last quarter, where a step has
+    settled, and there once more with the fault added to the output before windows are
+    centred.
     """
     found = []
     for seed in seeds:
         healthy, rig = identified(seed + OTHER, n_samples), recordings(seed, n_samples)
         for shape in SHAPES:
             fault = synthetic_fault(healthy, rig, shape)
-            last = slice(3 * fault.true.shape[1] // 4, None) if shape != "impact" else slice(None)
+            last = (
+                slice(3 * fault.true.shape[1] // 4, None)
+                if shape != "impact"
+                else slice(None)
+            )
             for name, observer in compared().items():
                 row = {"seed": seed, "fault": shape, "observer": name}
                 estimate = _estimate(observer, fault.innovations)
                 centred = _estimate(observer, fault.through_windows)
                 row |= measures(estimate, fault.true)
                 row["bias"] = bias(estimate[:, :-1][:, last], fault.true[:, last])
-                row["bias, centred windows"] = bias(centred[:, :-1][:, last], fault.true[:, last])
+                row["bias, centred windows"] = bias(
+                    centred[:, :-1][:, last], fault.true[:, last]
+                )
                 found.append(row)
     return pd.DataFrame(found)
 
@@ -120,8 +136,9 @@ def synthetic(seeds, n_samples):
 def bearing(seeds, n_samples):
     """The rig's own faults: impacts and rubbing of a crack, whole windows.
 
-    "aligned error" is the error once the delay is taken out, "level" the root-mean-square of the
-    estimate over that of the true signal, which is in the column "true".
+    "aligned error" is the error once the delay is taken out, "level" the
+    root-mean-square of the estimate over that of the true signal, which is in the
+    column "true".
     """
     found = []
     for seed in seeds:
@@ -144,8 +161,8 @@ def bearing(seeds, n_samples):
 def gains(seeds, n_samples):
     """Integral gain of both observers: noise, settling, a step, a ramp and impacts.
 
-    The extended state has the small-signal gain of the linear observer in the same row. NaN where
-    gains are refused as unstable.
+    The extended state has the small-signal gain of the linear observer in the same row.
+    NaN where gains are refused as unstable.
     """
     settings = [(KP, ki) for ki in KI] + [(DEAD_BEAT["kp"], DEAD_BEAT["ki"])]
     extended_gain = ExtendedStatePIObserver().gain
@@ -153,7 +170,9 @@ def gains(seeds, n_samples):
     for seed in seeds:
         healthy, rig = identified(seed + OTHER, n_samples), recordings(seed, n_samples)
         quiet = healthy.innovations(rig.data[rig.target == "Normal"])
-        faults = {shape: synthetic_fault(healthy, rig, shape) for shape in ("step", "ramp")}
+        faults = {
+            shape: synthetic_fault(healthy, rig, shape) for shape in ("step", "ramp")
+        }
         faults["OR, 6 mm"] = bearing_fault(healthy, rig, "OR", 6.0)
         for kp, ki in settings:
             observers = {

@@ -1,8 +1,8 @@
 """Effect of the choices that the paper leaves open on the accuracy, on the simulated rig.
 
-Run ``python -m benchmarks.paper sensitivity`` from the root of the repository.
-Nothing here chooses a default. ``--write docs/paper/sensitivity.md`` puts the tables between the
-marks of that page and the plots into the folder ``images`` next to it.
+Run ``python -m benchmarks.paper sensitivity`` from the root of the repository. Nothing
+here chooses a default. ``--write docs/paper/sensitivity.md`` puts the tables between
+the marks of that page and the plots into the folder ``images`` next to it.
 """
 
 from functools import partial
@@ -40,7 +40,10 @@ STUDIES = {
     ),
     "window length": Study(
         studies.window_length,
-        partial(accuracy_table, rows=["window length", "ms", "windows to calibrate a condition"]),
+        partial(
+            accuracy_table,
+            rows=["window length", "ms", "windows to calibrate a condition"],
+        ),
         partial(lines, x="window length", scale="log"),
     ),
     "order": Study(
@@ -48,7 +51,9 @@ STUDIES = {
         partial(accuracy_table, rows=["order"]),
         partial(lines, x="order", scale="log"),
     ),
-    "pole": Study(studies.pole, partial(accuracy_table, rows=["pole"]), partial(lines, x="pole")),
+    "pole": Study(
+        studies.pole, partial(accuracy_table, rows=["pole"]), partial(lines, x="pole")
+    ),
     "gains": Study(gains, gains_table, gain_maps),
     "speed": Study(
         studies.speed,
@@ -77,9 +82,14 @@ STUDIES = {
 def parsed(arguments):
     parser = page_parser(__doc__, "sensitivity")
     parser.add_argument("--only", nargs="+", choices=STUDIES, default=list(STUDIES))
-    parser.add_argument("--seed", nargs="+", type=int, default=list(SEEDS), help="draws of the rig")
     parser.add_argument(
-        "--n-samples", type=int, default=N_SAMPLES, help=f"of a recording; default: {N_SAMPLES}"
+        "--seed", nargs="+", type=int, default=list(SEEDS), help="draws of the rig"
+    )
+    parser.add_argument(
+        "--n-samples",
+        type=int,
+        default=N_SAMPLES,
+        help=f"of a recording; default: {N_SAMPLES}",
     )
     return parser.parse_args(arguments)
 

@@ -26,18 +26,21 @@ SPEEDS = {"500 rpm": np.equal, "300 to 450 rpm": np.not_equal}
 def compound(seeds, n_samples):
     """Calibrated on normal windows and single faults at 500 rpm, scored on all conditions.
 
-    The scored recordings are not in the calibration, since the emission of a defect is the same
-    realisation in single and in compound recordings. One row for each draw, crack size,
-    diagnoser, speed and condition, in %: share of each verdict, of verdicts that name one of the
-    condition's faults, of windows over the detection threshold, mean confidence; and the share of
-    pairs of a window of this and one of a known condition in which the former has less confidence.
-    The detector, on normal windows alone and in the sensor's unit, has alarms only.
+    The scored recordings are not in the calibration, since the emission of a defect is
+    the same realisation in single and in compound recordings. One row for each draw,
+    crack size, diagnoser, speed and condition, in %: share of each verdict, of verdicts
+    that name one of the condition's faults, of windows over the detection threshold,
+    mean confidence; and the share of pairs of a window of this and one of a known
+    condition in which the former has less confidence. The detector, on normal windows
+    alone and in the sensor's unit, has alarms only.
     """
     found = []
     for seed in seeds:
         rig, fresh = (standard_rig(each, n_samples) for each in (seed, seed + FRESH))
         # The level alone, as in the paper: a ladder with the healthy rung only.
-        detector = make_pipeline(ARXLaguerre(unit_rms=False), PIObserver(), ThresholdLadder())
+        detector = make_pipeline(
+            ARXLaguerre(unit_rms=False), PIObserver(), ThresholdLadder()
+        )
         healthy = rows_of(rig, None, conditions=[HEALTHY], rpm=TRAIN_RPM)
         detector.fit(rig.data[healthy], rig.target[healthy])
         for crack_mm in CRACKS:
@@ -45,11 +48,14 @@ def compound(seeds, n_samples):
             X, target, rpm = fresh.data[kept], fresh.target[kept], fresh.rpm[kept]
             scored = {
                 name: _verdicts(
-                    calibrated(make(healthy=HEALTHY), rig, crack_mm, conditions=KNOWN), X
+                    calibrated(make(healthy=HEALTHY), rig, crack_mm, conditions=KNOWN),
+                    X,
                 )
                 for name, make in DIAGNOSERS.items()
             }
-            scored["Detector"] = {"alarm": detector[-1].detect(detector[:-1].transform(X))}
+            scored["Detector"] = {
+                "alarm": detector[-1].detect(detector[:-1].transform(X))
+            }
             for name, verdicts in scored.items():
                 for speeds, compare in SPEEDS.items():
                     at = compare(rpm, TRAIN_RPM)

@@ -13,7 +13,7 @@ from benchmarks.paper.sensitivity.protocol import (
     standard_rig,
 )
 from skarxlag import ARXLaguerre, ExtendedStatePIObserver, PIObserver, ThresholdLadder
-from skarxlag.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.observers import RESIDUAL_EVALUATIONS
 
 KP = (-0.3, 0.0, 0.1, 0.3, 0.6, 1.2)
 KI = (0.0, 0.01, 0.05, 0.2, 0.6, 1.2)
@@ -42,7 +42,10 @@ def _settings():
                 ExtendedStatePIObserver(gain=gain, saturation=saturation),
             )
     for evaluation in EVALUATIONS:
-        for name, make in (("linear", PIObserver), ("extended state", ExtendedStatePIObserver)):
+        for name, make in (
+            ("linear", PIObserver),
+            ("extended state", ExtendedStatePIObserver),
+        ):
             yield (
                 "evaluation",
                 {"observer": name, "evaluation": evaluation},
@@ -58,7 +61,8 @@ def _settings():
 def gains(seeds, n_samples):
     """Accuracy of every grid of gains; the identification is shared.
 
-    One row for each cell, crack size and draw, with the columns that the cell's grid varies.
+    One row for each cell, crack size and draw, with the columns that the cell's grid
+    varies.
     """
     chosen = [(*setting, is_refused(setting[-1])) for setting in _settings()]
     found = []
@@ -73,9 +77,17 @@ def gains(seeds, n_samples):
                 score = np.nan
                 if not refused:
                     levels = observer.fit(innovations).transform(innovations)
-                    ladder = ThresholdLadder(healthy=HEALTHY).fit(levels[train], target[train])
+                    ladder = ThresholdLadder(healthy=HEALTHY).fit(
+                        levels[train], target[train]
+                    )
                     score = percentage(ladder.predict(levels[~train]) == target[~train])
                 found.append(
-                    {"grid": grid, **varied, "seed": seed, "crack_mm": crack_mm, "accuracy": score}
+                    {
+                        "grid": grid,
+                        **varied,
+                        "seed": seed,
+                        "crack_mm": crack_mm,
+                        "accuracy": score,
+                    }
                 )
     return pd.DataFrame(found)

@@ -2,7 +2,14 @@
 
 import numpy as np
 
-from benchmarks.pages.svg_figures import BLUE, GREEN, GREY, ORANGE, legend_below, saved_figure
+from benchmarks.pages.svg_figures import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    legend_below,
+    saved_figure,
+)
 from benchmarks.paper.sensitivity.compound import COMPOUND, KNOWN
 from benchmarks.paper.sensitivity.tables import varied
 
@@ -36,12 +43,18 @@ def lines(frame, path, *, x, scale="linear", split=None):
     even = any(isinstance(tick, str) for tick in ticks)
     kinds = [None] if split is None else list(dict.fromkeys(frame[split]))
     with saved_figure(path, 1, 2, sharey=True) as axes:
-        for ax, (crack_mm, part) in zip(axes[0], frame.groupby("crack_mm"), strict=True):
+        for ax, (crack_mm, part) in zip(
+            axes[0], frame.groupby("crack_mm"), strict=True
+        ):
             for name, own in part.groupby("diagnoser", sort=False):
                 for kind, dash in zip(kinds, ("-", "--"), strict=False):
                     rows = own if kind is None else own[own[split] == kind]
                     found = _over_draws(rows, [x])
-                    where = [ticks.index(each) for each in found.index] if even else found.index
+                    where = (
+                        [ticks.index(each) for each in found.index]
+                        if even
+                        else found.index
+                    )
                     ax.errorbar(
                         where,
                         found["mean"],
@@ -53,9 +66,13 @@ def lines(frame, path, *, x, scale="linear", split=None):
                         linewidth=1.2,
                         label=name if dash == "-" else None,
                     )
-            ax.set(title=f"{crack_mm:g} mm crack", xlabel=x, xscale=scale, ylim=(0, 103))
+            ax.set(
+                title=f"{crack_mm:g} mm crack", xlabel=x, xscale=scale, ylim=(0, 103)
+            )
             if even or scale == "log":
-                ax.set_xticks(range(len(ticks)) if even else ticks, [f"{t}" for t in ticks])
+                ax.set_xticks(
+                    range(len(ticks)) if even else ticks, [f"{t}" for t in ticks]
+                )
                 ax.minorticks_off()
             ax.grid()
         axes[0, 0].set_ylabel("Accuracy (%)")
@@ -101,13 +118,21 @@ def bars(frame, path, *, panel, group, label):
 def gain_maps(frame, path):
     """Accuracy over each grid of gains; refused cells are empty and crossed."""
     grids = [(name, grid) for name, grid in frame.groupby("grid", sort=False)]
-    grids = [(name, grid.dropna(axis=1, how="all")) for name, grid in grids if name != "evaluation"]
+    grids = [
+        (name, grid.dropna(axis=1, how="all"))
+        for name, grid in grids
+        if name != "evaluation"
+    ]
     ratios = [grid[varied(grid)[1]].nunique() for _, grid in grids]
-    with saved_figure(path, 1, len(grids), size=(8.5, 3.2), width_ratios=ratios) as axes:
+    with saved_figure(
+        path, 1, len(grids), size=(8.5, 3.2), width_ratios=ratios
+    ) as axes:
         for ax, (name, grid) in zip(axes[0], grids, strict=True):
             rows, columns = varied(grid)
             table = grid.groupby([rows, columns]).accuracy.mean().unstack()
-            ax.imshow(table, vmin=0, vmax=100, cmap="cividis", aspect="auto", origin="lower")
+            ax.imshow(
+                table, vmin=0, vmax=100, cmap="cividis", aspect="auto", origin="lower"
+            )
             for (row, column), value in np.ndenumerate(table.to_numpy()):
                 refused = np.isnan(value)
                 ax.text(
@@ -119,7 +144,9 @@ def gain_maps(frame, path):
                     color=GREY if refused else "black" if value > 55 else "white",
                     fontsize=8,
                 )
-            ax.set_xticks(range(table.shape[1]), [f"{each:g}" for each in table.columns])
+            ax.set_xticks(
+                range(table.shape[1]), [f"{each:g}" for each in table.columns]
+            )
             ax.set_yticks(range(table.shape[0]), [f"{each:g}" for each in table.index])
             ax.set(title=name, xlabel=columns, ylabel=rows)
             ax.title.set_fontsize(9)
@@ -131,15 +158,27 @@ def verdict_shares(frame, path):
     unseen = frame[frame.condition.isin(COMPOUND) & (frame["tested at"] != "500 rpm")]
     unseen = unseen.dropna(subset="named")
     names = list(dict.fromkeys(unseen.diagnoser))
-    with saved_figure(path, 2, len(names), size=(7.5, 3.8), sharex=True, sharey=True) as axes:
+    with saved_figure(
+        path, 2, len(names), size=(7.5, 3.8), sharex=True, sharey=True
+    ) as axes:
         for row, (crack_mm, part) in zip(axes, unseen.groupby("crack_mm"), strict=True):
             for ax, name in zip(row, names, strict=True):
-                shares = part[part.diagnoser == name].groupby("condition").mean(numeric_only=True)
+                shares = (
+                    part[part.diagnoser == name]
+                    .groupby("condition")
+                    .mean(numeric_only=True)
+                )
                 shares = shares.loc[list(reversed(COMPOUND))]
                 start = np.zeros(len(COMPOUND))
                 for verdict, colour in VERDICTS.items():
                     share = shares[f"as {verdict}"].to_numpy()
-                    ax.barh(range(len(COMPOUND)), share, left=start, color=colour, label=verdict)
+                    ax.barh(
+                        range(len(COMPOUND)),
+                        share,
+                        left=start,
+                        color=colour,
+                        label=verdict,
+                    )
                     start += share
                 ax.set_yticks(range(len(COMPOUND)), shares.index)
                 ax.set(title=f"{name}, {crack_mm:g} mm", xlim=(0, 100))

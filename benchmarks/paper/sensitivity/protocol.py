@@ -1,7 +1,7 @@
 """Protocol of the sensitivity studies: the paper's, on several draws of the simulated rig.
 
-All windows at 500 rpm calibrate, all windows at the other speeds are scored, one crack size at a
-time with the normal windows.
+All windows at 500 rpm calibrate, all windows at the other speeds are scored, one crack
+size at a time with the normal windows.
 """
 
 from functools import lru_cache

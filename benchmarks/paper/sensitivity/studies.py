@@ -1,7 +1,8 @@
 """The sensitivity studies: functions from draws of the simulated rig to data frames.
 
-Each returns one row for each setting, diagnoser, crack size and draw, with the accuracy in % at
-300, 400 and 450 rpm after calibration at 500 rpm, unless it states otherwise. NaN: gains refused.
+Each returns one row for each setting, diagnoser, crack size and draw, with the accuracy
+in % at 300, 400 and 450 rpm after calibration at 500 rpm, unless it states otherwise.
+NaN: gains refused.
 """
 
 import numpy as np
@@ -80,7 +81,9 @@ def window_length(seeds, n_samples):
     for length in WINDOW_LENGTHS:
         for seed in seeds:
             rig = simulate_rig(
-                n_samples=n_samples // length * length, window_length=length, random_state=seed
+                n_samples=n_samples // length * length,
+                window_length=length,
+                random_state=seed,
             )
             setting = {
                 "window length": length,
@@ -90,7 +93,9 @@ def window_length(seeds, n_samples):
             for case, make in _cases([seed]):
                 diagnoser = calibrated(make(healthy=HEALTHY), rig, case["crack_mm"])
                 found.append(
-                    case | setting | {"accuracy": accuracy(diagnoser, rig, case["crack_mm"])}
+                    case
+                    | setting
+                    | {"accuracy": accuracy(diagnoser, rig, case["crack_mm"])}
                 )
     return pd.DataFrame(found)
 
@@ -131,7 +136,10 @@ def torque(seeds, n_samples):
     for case, make in _cases(seeds):
         rig = standard_rig(case["seed"], n_samples)
         alone = rig | {"data": rig.data[:, :1]}
-        for label, seen in (("output and torque", rig), ("output alone", type(rig)(**alone))):
+        for label, seen in (
+            ("output and torque", rig),
+            ("output alone", type(rig)(**alone)),
+        ):
             diagnoser = calibrated(make(healthy=HEALTHY), seen, case["crack_mm"])
             score = accuracy(diagnoser, seen, case["crack_mm"])
             crack = {"crack size": f"{case['crack_mm']:g} mm"}
@@ -144,17 +152,25 @@ def speed(seeds, n_samples):
     found = []
     for seed in seeds:
         rig = standard_rig(seed, n_samples)
-        fresh = simulate_rig(rpm=TEST_RPM, n_samples=n_samples, random_state=seed + FRESH)
+        fresh = simulate_rig(
+            rpm=TEST_RPM, n_samples=n_samples, random_state=seed + FRESH
+        )
         for case, make in _cases([seed]):
             crack_mm = case["crack_mm"]
             for train_rpm in CALIBRATION_RPM:
-                diagnoser = calibrated(make(healthy=HEALTHY), rig, crack_mm, rpm=train_rpm)
+                diagnoser = calibrated(
+                    make(healthy=HEALTHY), rig, crack_mm, rpm=train_rpm
+                )
                 for rpm in TEST_RPM:
                     kept = rows_of(fresh, crack_mm, rpm=rpm)
                     hits = diagnoser.predict(fresh.data[kept]) == fresh.target[kept]
                     found.append(
                         case
-                        | {"calibrated at": train_rpm, "rpm": rpm, "accuracy": percentage(hits)}
+                        | {
+                            "calibrated at": train_rpm,
+                            "rpm": rpm,
+                            "accuracy": percentage(hits),
+                        }
                     )
     return pd.DataFrame(found)
 
@@ -162,8 +178,8 @@ def speed(seeds, n_samples):
 def crack_size(seeds, n_samples):
     """Calibration on one crack size or both, test on each, at 500 rpm and at the other speeds.
 
-    All tests are on recordings that are not in the calibration; only faulty windows are scored, as
-    the normal ones are the same for both sizes.
+    All tests are on recordings that are not in the calibration; only faulty windows are
+    scored, as the normal ones are the same for both sizes.
     """
     found = []
     for seed in seeds:

@@ -72,21 +72,28 @@ def accuracy_table(frame, rows):
 
 
 def noise_table(frame):
-    ratio = frame.groupby("noise (mV)")["SNR (dB)"].transform("mean").round().astype(int)
+    ratio = (
+        frame.groupby("noise (mV)")["SNR (dB)"].transform("mean").round().astype(int)
+    )
     return accuracy_table(
-        frame.assign(**{"SNR (dB)": ratio}), ["noise (mV)", "SNR (dB)", "calibrated with"]
+        frame.assign(**{"SNR (dB)": ratio}),
+        ["noise (mV)", "SNR (dB)", "calibrated with"],
     )
 
 
 def crack_table(frame):
     ordered = frame.sort_values("tested at", ascending=False, kind="stable")
-    return markdown(pivot(ordered, ["tested at", "calibrated on", "tested on"], ["diagnoser"]))
+    return markdown(
+        pivot(ordered, ["tested at", "calibrated on", "tested on"], ["diagnoser"])
+    )
 
 
 def varied(grid):
     """The two parameters that a grid of gains varies, rows first."""
     fixed = ("grid", "seed", "crack_mm", "accuracy")
-    return [name for name in grid.columns if name not in fixed and grid[name].notna().all()]
+    return [
+        name for name in grid.columns if name not in fixed and grid[name].notna().all()
+    ]
 
 
 def gains_table(frame):
@@ -97,9 +104,13 @@ def gains_table(frame):
         text = grid.assign(**{each: grid[each].map(_plain) for each in (rows, columns)})
         table = pivot(text, [rows], [columns])
         cells = grid.groupby([rows, columns]).accuracy.count()
-        refused = f"; {int((cells == 0).sum())} of {len(cells)} cells refused as unstable"
+        refused = (
+            f"; {int((cells == 0).sum())} of {len(cells)} cells refused as unstable"
+        )
         corner = table.rename(columns={rows: f"{rows} \\ {columns}"})
-        parts.append(f"**{name}**{refused if name != 'evaluation' else ''}\n\n{markdown(corner)}")
+        parts.append(
+            f"**{name}**{refused if name != 'evaluation' else ''}\n\n{markdown(corner)}"
+        )
     return "\n\n".join(parts)
 
 
@@ -122,7 +133,10 @@ SUMMARY = (
 
 def compound_table(frame):
     """Format the verdicts on known and unseen conditions, then those on each unseen one."""
-    groups = {**dict.fromkeys(KNOWN[1:], "single"), **dict.fromkeys(COMPOUND, "compound")}
+    groups = {
+        **dict.fromkeys(KNOWN[1:], "single"),
+        **dict.fromkeys(COMPOUND, "compound"),
+    }
     group = frame.condition.map(groups).fillna("Normal")
     text = frame.assign(crack=frame.crack_mm.map("{:g} mm".format))
     keys = ["tested at", "crack", "diagnoser"]

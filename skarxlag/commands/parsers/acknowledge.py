@@ -1,7 +1,7 @@
 """Acknowledge a latched alarm of a sensor that ``watch --latch`` follows.
 
-The alarm goes off at once, or as soon as the signal is within the healthy limits again. If the
-command watch does not run, the alarm is acknowledged when it starts.
+The alarm goes off at once, or as soon as the signal is within the healthy limits again.
+If the command watch does not run, the alarm is acknowledged when it starts.
 """
 
 import argparse

@@ -1,13 +1,14 @@
 """Diagnose recordings with a model that `fit` or `save_diagnoser` saved.
 
-Each recording gets one verdict from the evidence of all its windows. With --bearing and without a
-model, the orders of the bearing name the place of a fault; with a model, they are marked in the
-report. A .csv among RECORDING holds samples; a table of recordings, with the columns that `fit`
-takes, is given with --table. With -o, results are written as .csv or .parquet (rows of windows in a
-second file, FILE_windows), .json, or .html, a report to read and print. An interrupted run goes on
-where it stopped if it is started again with the same file. Exit status: 0 if all recordings were
-diagnosed, 1 if some could not be, 2 if an argument is wrong, 3 with --fail-on alarm if a verdict is
-not the healthy condition.
+Each recording gets one verdict from the evidence of all its windows. With --bearing and
+without a model, the orders of the bearing name the place of a fault; with a model, they
+are marked in the report. A .csv among RECORDING holds samples; a table of recordings,
+with the columns that `fit` takes, is given with --table. With -o, results are written
+as .csv or .parquet (rows of windows in a second file, FILE_windows), .json, or .html, a
+report to read and print. An interrupted run goes on where it stopped if it is started
+again with the same file. Exit status: 0 if all recordings were diagnosed, 1 if some
+could not be, 2 if an argument is wrong, 3 with --fail-on alarm if a verdict is not the
+healthy condition.
 """
 
 import argparse
@@ -30,20 +31,32 @@ from ..messages import UsageError, add_progress_arguments, as_command_error, req
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("model", nargs="?", type=Path, metavar="MODEL.skops", help="or --bearing")
+    parser.add_argument(
+        "model", nargs="?", type=Path, metavar="MODEL.skops", help="or --bearing"
+    )
     text = "a file, a folder, or a glob such as 'runs/*/acc_*.tdms'"
     parser.add_argument("recordings", nargs="*", metavar="RECORDING", help=text)
     option(parser, "--table", "csv table of further recordings", Path, "FILE.csv")
     option(parser, "-o --output", "write .csv, .parquet, .json or .html", Path, "FILE")
-    parser.add_argument("--fail-on", choices=["alarm"], help="exit status 3 if one is not healthy")
+    parser.add_argument(
+        "--fail-on", choices=["alarm"], help="exit status 3 if one is not healthy"
+    )
     flag(parser, "--resample", "bring recordings to the model's sampling rate")
     option(parser, "--bearing", arguments.BEARING, arguments.bearing, "BEARING")
     add_progress_arguments(parser)
-    arguments.add_source_arguments(parser, "each RECORDING, or of lines of the table without them")
+    arguments.add_source_arguments(
+        parser, "each RECORDING, or of lines of the table without them"
+    )
     group = parser.add_argument_group("workers")
-    option(group, "--n-jobs", "number of workers; default: all cores", arguments.job_count)
+    option(
+        group, "--n-jobs", "number of workers; default: all cores", arguments.job_count
+    )
     where = group.add_mutually_exclusive_group()
-    flag(where, "--processes", "not threads; for small files, and files that crash their reader")
+    flag(
+        where,
+        "--processes",
+        "not threads; for small files, and files that crash their reader",
+    )
     text = "workers of a dask.distributed scheduler, such as tcp://host:8786, read the files"
     option(where, "--dask", text, metavar="ADDRESS")
     parser.set_defaults(n_jobs=-1)
@@ -53,12 +66,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def check(args: argparse.Namespace) -> None:
     """List the recordings, and check what needs no model."""
     path = args.model
-    is_recording = path is not None and path.suffix != ".skops" and not is_model_file(path)
+    is_recording = (
+        path is not None and path.suffix != ".skops" and not is_model_file(path)
+    )
     if args.bearing is not None and is_recording:
         args.recordings.insert(0, str(path))
         args.model = None
     if args.model is None and args.bearing is None:
-        raise UsageError("argument MODEL.skops: none given, expected a model or --bearing")
+        raise UsageError(
+            "argument MODEL.skops: none given, expected a model or --bearing"
+        )
     if not args.recordings and args.table is None:
         raise UsageError("argument RECORDING: none given, expected files or --table")
     if args.model is None:
@@ -81,7 +98,11 @@ def _listed(args):
         if args.table is not None:
             # With recordings, the facts in the arguments are theirs.
             is_alone = not args.recordings
-            of_table = arguments.table_recordings(args) if is_alone else list_recordings(args.table)
+            of_table = (
+                arguments.table_recordings(args)
+                if is_alone
+                else list_recordings(args.table)
+            )
             recordings += of_table
     inputs = [args.model, args.table, *(recording.path for recording in recordings)]
     for path in own:

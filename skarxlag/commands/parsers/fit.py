@@ -1,13 +1,15 @@
 """Calibrate a diagnoser on the recordings that a table lists, and save it.
 
-The table is a csv file with the columns path, condition, specimen, load, rpm, sampling_rate and
-channel. Only path is always needed, see skarxlag.read_recording_table. Without --healthy, the only
-condition is taken that is called healthy, normal, good, ok, intact, nominal, baseline, n or h. The
-detector needs healthy recordings only, best of several speeds, and names no fault; it is the
-default if the only condition is healthy. Otherwise the rows are stretches of a second, or of ten
-turns if they take longer, or windows of 1200 samples if the recordings are too short or an option
-cuts windows (of 4800 for the detector). With --bearing and recordings of faults, orders and spectra
-make one verdict; without faults, healthy recordings set the limits.
+The table is a csv file with the columns path, condition, specimen, load, rpm,
+sampling_rate and channel. Only path is always needed, see
+skarxlag.read_recording_table. Without --healthy, the only condition is taken that is
+called healthy, normal, good, ok, intact, nominal, baseline, n or h. The detector needs
+healthy recordings only, best of several speeds, and names no fault; it is the default
+if the only condition is healthy. Otherwise the rows are stretches of a second, or of
+ten turns if they take longer, or windows of 1200 samples if the recordings are too
+short or an option cuts windows (of 4800 for the detector). With --bearing and
+recordings of faults, orders and spectra make one verdict; without faults, healthy
+recordings set the limits.
 """
 
 import argparse
@@ -24,27 +26,69 @@ KINDS = ("alpio", "extended-state", "diagnoser", "stretches", "detector")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("table", type=Path, help="csv table of the recordings, a folder, or a glob")
+    parser.add_argument(
+        "table", type=Path, help="csv table of the recordings, a folder, or a glob"
+    )
     text = "the saved model"
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.skops", help=text)
-    option(parser, "--healthy", "healthy condition, or none if no recording is", metavar="LABEL")
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="FILE.skops", help=text
+    )
+    option(
+        parser,
+        "--healthy",
+        "healthy condition, or none if no recording is",
+        metavar="LABEL",
+    )
     text = "recordings to use: 1797, 1797+-30, 1797+-2%% or 1700..1800; default: all"
     option(parser, "--train-rpm", text, arguments.speed_range, "RPM")
-    option(parser, "--false-alarm-rate", "of healthy rows; default: 0.01", arguments.rate, "SHARE")
-    option(parser, "--n-jobs", "number of threads; default: all cores", arguments.job_count)
+    option(
+        parser,
+        "--false-alarm-rate",
+        "of healthy rows; default: 0.01",
+        arguments.rate,
+        "SHARE",
+    )
+    option(
+        parser, "--n-jobs", "number of threads; default: all cores", arguments.job_count
+    )
     parser.set_defaults(false_alarm_rate=0.01, n_jobs=-1)
     messages.add_progress_arguments(parser)
-    arguments.add_source_arguments(parser, "recordings whose line in the table lacks them")
+    arguments.add_source_arguments(
+        parser, "recordings whose line in the table lacks them"
+    )
     model = parser.add_argument_group("model")
-    model.add_argument("--diagnoser", choices=KINDS, help="default: as the recordings allow")
-    option(model, "--bearing", f"name places of faults by orders: {BEARING}", bearing, "BEARING")
-    option(model, "--outputs", "the first N channels are sensors; default: 1", positive_int)
-    flag(model, "--fixed-gain", "healthy limits use the level; it needs the same sensor and gain")
+    model.add_argument(
+        "--diagnoser", choices=KINDS, help="default: as the recordings allow"
+    )
+    option(
+        model,
+        "--bearing",
+        f"name places of faults by orders: {BEARING}",
+        bearing,
+        "BEARING",
+    )
+    option(
+        model, "--outputs", "the first N channels are sensors; default: 1", positive_int
+    )
+    flag(
+        model,
+        "--fixed-gain",
+        "healthy limits use the level; it needs the same sensor and gain",
+    )
     cut = parser.add_argument_group("windows")
     option(cut, "--window-length", "samples in a window", arguments.window_length)
-    option(cut, "--hop", "between starts of windows; default: their length", positive_int)
-    option(cut, "--max-windows", "of each recording; default: as memory allows", positive_int)
-    option(cut, "--resample-to", "sampling rate of all", arguments.positive_number, "HZ")
+    option(
+        cut, "--hop", "between starts of windows; default: their length", positive_int
+    )
+    option(
+        cut,
+        "--max-windows",
+        "of each recording; default: as memory allows",
+        positive_int,
+    )
+    option(
+        cut, "--resample-to", "sampling rate of all", arguments.positive_number, "HZ"
+    )
     flag(parser, "--force", "let -o replace a file that is no saved diagnoser")
 
 

@@ -12,7 +12,9 @@ from ..files import check_input
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("model", type=Path, metavar="FILE", help="a saved model, or a recording")
+    parser.add_argument(
+        "model", type=Path, metavar="FILE", help="a saved model, or a recording"
+    )
     flag(parser, "--json", "print JSON, for programs")
 
 

@@ -3,12 +3,12 @@
 A format is a module with these names:
 
 - ``FORMAT``: its name, file names and library, see :class:`Format`.
-- ``contents(path)``: opens a file, yields its :class:`Contents` once, and closes the file. It may
-  raise anything on a damaged file, and raises `ContentError` if an intact file does not hold what
-  is asked for.
+- ``contents(path)``: opens a file, yields its :class:`Contents` once, and closes the
+  file. It may raise anything on a damaged file, and raises `ContentError` if an intact
+  file does not hold what is asked for.
 
-This package imports nothing from the rest of skarxlag, so that the process that reads isolated
-formats starts fast.
+This package imports nothing from the rest of skarxlag, so that the process that reads
+isolated formats starts fast.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -50,11 +50,15 @@ def find_format(path: Path, dtype: str | None = None) -> ModuleType:
 
 
 def read_file(
-    path: Path, dtype: str | None, function: Callable[..., Iterable[Any]], *arguments: Any
+    path: Path,
+    dtype: str | None,
+    function: Callable[..., Iterable[Any]],
+    *arguments: Any,
 ) -> Iterator[Any]:
     """Yield what ``function(contents, *arguments)`` yields for the contents of a file.
 
-    Parsers raise all kinds of exceptions on damaged input, and few of them name the file.
+    Parsers raise all kinds of exceptions on damaged input, and few of them name the
+    file.
 
     Raises
     ------

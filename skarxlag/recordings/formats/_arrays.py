@@ -39,29 +39,40 @@ class NamedArrays:
     def add_numbers(self, place: str, properties: Mapping[str, Any]) -> None:
         """Add the single numbers and texts among the properties of a place in the file."""
         for key, value in properties.items():
-            name, number = f"{place}{self._separator}{key}" if place else key, np.asarray(value)
+            name, number = (
+                f"{place}{self._separator}{key}" if place else key,
+                np.asarray(value),
+            )
             if number.size != 1:
                 continue
             if is_numeric(number.dtype):
                 self.scalars[name] = number.item()
             elif isinstance(text := number.item(), str | bytes):
-                self.texts[name] = text if isinstance(text, str) else text.decode(errors="replace")
+                self.texts[name] = (
+                    text if isinstance(text, str) else text.decode(errors="replace")
+                )
 
     def add(
-        self, name: str, shape: Any, dtype: Any = None, key: Any = None, at: str = "", **facts: Any
+        self,
+        name: str,
+        shape: Any,
+        dtype: Any = None,
+        key: Any = None,
+        at: str = "",
+        **facts: Any,
     ) -> None:
         """Add an array, whose rows or columns, whichever are longer, are channels.
 
         Parameters
         ----------
         name : str
-            Name of the array. The channels of a matrix are ``name[0]``, ``name[1]``, ...; without
-            a name they are ``0``, ``1``, ...
+            Name of the array. The channels of a matrix are ``name[0]``, ``name[1]``,
+            ...; without a name they are ``0``, ``1``, ...
         shape : sequence of int
             One dimension or more.
         dtype : dtype or None
-            If it is given, single numbers become scalars, and arrays that are not numeric are left
-            out.
+            If it is given, single numbers become scalars, and arrays that are not
+            numeric are left out.
         key : object, default=None
             Passed to the function that returns the array. None takes `name`.
         at : str, default=""
@@ -77,15 +88,25 @@ class NamedArrays:
         long = [axis for axis, size in enumerate(shape) if size != 1]
         if len(long) > 2 or (len(long) == 2 and shape[long[0]] == shape[long[1]]):
             expected = "a vector, or a matrix that is longer in time than in channels"
-            self.refused[name] = f"array {name!r} of shape {tuple(shape)}: expected {expected}"
+            self.refused[name] = (
+                f"array {name!r} of shape {tuple(shape)}: expected {expected}"
+            )
             return
-        time = shape.index(0) if 0 in shape else max(long, key=lambda axis: shape[axis], default=0)
+        time = (
+            shape.index(0)
+            if 0 in shape
+            else max(long, key=lambda axis: shape[axis], default=0)
+        )
         across = [axis for axis in long if axis != time and 0 not in shape]
         names = [name or "0"]
         if across:
-            names = [f"{name}[{i}]" if name else str(i) for i in range(shape[across[0]])]
+            names = [
+                f"{name}[{i}]" if name else str(i) for i in range(shape[across[0]])
+            ]
         for i, channel in enumerate(names):
-            index: list[int | None] = [i if axis in across else 0 for axis in range(len(shape))]
+            index: list[int | None] = [
+                i if axis in across else 0 for axis in range(len(shape))
+            ]
             index[time] = None
             self._channels[channel] = Channel(shape[time], **facts)
             self._parts[channel] = (key, index)

@@ -6,9 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-#: Share by which the rate of the times may differ from the sampling rate, apart from rounding.
+#: Share by which the rate of the times may differ from the sampling rate, apart from
+#: rounding.
 DRIFT = 0.01
-#: Seconds over which the rate is measured. Equal times over more samples are a clock that stands.
+#: Seconds over which the rate is measured. Equal times over more samples are a clock
+#: that stands.
 MEASURED_FOR = 10.0
 #: So many wrong steps in a row come from another sampling rate, not from gaps.
 _WRONG_STEPS = 10
@@ -79,11 +81,11 @@ def changes(times: NDArray[Any], before: float = np.nan) -> NDArray[Any]:
 class Clock:
     """Clock of a source, from block to block.
 
-    A sample of unknown time follows the sample before. Equal times were rounded. The step from one
-    time to the next is a break if it is wrong by more than the tolerance. Between breaks, the rate
-    of the times must agree with the sampling rate within 1 % and the rounding of the times, and a
-    time must not stay the same for more than ten seconds. The result does not depend on how the
-    source is divided into blocks.
+    A sample of unknown time follows the sample before. Equal times were rounded. The
+    step from one time to the next is a break if it is wrong by more than the tolerance.
+    Between breaks, the rate of the times must agree with the sampling rate within 1 %
+    and the rounding of the times, and a time must not stay the same for more than ten
+    seconds. The result does not depend on how the source is divided into blocks.
 
     Parameters
     ----------
@@ -96,8 +98,8 @@ class Clock:
     may_fall : bool, default=True
         Whether a step back within the tolerance is no break.
     resolution : float, default=0.0
-        Seconds to which times are rounded: a step of this size is right after any number of
-        samples.
+        Seconds to which times are rounded: a step of this size is right after any
+        number of samples.
     """
 
     rate: float
@@ -107,7 +109,8 @@ class Clock:
     resolution: float = 0.0
 
     def __post_init__(self) -> None:
-        # Place and time of the last change, and of that from which the rate is measured.
+        # Place and time of the last change, and of that from which the rate is
+        # measured.
         self._last: tuple[int, float] | None = None
         self._origin: tuple[int, float] | None = None
         self._n_samples = self._n_wrong = self._last_known = 0
@@ -118,7 +121,10 @@ class Clock:
         last = self._last or (0, np.nan)
         places = changes(times, last[1])
         seconds, where = times[places], places + self._n_samples
-        n_steps, steps = np.diff(where, prepend=last[0]), np.diff(seconds, prepend=last[1])
+        n_steps, steps = (
+            np.diff(where, prepend=last[0]),
+            np.diff(seconds, prepend=last[1]),
+        )
         late = steps - np.maximum(n_steps / self.rate, self.resolution)
         is_break = np.abs(late) > self.tolerance
         if not self.may_fall:
@@ -142,7 +148,9 @@ class Clock:
         """Return the end of a time that stays the same for too long."""
         offset = self._n_samples
         ends = np.append(self._last_known, known + offset)
-        starts = np.append(offset if self._last is None else self._last[0], places + offset)
+        starts = np.append(
+            offset if self._last is None else self._last[0], places + offset
+        )
         n_equal = np.append(ends[np.searchsorted(known, places)], ends[-1]) - starts
         self._last_known = int(ends[-1])
         bad = np.flatnonzero(n_equal > MEASURED_FOR * self.rate)

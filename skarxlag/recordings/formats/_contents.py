@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import DTypeLike
 
-#: A compressed file may unpack to so many bytes, or to so many times its size. Text, sensor noise
-#: and pauses compress by less than 100; deflate reaches 1000.
+#: A compressed file may unpack to so many bytes, or to so many times its size. Text,
+#: sensor noise and pauses compress by less than 100; deflate reaches 1000.
 _ALWAYS_ALLOWED, _RATIO = 2**28, 100
 
 
@@ -26,11 +26,11 @@ class Format(NamedTuple):
     suffixes : tuple of str
         Endings of file names, in lower case.
     library, extra : str or None
-        Library that reads the format and the extra of this package that installs it. None: no
-        further library is needed.
+        Library that reads the format and the extra of this package that installs it.
+        None: no further library is needed.
     isolated : bool
-        Whether files are read in another process. It must be true if the reader may crash or hang
-        on a damaged file.
+        Whether files are read in another process. It must be true if the reader may
+        crash or hang on a damaged file.
     """
 
     suffixes: tuple[str, ...]
@@ -76,10 +76,10 @@ class Contents:
     channels : dict of str to Channel
         By name, in the order of the file.
     read : callable
-        ``read(names, n_samples)`` yields one list of equally long arrays for each block, in the
-        order of `names`, with at most `n_samples` values in each array. None requests one block of
-        everything. Formats that are only read whole ignore `n_samples`. The channels that are
-        asked for are equally long.
+        ``read(names, n_samples)`` yields one list of equally long arrays for each
+        block, in the order of `names`, with at most `n_samples` values in each array.
+        None requests one block of everything. Formats that are only read whole ignore
+        `n_samples`. The channels that are asked for are equally long.
     refused : dict of str to str
         Arrays that are not channels, such as square matrices, and the reason.
     advice : str
@@ -100,8 +100,8 @@ def choose_channel(names: list[str], channel: str | int) -> str:
     names : list of str
         The channels of the file, in its order.
     channel : str or int
-        The whole name; the position, counted from 0, also as a text of digits; or a pattern, in
-        which ``*`` stands for any characters and ``?`` for one.
+        The whole name; the position, counted from 0, also as a text of digits; or a
+        pattern, in which ``*`` stands for any characters and ``?`` for one.
 
     Examples
     --------
@@ -111,13 +111,17 @@ def choose_channel(names: list[str], channel: str | int) -> str:
     text = str(channel)
     if channel in names:
         return text
-    if (isinstance(channel, Integral) or text.isdecimal()) and 0 <= int(channel) < len(names):
+    if (isinstance(channel, Integral) or text.isdecimal()) and 0 <= int(channel) < len(
+        names
+    ):
         return names[int(channel)]
     # A bracket is part of a name such as x[0].
     pattern = text.replace("[", "[[]")
     matching = [name for name in names if fnmatchcase(name, pattern)]
     if len(matching) > 1:
-        raise ContentError(f"channel {channel!r} fits several channels: {listed(matching)}")
+        raise ContentError(
+            f"channel {channel!r} fits several channels: {listed(matching)}"
+        )
     if not matching:
         raise ContentError(f"no channel {channel!r}; available: {listed(names)}")
     return matching[0]
@@ -135,7 +139,9 @@ def choose_channels(names: list[str], channels: Any) -> list[str]:
 def listed(names: Iterable[str]) -> str:
     """Format names for an error message, at most 20 of them."""
     texts = [repr(name) for name in names]
-    return ", ".join(texts[:20]) + (f" and {len(texts) - 20} more" if len(texts) > 20 else "")
+    return ", ".join(texts[:20]) + (
+        f" and {len(texts) - 20} more" if len(texts) > 20 else ""
+    )
 
 
 def slices(n_total: int, n_samples: int | None) -> Iterator[slice]:
@@ -165,4 +171,6 @@ def check_unpacked(n_packed: int, n_unpacked: int) -> None:
     """
     if n_unpacked > max(_ALWAYS_ALLOWED, _RATIO * n_packed):
         expected = f"at most {_ALWAYS_ALLOWED} bytes or {_RATIO} times its size"
-        raise ContentError(f"{n_packed} bytes would unpack to {n_unpacked}, expected {expected}")
+        raise ContentError(
+            f"{n_packed} bytes would unpack to {n_unpacked}, expected {expected}"
+        )

@@ -12,17 +12,29 @@ from ._contents import Channel
 
 #: Letters of a name in lower case, with the unit at the end.
 _SAMPLE = "sampl(?:e|ing)"
-_RATE_NAME = re.compile(rf"(?:fs|sr|f{_SAMPLE}|{_SAMPLE}(?:rate|freq|frequency))(hz|inhz|khz)?")
+_RATE_NAME = re.compile(
+    rf"(?:fs|sr|f{_SAMPLE}|{_SAMPLE}(?:rate|freq|frequency))(hz|inhz|khz)?"
+)
 _STEPS = rf"dt|deltat|timestep|wfincrement|{_SAMPLE}(?:interval|period)"
 _STEP_NAME = re.compile(rf"(?:{_STEPS})(s|ins|ms|us)?")
-_TIME_NAME = re.compile(r"times?|t|zeit|seconds|sec|timestamps?|datetime|date|datum|zeitstempel")
+_TIME_NAME = re.compile(
+    r"times?|t|zeit|seconds|sec|timestamps?|datetime|date|datum|zeitstempel"
+)
 _SPEED_NAME = re.compile(r"(.*?)[ _(\[]*(?:rpm|drehzahl)[ )\]]*", re.IGNORECASE)
 _SPEED_UNITS = {"rpm", "rev/min", "r/min", "1/min", "min-1", "u/min"}
 SECONDS = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0}
 SECONDS |= {"us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ms": 1e-3, "ns": 1e-9}
 SECONDS |= {"min": 60.0, "minute": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0}
 #: Units of sampling rates, in lower case.
-HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "1/s": 1.0, "s/s": 1.0, "ks/s": 1e3, "ms/s": 1e6}
+HERTZ = {
+    "hz": 1.0,
+    "khz": 1e3,
+    "mhz": 1e6,
+    "1/s": 1.0,
+    "s/s": 1.0,
+    "ks/s": 1e3,
+    "ms/s": 1e6,
+}
 _UNIT_NAMES = ("unitstring", "unit", "units", "niunitdescription")
 #: Stated rates that differ by this share agree.
 RATE_TOLERANCE = 1e-3
@@ -68,12 +80,13 @@ def state_facts(
 ) -> None:
     """Fill in sampling rates and shaft speeds from numbers with names such as ``fs`` or ``rpm``.
 
-    Places are paths such as ``run.signal``, and so are the names of numbers, such as ``run.fs``.
-    The number nearest to the channel on the way up to the root counts. A rate is that of the
-    longest of the channels that it could belong to; shorter ones, such as a speed next to a
-    vibration, were sampled more slowly. Of several speeds with a prefix, the one counts whose
-    prefix begins the name of the channel. Speeds that disagree do not count. Rates that disagree
-    are the `contradiction` of the channel.
+    Places are paths such as ``run.signal``, and so are the names of numbers, such as
+    ``run.fs``. The number nearest to the channel on the way up to the root counts. A
+    rate is that of the longest of the channels that it could belong to; shorter ones,
+    such as a speed next to a vibration, were sampled more slowly. Of several speeds
+    with a prefix, the one counts whose prefix begins the name of the channel. Speeds
+    that disagree do not count. Rates that disagree are the `contradiction` of the
+    channel.
 
     Parameters
     ----------
@@ -84,8 +97,8 @@ def state_facts(
     separator : str
         Between the parts of a place.
     texts : mapping of str to str
-        Single texts by their places. They may be units: that of ``run.fs`` is ``run.fs_unit`` or
-        ``run.fs.unit``.
+        Single texts by their places. They may be units: that of ``run.fs`` is
+        ``run.fs_unit`` or ``run.fs.unit``.
 
     Examples
     --------
@@ -107,12 +120,18 @@ def state_facts(
         if match := _SPEED_NAME.fullmatch(last):
             speeds.setdefault(place, []).append((match[1], float(number)))
     longest: dict[str, int] = {}
-    found = {name: _nearest_rates(place, rates, separator) for name, place in places.items()}
+    found = {
+        name: _nearest_rates(place, rates, separator) for name, place in places.items()
+    }
     for name, (place, _) in found.items():
         longest[place] = max(longest.get(place, 0), channels[name].length or 0)
     for name, channel in channels.items():
         place, stated = found[name]
-        if stated and channel.length == longest[place] and channel.sampling_rate is None:
+        if (
+            stated
+            and channel.length == longest[place]
+            and channel.sampling_rate is None
+        ):
             channel.sampling_rate, channel.contradiction = _agreed_rate(stated)
         channel.rpm = _nearest_speed(places[name], speeds, separator)
 
@@ -201,14 +220,18 @@ def names_times(name: str) -> bool:
     >>> names_times("run/Time (s)"), names_times("DE_time")
     (True, False)
     """
-    return _TIME_NAME.fullmatch(letters(name.replace("/", ".").rpartition(".")[2])) is not None
+    return (
+        _TIME_NAME.fullmatch(letters(name.replace("/", ".").rpartition(".")[2]))
+        is not None
+    )
 
 
 def seconds_of_dates(texts: Iterable[Any]) -> NDArray[Any]:
     """Return dates in seconds since 1970, NaN if a text is not a date.
 
-    Dates are in ISO 8601, or with the day first as in ``22.11.2026 07:00:00,5``, ``22/11/2026`` or
-    ``22.11.26``, which is in this century. They are in UTC unless they state a zone.
+    Dates are in ISO 8601, or with the day first as in ``22.11.2026 07:00:00,5``,
+    ``22/11/2026`` or ``22.11.26``, which is in this century. They are in UTC unless
+    they state a zone.
 
     Examples
     --------

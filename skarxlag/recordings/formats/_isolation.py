@@ -1,11 +1,12 @@
 """Read files in another process, so that a crash, a hang or a lack of memory costs one file.
 
-Compiled parsers of complicated formats can crash on a damaged file and take the whole run with
-them. Therefore they run in a child process, which reads one file after another and sends the
-samples through a pipe. A process that dies or does not reply is replaced. The first one starts with
-the first such file, which takes some tenths of a second.
+Compiled parsers of complicated formats can crash on a damaged file and take the whole
+run with them. Therefore they run in a child process, which reads one file after another
+and sends the samples through a pipe. A process that dies or does not reply is replaced.
+The first one starts with the first such file, which takes some tenths of a second.
 
-The child is no sandbox. It has the rights of its parent, which therefore trusts its replies.
+The child is no sandbox. It has the rights of its parent, which therefore trusts its
+replies.
 """
 
 import atexit
@@ -23,10 +24,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-#: Seconds of processor time that a reply may take, and bytes of the file that allow one more.
+#: Seconds of processor time that a reply may take, and bytes of the file that allow one
+#: more.
 _PATIENCE = 60.0
 _BYTES_PER_SECOND = 5e6
-#: Seconds on the clock for each of them. On a busy machine, a good file may have to wait so long.
+#: Seconds on the clock for each of them. On a busy machine, a good file may have to
+#: wait so long.
 _CLOCK = 10
 #: Bytes by which a process may grow, and bytes for each byte of its file.
 _MEMORY, _MEMORY_PER_BYTE = 2**32, 200
@@ -34,18 +37,21 @@ _MEMORY, _MEMORY_PER_BYTE = 2**32, 200
 _PROGRAM = "from skarxlag.recordings.formats._isolation import serve; serve()"
 _PATHS = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
 
-#: One idle reader for each process that has started one: a fork must not use that of its parent.
+#: One idle reader for each process that has started one: a fork must not use that of
+#: its parent.
 _idle: dict[int, subprocess.Popen[bytes]] = {}
 
 
-def isolated(function: Callable[..., Iterable[Any]], path: Path, *arguments: Any) -> Iterator[Any]:
+def isolated(
+    function: Callable[..., Iterable[Any]], path: Path, *arguments: Any
+) -> Iterator[Any]:
     """Yield what a function yields for a file, computed by another process.
 
     Parameters
     ----------
     function : callable
-        Called as ``function(path, *arguments)``. It must be importable, and reports all that is
-        wrong with the file as an exception that can be sent.
+        Called as ``function(path, *arguments)``. It must be importable, and reports all
+        that is wrong with the file as an exception that can be sent.
     path : Path
         The file.
     *arguments
@@ -54,8 +60,8 @@ def isolated(function: Callable[..., Iterable[Any]], path: Path, *arguments: Any
     Raises
     ------
     Exception
-        As raised by the function; and ValueError if the process crashes, or takes too much
-        processor time or time. The message begins with the path.
+        As raised by the function; and ValueError if the process crashes, or takes too
+        much processor time or time. The message begins with the path.
     """
     process = _idle.pop(os.getpid(), None)
     if process is None or process.poll() is not None:
@@ -81,7 +87,11 @@ def isolated(function: Callable[..., Iterable[Any]], path: Path, *arguments: Any
 def _started():
     command = [sys.executable, "-P", "-c", _PATHS + _PROGRAM, json.dumps(sys.path)]
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    options = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    options = {
+        "stdin": subprocess.PIPE,
+        "stdout": subprocess.PIPE,
+        "stderr": subprocess.DEVNULL,
+    }
     if sys.platform == "win32":
         options["creationflags"] = subprocess.CREATE_NO_WINDOW
     return subprocess.Popen(command, env=environment, **options)
@@ -153,7 +163,10 @@ def _limit_memory(path):
         n_pages = int(Path("/proc/self/statm").read_text().split()[0])
         page = os.sysconf("SC_PAGE_SIZE")
         allowed = _MEMORY + _MEMORY_PER_BYTE * path.stat().st_size
-        _limit("RLIMIT_AS", page * n_pages + min(allowed, os.sysconf("SC_PHYS_PAGES") * page))
+        _limit(
+            "RLIMIT_AS",
+            page * n_pages + min(allowed, os.sysconf("SC_PHYS_PAGES") * page),
+        )
 
 
 def _limit(name, value):

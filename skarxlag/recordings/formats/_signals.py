@@ -31,8 +31,8 @@ def signal_blocks(
     n_samples : int or None
         Samples in a block at most, if the format can be read in parts.
     stated_rate : float or None
-        Sampling rate in Hz that the user states. It decides if the file states several, and times
-        that state none are compared with it.
+        Sampling rate in Hz that the user states. It decides if the file states several,
+        and times that state none are compared with it.
 
     Yields
     ------
@@ -42,7 +42,10 @@ def signal_blocks(
         In Hz, if the file states it.
     """
     if not contents.channels:
-        reasons = [*contents.refused.values(), "holds no numeric array of more than one value"]
+        reasons = [
+            *contents.refused.values(),
+            "holds no numeric array of more than one value",
+        ]
         raise ContentError(reasons[0])
     axis = find_time_axis(contents)
     names, is_single = _chosen_names(contents, channel, axis)
@@ -55,7 +58,9 @@ def signal_blocks(
     if is_timed:
         rate = _agreed_with_times(rate, axis, stated_rate)
         # Times of another rate have a unit that is not known, and show no gaps.
-        is_usable = axis.sampling_rate is None or _is_near(axis.sampling_rate, rate, DRIFT)
+        is_usable = axis.sampling_rate is None or _is_near(
+            axis.sampling_rate, rate, DRIFT
+        )
         axis.begin((rate or stated_rate) if is_usable else None)
         chosen.setdefault(axis.name, axis.channel)
     start = 0
@@ -72,14 +77,18 @@ def signal_blocks(
         raise ContentError(f"channel {names[0]!r} is empty")
 
 
-def describe_chosen(contents: Contents, channel: Any) -> Iterator[tuple[str, str | None]]:
+def describe_chosen(
+    contents: Contents, channel: Any
+) -> Iterator[tuple[str, str | None]]:
     """Yield name and unit of the channels that `signal_blocks` reads, in their order."""
     axis = find_time_axis(contents) if channel is None else None
     for name in _chosen_names(contents, channel, axis)[0]:
         yield name, contents.channels[name].unit
 
 
-def describe_channels(contents: Contents, channel: Any = None) -> Iterator[dict[str, Any]]:
+def describe_channels(
+    contents: Contents, channel: Any = None
+) -> Iterator[dict[str, Any]]:
     """Yield the facts of every channel, and whether it is chosen first; None chooses all."""
     axis, names = find_time_axis(contents), list(contents.channels)
     if channel is not None:
@@ -94,10 +103,14 @@ def describe_channels(contents: Contents, channel: Any = None) -> Iterator[dict[
 
 def _stated_by_file(chosen, stated_rate):
     """Return the sampling rate that numbers in the file state, None if there is none."""
-    rates = {name: each.sampling_rate for name, each in chosen.items() if each.sampling_rate}
+    rates = {
+        name: each.sampling_rate for name, each in chosen.items() if each.sampling_rate
+    }
     for each in chosen.values():
         several = each.contradiction
-        is_decided = any(_is_near(r, stated_rate, RATE_TOLERANCE) for r in several.values())
+        is_decided = any(
+            _is_near(r, stated_rate, RATE_TOLERANCE) for r in several.values()
+        )
         if several and not is_decided:
             found = ", ".join(f"{name} {rate:g} Hz" for name, rate in several.items())
             expected = "expected one, or --sampling-rate to state which is right"
@@ -136,11 +149,17 @@ def _chosen_names(contents, channel, axis):
     if channel is not None:
         chosen = choose_channels(names, channel)
         if not chosen:
-            raise ContentError(f"channel is an empty sequence; available: {listed(names)}")
+            raise ContentError(
+                f"channel is an empty sequence; available: {listed(names)}"
+            )
         return chosen, isinstance(channel, str | Integral)
     signals = [name for name in names if axis is None or not names_times(name)]
     if len(signals) > 1:
-        signals = [name for name in signals if not names_speed(name, contents.channels[name].unit)]
+        signals = [
+            name
+            for name in signals
+            if not names_speed(name, contents.channels[name].unit)
+        ]
     if len(signals) != 1:
         advice = f"; {contents.advice}" if contents.advice else ""
         problem = f"several channels and none chosen; available: {listed(names)}"
@@ -155,7 +174,9 @@ def _as_signal(name, values, start):
 
         is_text = np.isnan(pd.to_numeric(values, errors="coerce")) & ~pd.isna(values)
         i = np.argmax(is_text)
-        raise ContentError(f"{where} is not numeric: {values[i]!r:.80} at sample {start + i}")
+        raise ContentError(
+            f"{where} is not numeric: {values[i]!r:.80} at sample {start + i}"
+        )
     if values.dtype.kind not in "fiu":
         raise ContentError(f"{where} is of type {values.dtype}, expected real numbers")
     with np.errstate(invalid="ignore"):

@@ -8,16 +8,25 @@ from numpy.typing import NDArray
 
 from ._clock import Clock, changes
 from ._contents import Channel, ContentError, Contents
-from ._facts import RATE_TOLERANCE, SECONDS, letters, names_times, rounded, seconds_of_dates
+from ._facts import (
+    RATE_TOLERANCE,
+    SECONDS,
+    letters,
+    names_times,
+    rounded,
+    seconds_of_dates,
+)
 from .text import number, unit_in_name
 
 #: Times from which the sampling rate is computed, and more if they are too coarse.
 _N_PROBED, _N_COARSE = 10_000, 1_000_000
 #: Coarse times give a sampling rate if it is known to this share.
 _COARSE_TOLERANCE = 5e-3
-#: Share of the steps of times that have the same sign. The others are jumps of the clock.
+#: Share of the steps of times that have the same sign. The others are jumps of the
+#: clock.
 _ONE_WAY = 0.9
-#: Samples and steps of times by which one may be late, and samples before the rate is checked.
+#: Samples and steps of times by which one may be late, and samples before the rate is
+#: checked.
 _LATE, _LATE_STEPS, _SHORTEST = 0.6, 0.5, 100
 
 
@@ -69,7 +78,9 @@ class TimeAxis:
             raise ContentError(f"channel {self.name!r} is not numeric, expected times")
         rate, found = self._clock.rate, self._clock.compare(times)
         bad = np.flatnonzero(found.is_break)
-        if bad.size and (found.wrong is None or start + found.places[bad[0]] <= found.wrong.place):
+        if bad.size and (
+            found.wrong is None or start + found.places[bad[0]] <= found.wrong.place
+        ):
             step = f"{found.steps[bad[0]]:g} s before sample {start + found.places[bad[0]]}"
             raise ContentError(
                 f"{self.name!r} is not evenly spaced: {step}, expected {1 / rate:g} s"
@@ -78,15 +89,17 @@ class TimeAxis:
             place, n_samples, seconds = found.wrong
             step = f"{n_samples} samples before sample {place} take {seconds:g} s"
             expected = f"{n_samples / rate:g} s at {rate:g} Hz"
-            raise ContentError(f"{self.name!r} is not evenly spaced: {step}, expected {expected}")
+            raise ContentError(
+                f"{self.name!r} is not evenly spaced: {step}, expected {expected}"
+            )
 
 
 def find_time_axis(contents: Contents) -> TimeAxis | None:
     """Find the channel of times, None if there is none.
 
-    Its name is one such as ``time``, ``t`` or ``seconds``. Its values are numbers, dates, or texts
-    of dates, most of which rise, or most of which fall. Some may be unknown. Integers without a
-    unit are not times: they may count samples.
+    Its name is one such as ``time``, ``t`` or ``seconds``. Its values are numbers,
+    dates, or texts of dates, most of which rise, or most of which fall. Some may be
+    unknown. Integers without a unit are not times: they may count samples.
     """
     if len(contents.channels) < 2:
         return None
@@ -112,7 +125,11 @@ def _axis(contents, name):
             continue
         if len(steps) == 0:
             # A letter may stand for another quantity, such as a torque.
-            return None if letters(name) == "t" else TimeAxis(name, channel, None, None, 0.0)
+            return (
+                None
+                if letters(name) == "t"
+                else TimeAxis(name, channel, None, None, 0.0)
+            )
         if max(np.mean(steps > 0), np.mean(steps < 0)) < _ONE_WAY:
             return None
         rate, tolerance = _rate_of_times(places, times)
@@ -132,20 +149,27 @@ def _rate_of_times(places, times):
     """Return the sampling rate of times that change at places, and its relative tolerance."""
     known = np.flatnonzero(np.isfinite(times))
     is_coarse = len(places) < len(known)
-    # Coarse times are equal for several samples. How long the first and last of them were equal is
-    # unknown, so the rate is that between two changes, which are known to about a sample.
+    # Coarse times are equal for several samples. How long the first and last of them
+    # were equal is unknown, so the rate is that between two changes, which are known to
+    # about a sample.
     ends = places[[1, -1]] if is_coarse else known[[0, -1]]
     n_steps, seconds = np.diff(ends)[0], np.diff(times[ends])[0]
     steps, n_between = np.diff(times[places]), np.diff(places)
     usual = np.median(steps / n_between)
     resolution = np.abs(steps).min()
     late = steps - np.maximum(n_between * usual, resolution)
-    if np.any(steps <= 0) or np.any(late > np.maximum(_LATE * usual, _LATE_STEPS * resolution)):
+    if np.any(steps <= 0) or np.any(
+        late > np.maximum(_LATE * usual, _LATE_STEPS * resolution)
+    ):
         # A gap or a jump is no time that samples took.
         return rounded(1 / abs(usual), RATE_TOLERANCE / 2), RATE_TOLERANCE / 2
     if n_steps == 0:
         return np.nan, np.inf
-    tolerance = 1.5 / n_steps if is_coarse else max(1e-5, 2 * np.spacing(times[ends[1]]) / seconds)
+    tolerance = (
+        1.5 / n_steps
+        if is_coarse
+        else max(1e-5, 2 * np.spacing(times[ends[1]]) / seconds)
+    )
     return rounded(n_steps / seconds, tolerance), tolerance
 
 

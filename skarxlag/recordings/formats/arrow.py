@@ -6,7 +6,9 @@ from pathlib import Path
 from ._contents import Channel, Contents, Format, check_unpacked
 from ._facts import names_times
 
-FORMAT = Format((".parquet", ".feather", ".arrow"), library="pyarrow", extra="io", isolated=True)
+FORMAT = Format(
+    (".parquet", ".feather", ".arrow"), library="pyarrow", extra="io", isolated=True
+)
 
 #: Bytes of a column that are read at a time.
 _BUFFER_BYTES = 2**20
@@ -33,17 +35,25 @@ def contents(path: Path) -> Iterator[Contents]:
         if n_samples is None:
             yield file.to_table(**options)
         elif is_parquet:
-            # With the defaults, a whole row group is loaded before its first rows are returned.
-            with ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER_BYTES) as groups:
+            # With the defaults, a whole row group is loaded before its first rows are
+            # returned.
+            with ParquetFile(
+                path, pre_buffer=False, buffer_size=_BUFFER_BYTES
+            ) as groups:
                 # In one call, pyarrow would keep all row groups until the last is read.
                 for group in range(groups.num_row_groups):
-                    yield from groups.iter_batches(n_samples, row_groups=[group], **options)
+                    yield from groups.iter_batches(
+                        n_samples, row_groups=[group], **options
+                    )
         else:
-            yield from file.to_batches(batch_size=n_samples, batch_readahead=0, **options)
+            yield from file.to_batches(
+                batch_size=n_samples, batch_readahead=0, **options
+            )
 
     def read(names, n_samples):
         chosen = [columns[name] for name in names]
-        # Constants take no space in a file: a small file can hold any number of samples.
+        # Constants take no space in a file: a small file can hold any number of
+        # samples.
         check_unpacked(path.stat().st_size, file.count_rows() * 8 * len(chosen))
         for table in tables({"columns": chosen, "use_threads": False}, n_samples):
             yield [table.column(name).to_numpy(zero_copy_only=False) for name in chosen]

@@ -7,7 +7,9 @@ from pathlib import Path
 from ._contents import Channel, Contents, Format, check_unpacked, slices
 
 FORMAT = Format(
-    (".flac", ".w64", ".rf64", ".aif", ".aiff", ".caf", ".au"), library="soundfile", isolated=True
+    (".flac", ".w64", ".rf64", ".aif", ".aiff", ".caf", ".au"),
+    library="soundfile",
+    isolated=True,
 )
 
 
@@ -23,13 +25,19 @@ def contents(path: Path) -> Iterator[Contents]:
         def read(names, n_samples):
             for part in slices(file.frames, n_samples):
                 file.seek(part.start)
-                block = file.read(part.stop - part.start, dtype="float64", always_2d=True)
+                block = file.read(
+                    part.stop - part.start, dtype="float64", always_2d=True
+                )
                 if len(block) != part.stop - part.start:
-                    raise ValueError(f"{part.start + len(block)} samples of {file.frames}")
+                    raise ValueError(
+                        f"{part.start + len(block)} samples of {file.frames}"
+                    )
                 yield [block[:, int(name)] for name in names]
 
         rate = float(file.samplerate)
-        yield Contents({str(i): Channel(sampling_rate=rate) for i in range(file.channels)}, read)
+        yield Contents(
+            {str(i): Channel(sampling_rate=rate) for i in range(file.channels)}, read
+        )
 
 
 def _check_whole(file):

@@ -26,8 +26,8 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
     path : Path
         The file. A channel has the name of the data set's path in it.
     is_matlab : bool
-        Whether MATLAB wrote it: a struct is a group, its fields are separated by dots, and cell
-        arrays and arrays of structs are references.
+        Whether MATLAB wrote it: a struct is a group, its fields are separated by dots,
+        and cell arrays and arrays of structs are references.
     """
     import h5py
 
@@ -39,8 +39,14 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
             if not isinstance(node, h5py.Dataset) or not _is_signal(node):
                 continue
             if node.external or node.is_virtual:
-                where = "lies in another file" if node.external else "is a view of other files"
-                arrays.refused[name] = f"data set {node.name!r} {where}, which is not followed"
+                where = (
+                    "lies in another file"
+                    if node.external
+                    else "is a view of other files"
+                )
+                arrays.refused[name] = (
+                    f"data set {node.name!r} {where}, which is not followed"
+                )
             else:
                 check_unpacked(node.id.get_storage_size(), node.nbytes)
                 unit = stated_unit(node.attrs)
@@ -51,7 +57,9 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
 def _nodes(name, node, file, is_matlab, seen, number, depth=0):
     """Yield a node, and all groups and data sets below it, with their names; no links."""
     if depth > _DEEPEST or next(number) >= _MOST_NODES:
-        raise ContentError(f"groups are nested more than {_DEEPEST} deep, or over {_MOST_NODES}")
+        raise ContentError(
+            f"groups are nested more than {_DEEPEST} deep, or over {_MOST_NODES}"
+        )
     if node.id not in seen:
         seen.add(node.id)
         yield name, node
@@ -62,8 +70,8 @@ def _nodes(name, node, file, is_matlab, seen, number, depth=0):
 def _below(name, node, file, is_matlab):
     """Yield the nodes directly below a node.
 
-    Elements of a MATLAB cell array are ``name[0]``, ``name[1]``, ..., row by row, as are those of
-    an array of structs; of one element the name stays as it is.
+    Elements of a MATLAB cell array are ``name[0]``, ``name[1]``, ..., row by row, as
+    are those of an array of structs; of one element the name stays as it is.
     """
     import h5py
 
@@ -78,17 +86,28 @@ def _below(name, node, file, is_matlab):
         references = np.transpose(node[()]).ravel() if node.shape else [node[()]]
         for i, reference in enumerate(references):
             if reference:
-                yield (name if len(references) == 1 else f"{name}[{i}]"), file[reference]
+                yield (
+                    (name if len(references) == 1 else f"{name}[{i}]"),
+                    file[reference],
+                )
 
     if is_reference(node):
         yield from elements(node)
     elif isinstance(node, h5py.Group) and "MATLAB_sparse" not in node.attrs:
         separator = "." if is_matlab else "/"
         for key in node:
-            if key in _INTERNAL or not isinstance(node.get(key, getlink=True), h5py.HardLink):
+            if key in _INTERNAL or not isinstance(
+                node.get(key, getlink=True), h5py.HardLink
+            ):
                 continue
-            if name and is_reference(node[key]) and "MATLAB_class" not in node[key].attrs:
-                yield from ((f"{own}.{key}", element) for own, element in elements(node[key]))
+            if (
+                name
+                and is_reference(node[key])
+                and "MATLAB_class" not in node[key].attrs
+            ):
+                yield from (
+                    (f"{own}.{key}", element) for own, element in elements(node[key])
+                )
             else:
                 yield (f"{name}{separator}{key}" if name else key), node[key]
 

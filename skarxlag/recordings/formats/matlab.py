@@ -22,8 +22,8 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 def contents(path: Path) -> Iterator[Contents]:
     """Return the channels of every numeric array of more than one value.
 
-    A channel has the name of its variable. Fields of a struct are ``struct.field``, and elements
-    of an array of structs or of a cell array are ``name[0]``, ``name[1]``, ...
+    A channel has the name of its variable. Fields of a struct are ``struct.field``, and
+    elements of an array of structs or of a cell array are ``name[0]``, ``name[1]``, ...
     """
     from scipy.io import loadmat
 
@@ -37,7 +37,9 @@ def contents(path: Path) -> Iterator[Contents]:
     with warnings.catch_warnings():
         # Function handles and other objects that SciPy cannot read are not channels.
         warnings.simplefilter("ignore")
-        variables = loadmat(path, appendmat=False, squeeze_me=False, struct_as_record=False)
+        variables = loadmat(
+            path, appendmat=False, squeeze_me=False, struct_as_record=False
+        )
     found = {}
     for variable, content in variables.items():
         if not variable.startswith("__"):

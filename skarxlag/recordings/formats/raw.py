@@ -22,12 +22,14 @@ def contents(path: Path, dtype: str | None = None) -> Iterator[Contents]:
     path : Path
         The file.
     dtype : str
-        Type of one sample of all channels, as NumPy writes it: ``<i2`` is one channel of 16-bit
-        integers with the lowest byte first, ``(4,)<f4`` are four channels of interleaved 32-bit
-        floating-point numbers.
+        Type of one sample of all channels, as NumPy writes it: ``<i2`` is one channel
+        of 16-bit integers with the lowest byte first, ``(4,)<f4`` are four channels of
+        interleaved 32-bit floating-point numbers.
     """
     if dtype is None:
-        raise ContentError("raw binary states no type; expected dtype, such as '<i2' or '(4,)<f4'")
+        raise ContentError(
+            "raw binary states no type; expected dtype, such as '<i2' or '(4,)<f4'"
+        )
     frame = frame_type(dtype)
     n_bytes = path.stat().st_size
     if n_bytes % frame.itemsize:
@@ -36,7 +38,9 @@ def contents(path: Path, dtype: str | None = None) -> Iterator[Contents]:
 
     def mapped(name):
         # Called for each block, as in npy. An empty file cannot be mapped.
-        return np.memmap(path, frame, "r")[name] if n_bytes else np.zeros(0, frame)[name]
+        return (
+            np.memmap(path, frame, "r")[name] if n_bytes else np.zeros(0, frame)[name]
+        )
 
     arrays = NamedArrays(mapped)
     for name in frame.names:

@@ -12,7 +12,8 @@ from ._facts import stated_unit
 
 FORMAT = Format((".tdms",), library="nptdms", isolated=True)
 
-#: LabVIEW counts from 1904, and writes this if no date was set. NaT is not later either.
+#: LabVIEW counts from 1904, and writes this if no date was set. NaT is not later
+#: either.
 _NO_DATE = np.datetime64("1904-01-02")
 _SEPARATOR = "\0"
 
@@ -22,7 +23,8 @@ def contents(path: Path) -> Iterator[Contents]:
     from nptdms import TdmsFile
 
     n_bytes = path.stat().st_size
-    # Read from a file that is opened here, npTDMS does not look for an index next to it.
+    # Read from a file that is opened here, npTDMS does not look for an index next to
+    # it.
     with path.open("rb") as stream, TdmsFile.open(stream) as file:
         channels = _by_name(file)
         arrays = NamedArrays(channels.__getitem__, _SEPARATOR)
@@ -31,10 +33,15 @@ def contents(path: Path) -> Iterator[Contents]:
             arrays.add_numbers(group.name, group.properties)
         for name, channel in channels.items():
             if len(channel) > 8 * n_bytes:
-                raise ContentError(f"{len(channel)} samples are stated in {n_bytes} bytes")
+                raise ContentError(
+                    f"{len(channel)} samples are stated in {n_bytes} bytes"
+                )
             place, start = f"{channel.group_name}{_SEPARATOR}{name}", None
             arrays.add_numbers(place, channel.properties)
-            unit, date = stated_unit(channel.properties), channel.properties.get("wf_start_time")
+            unit, date = (
+                stated_unit(channel.properties),
+                channel.properties.get("wf_start_time"),
+            )
             if isinstance(date, np.datetime64) and date > _NO_DATE:
                 start = float(date.astype("datetime64[us]").astype(float) / 1e6)
                 start += arrays.scalars.get(f"{place}{_SEPARATOR}wf_start_offset", 0.0)
@@ -44,7 +51,12 @@ def contents(path: Path) -> Iterator[Contents]:
 
 def _by_name(file):
     channels = [channel for group in file.groups() for channel in group.channels()]
-    channels = [each for each in channels if each.dtype is not None and is_numeric(each.dtype)]
+    channels = [
+        each for each in channels if each.dtype is not None and is_numeric(each.dtype)
+    ]
     counts = Counter(each.name for each in channels)
     whole = {f"{each.group_name}/{each.name}": each for each in channels}
-    return {each.name if counts[each.name] == 1 else name: each for name, each in whole.items()}
+    return {
+        each.name if counts[each.name] == 1 else name: each
+        for name, each in whole.items()
+    }

@@ -24,7 +24,8 @@ FORMAT = Format((".csv", ".txt", ".tsv", ".dat", ".csv.gz", ".txt.gz", ".tsv.gz"
 #: Bytes and lines from which the layout is inferred.
 _HEAD, _LINES = 2**16, 200
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
-#: Number with a decimal comma, or two integers: sign, digits before the comma, digits after it.
+#: Number with a decimal comma, or two integers: sign, digits before the comma, digits
+#: after it.
 _WITH_COMMA = re.compile(r"([+-]?)(\d*),(\d+)")
 _INTEGER = re.compile(r"[+-]?\d+")
 _UNIT_IN_NAME = re.compile(r".*[(\[]([^()\[\]]+)[)\]]\s*")
@@ -32,7 +33,21 @@ _AMBIGUOUS = (
     "the comma may separate two columns of integers, or be the decimal sign of one column: write "
     "the names of the columns into the first line, one for each"
 )
-_UNITS = {*SECONDS, "g", "m/s2", "m/s^2", "m/s²", "mm/s", "v", "mv", "nm", "n", "rpm", "1/min", "%"}
+_UNITS = {
+    *SECONDS,
+    "g",
+    "m/s2",
+    "m/s^2",
+    "m/s²",
+    "mm/s",
+    "v",
+    "mv",
+    "nm",
+    "n",
+    "rpm",
+    "1/min",
+    "%",
+}
 # These are names of columns, too.
 _UNITS -= {"min", "h"}
 
@@ -81,7 +96,9 @@ def contents(path: Path) -> Iterator[Contents]:
         raise ContentError("holds no text; raw samples need their dtype, such as '<i2'")
     layout = text_layout(head, is_whole=len(head) < _HEAD)
     if layout.names[0].strip().lower() == "path":
-        raise ContentError("this is a table of recordings, expected samples; --table takes it")
+        raise ContentError(
+            "this is a table of recordings, expected samples; --table takes it"
+        )
 
     def read(names, n_samples):
         for frame in _frames(path, layout, n_samples or sys.maxsize):
@@ -110,14 +127,20 @@ def _frames(path, layout, n_rows):
     """Tables of at most `n_rows` samples; a row that lacks a field is refused."""
     import pandas as pd
 
-    options = {"sep": layout.separator, "decimal": layout.decimal, "names": layout.names}
+    options = {
+        "sep": layout.separator,
+        "decimal": layout.decimal,
+        "names": layout.names,
+    }
     options |= {"header": None, "index_col": False, "skip_blank_lines": False}
     is_complete = len(layout.names) == 1
     with _samples(path, layout) as text, warnings.catch_warnings():
         # Surplus fields of the first row would be dropped.
         warnings.simplefilter("error", pd.errors.ParserWarning)
         try:
-            for frame in pd.read_csv(text, chunksize=n_rows, low_memory=False, **options):
+            for frame in pd.read_csv(
+                text, chunksize=n_rows, low_memory=False, **options
+            ):
                 # pandas fills a short row at its end, which may shift its values.
                 if not is_complete and frame.iloc[:, -1].isna().any():
                     _check_complete(path, layout)
@@ -127,7 +150,9 @@ def _frames(path, layout, n_rows):
             return
         except pd.errors.ParserError as error:
             n_head = layout.n_head_lines
-            in_file = re.sub(r"(?<=line )\d+", lambda m: str(int(m[0]) + n_head), str(error))
+            in_file = re.sub(
+                r"(?<=line )\d+", lambda m: str(int(m[0]) + n_head), str(error)
+            )
             raise ValueError(in_file) from error
 
 
@@ -164,14 +189,15 @@ class _Bounded(gzip.GzipFile):
 def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> TextLayout:
     r"""Infer the layout of a text file from its first bytes.
 
-    Lines at the top that begin with ``#`` or ``%`` are comments. Separators are the semicolon, the
-    tabulator, the comma, and white space if a line holds nothing but numbers. The decimal comma is
-    recognised if the comma does not separate. In lines with one comma, it does not if an integer
-    would not be written so (``+23,9168``, ``-0,5``, ``7,05``), or if the names above have no comma.
-    The columns of the last lines are numbers, dates or
-    other texts; the first line with the same kinds of fields is the first sample. The line before
-    it holds the names, or the units if that line holds no number and the one before it does not
-    either. All other lines above are a preamble.
+    Lines at the top that begin with ``#`` or ``%`` are comments. Separators are the
+    semicolon, the tabulator, the comma, and white space if a line holds nothing but
+    numbers. The decimal comma is recognised if the comma does not separate. In lines
+    with one comma, it does not if an integer would not be written so (``+23,9168``,
+    ``-0,5``, ``7,05``), or if the names above have no comma. The columns of the last
+    lines are numbers, dates or other texts; the first line with the same kinds of
+    fields is the first sample. The line before it holds the names, or the units if that
+    line holds no number and the one before it does not either. All other lines above
+    are a preamble.
 
     Parameters
     ----------
@@ -196,7 +222,9 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     lines = list(io.StringIO(text, newline=None))
     if not is_whole:
         lines = lines[:-1]
-    n_comments = next((i for i, line in enumerate(lines) if line[0] not in "#%"), len(lines))
+    n_comments = next(
+        (i for i, line in enumerate(lines) if line[0] not in "#%"), len(lines)
+    )
     body = lines[n_comments : n_comments + _LINES]
     filled = [line for line in body if line.strip()]
     if not filled:
@@ -216,14 +244,18 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
         names, unit_line = _names_and_units(above, n_fields, n_filled, decimal)
     elif n_comments:
         ((_, last),) = _rows([lines[n_comments - 1].lstrip("#% ")], separator)
-        if len(last) == n_fields and not all(is_number(field, decimal) for field in last):
+        if len(last) == n_fields and not all(
+            is_number(field, decimal) for field in last
+        ):
             names = last
     has_header = names is not None
     n_ignored = max(len(above) - has_header - bool(unit_line), 0)
     names = distinct(names) if has_header else [str(i) for i in range(n_fields)]
     in_names = {name: unit for name in names if (unit := unit_in_name(name))}
     units = in_names | dict(zip(names, unit_line, strict=False))
-    units = {name: unit.strip("[]() ") for name, unit in units.items() if unit.strip("[]() ")}
+    units = {
+        name: unit.strip("[]() ") for name, unit in units.items() if unit.strip("[]() ")
+    }
     n_head = n_comments + (before[first] if first < len(rows) else len(body))
     facts = encoding, separator, decimal, has_header, n_head, n_ignored, names, units
     is_ambiguous = is_one_column is False and not has_header
@@ -233,7 +265,8 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
 def _has_decimal_commas(lines):
     """Return whether the comma is the decimal sign of one column.
 
-    It is True if the lines show it, False if they do not, and None if the comma separates.
+    It is True if the lines show it, False if they do not, and None if the comma
+    separates.
     """
     texts = [line.strip().strip('"') for line in lines]
     found = [_WITH_COMMA.fullmatch(text) for text in texts]
@@ -259,15 +292,22 @@ def _first_sample(kinds, may_be_cut):
     tail = [row for row in kinds[len(kinds) // 2 :] if row]
     n_fields = Counter(map(len, tail)).most_common(1)[0][0]
     columns = [*zip(*(row for row in tail if len(row) == n_fields), strict=True)]
-    usual = [Counter(kind or "text" for kind in column).most_common(1)[0][0] for column in columns]
-    n_filled = max((i + 1 for i, column in enumerate(columns) if any(column)), default=1)
+    usual = [
+        Counter(kind or "text" for kind in column).most_common(1)[0][0]
+        for column in columns
+    ]
+    n_filled = max(
+        (i + 1 for i, column in enumerate(columns) if any(column)), default=1
+    )
     if set(usual) == {"text"}:
         # Without numbers, the first line holds the names.
         return n_fields, n_filled, next(i for i, row in enumerate(kinds) if row) + 1
 
     def is_usual(row):
         pairs = zip(row, usual, strict=False)
-        is_like = all(expected == "text" or kind in ("", expected) for kind, expected in pairs)
+        is_like = all(
+            expected == "text" or kind in ("", expected) for kind, expected in pairs
+        )
         return len(row) == n_fields and is_like
 
     first = next(i for i, row in enumerate(kinds) if is_usual(row))
@@ -277,10 +317,12 @@ def _first_sample(kinds, may_be_cut):
     if headers:
         first = headers[-1] + 1
     elif not may_be_cut:
-        # A row of more fields is a preamble. Any other may be a damaged sample: the reader refuses
-        # it.
+        # A row of more fields is a preamble. Any other may be a damaged sample: the
+        # reader refuses it.
         is_long = [any(row[n_fields:]) for row in kinds]
-        first = next(i for i, row in enumerate(kinds) if row and not (is_long[i] and i < first))
+        first = next(
+            i for i, row in enumerate(kinds) if row and not (is_long[i] and i < first)
+        )
     return n_fields, n_filled, first
 
 
@@ -296,10 +338,14 @@ def _names_and_units(above, n_fields, n_filled, decimal):
     names, kinds = fitted(above[-1]), {_kind(field, decimal) for field in above[-1]}
     if names is None or kinds <= {"number", ""}:
         if len(above[-1]) > 1 and _is_text(kinds):
-            raise ContentError(f"{len(above[-1])} names for the {n_fields} fields of a sample")
+            raise ContentError(
+                f"{len(above[-1])} names for the {n_fields} fields of a sample"
+            )
         return None, []
     before = fitted(above[-2]) if len(above) > 1 else None
-    is_unit = [f.strip("[]() ").lower() in _UNITS or f[:1] in tuple("[(") for f in names]
+    is_unit = [
+        f.strip("[]() ").lower() in _UNITS or f[:1] in tuple("[(") for f in names
+    ]
     may_be_units = "number" not in kinds and not any(map(names_times, names))
     if before is not None and may_be_units and (len(above) == 2 or any(is_unit)):
         return before, names

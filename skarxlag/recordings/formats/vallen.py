@@ -27,7 +27,9 @@ def contents(path: Path) -> Iterator[Contents]:
 
         def read(names, n_samples):
             n_samples = n_samples or max(channels[names[0]].length, 1)
-            found = [_records(database, name, channels[name].sampling_rate) for name in names]
+            found = [
+                _records(database, name, channels[name].sampling_rate) for name in names
+            ]
             streams = [_rechunked(records, n_samples) for records in found]
             yield from map(list, zip(*streams, strict=True))
 
@@ -56,7 +58,9 @@ def _records(database, name, rate):
     end, n_read = None, 0
     for record in database.iread(channel=int(name)):
         if len(record.data) != record.samples:
-            raise ValueError(f"{len(record.data)} samples of {record.samples} in a record")
+            raise ValueError(
+                f"{len(record.data)} samples of {record.samples} in a record"
+            )
         start = record.time - record.pretrigger / rate
         # Times are counted in ticks of 0.1 microseconds or so.
         if end is not None and abs(start - end) > 1.5 / rate + 2e-7:

@@ -28,7 +28,9 @@ def contents(path: Path) -> Iterator[Contents]:
                 block = block / -float(np.iinfo(block.dtype).min)
             yield [block[:, int(name)] for name in names]
 
-    channels = {str(i): Channel(sampling_rate=float(sampling_rate)) for i in range(n_channels)}
+    channels = {
+        str(i): Channel(sampling_rate=float(sampling_rate)) for i in range(n_channels)
+    }
     yield Contents(channels, read)
 
 

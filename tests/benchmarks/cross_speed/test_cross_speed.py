@@ -20,7 +20,11 @@ def pair(train, test, accuracy, confusion=(), balanced=None):
         "verdicts": 10,
         "confusion": Counter(dict(confusion)),
     }
-    counts = {"recording": ["a", "b"], "windows": [5, 5], "right": [round(5 * accuracy), 5]}
+    counts = {
+        "recording": ["a", "b"],
+        "windows": [5, 5],
+        "right": [round(5 * accuracy), 5],
+    }
     return {
         "recordings": pd.DataFrame(counts),
         "train_rpm": train,
@@ -56,7 +60,9 @@ def test_summary_by_hand():
 
 
 def test_confusion_is_summed_over_unequal_speeds_only():
-    frame = reporting.confusion_frame(PAIRS).set_index(["verdict", "true", "predicted"])["count"]
+    frame = reporting.confusion_frame(PAIRS).set_index(
+        ["verdict", "true", "predicted"]
+    )["count"]
     assert frame["window"].to_dict() == {("a", "a"): 14, ("a", "b"): 2, ("b", "a"): 4}
 
 
@@ -73,11 +79,17 @@ def test_recordings_are_counted_at_unequal_speeds():
 
 def test_seeds_of_a_method_become_their_mean():
     frames = [
-        reporting.pair_frame(PAIRS[1:2]).assign(rig="r", window_length=4, method="m", accuracy=each)
+        reporting.pair_frame(PAIRS[1:2]).assign(
+            rig="r", window_length=4, method="m", accuracy=each
+        )
         for each in (0.2, 0.4)
     ]
     seeds = [frame.assign(method=f"n, seed {i}") for i, frame in enumerate(frames)]
-    found = reporting.mean_of_seeds(pd.concat([frames[0], *seeds])).groupby("method").accuracy
+    found = (
+        reporting.mean_of_seeds(pd.concat([frames[0], *seeds]))
+        .groupby("method")
+        .accuracy
+    )
     assert found.size().to_dict() == {"m": 2, "n": 2}
     np.testing.assert_allclose(found.mean()[["m", "n"]], [0.2, 0.3])
 
@@ -87,7 +99,9 @@ def test_stored_results_are_added_where_a_method_was_not_run(tmp_path, monkeypat
     reporting.STORED.mkdir()
     columns = [*reporting.RUN, "accuracy"]
     stored = [("r", 4, "slow", 0.1), ("r", 4, "fast", 0.1), ("other", 4, "slow", 0.1)]
-    pd.DataFrame(stored, columns=columns).to_csv(reporting.STORED / "pairs.csv", index=False)
+    pd.DataFrame(stored, columns=columns).to_csv(
+        reporting.STORED / "pairs.csv", index=False
+    )
     path = tmp_path / "pairs.csv"
     pd.DataFrame([("r", 4, "fast", 0.9)], columns=columns).to_csv(path, index=False)
     found = reporting.with_stored(path)
@@ -98,14 +112,18 @@ def test_merge_replaces_the_same_run_only(tmp_path):
     run = {"rig": "r", "window_length": 4, "method": "m"}
     path = tmp_path / "pairs.csv"
     reporting.merge(path, pd.DataFrame({"accuracy": [0.1, 0.2]}), run)
-    reporting.merge(path, pd.DataFrame({"accuracy": [0.3]}), {**run, "window_length": 8})
+    reporting.merge(
+        path, pd.DataFrame({"accuracy": [0.3]}), {**run, "window_length": 8}
+    )
     reporting.merge(path, pd.DataFrame({"accuracy": [0.4]}), run)
     content = pd.read_csv(path)
     assert content.accuracy.tolist() == [0.3, 0.4]
     assert content.window_length.tolist() == [8, 4]
 
 
-@pytest.mark.parametrize("marks", ["", "<!-- a: end --> <!-- a: begin -->", "<!-- a: begin -->"])
+@pytest.mark.parametrize(
+    "marks", ["", "<!-- a: end --> <!-- a: begin -->", "<!-- a: begin -->"]
+)
 def test_a_block_needs_its_marks(tmp_path, marks):
     page = tmp_path / "page.md"
     page.write_text(marks)
@@ -122,7 +140,8 @@ def module(monkeypatch):
 
     def make_rig(window_length):
         return Bunch(
-            data=np.repeat([*levels.values()], windows)[:, None] * np.ones(window_length),
+            data=np.repeat([*levels.values()], windows)[:, None]
+            * np.ones(window_length),
             target=np.repeat([condition for condition, _ in levels], windows),
             target_names=["ok", "bad"],
             rpm=np.repeat([speed for _, speed in levels], windows),
@@ -171,7 +190,14 @@ def test_results_of_other_runs_are_kept(module, tmp_path):
 
 
 def test_resume_keeps_what_was_scored(module, tmp_path):
-    options = ["--rig", "bench_module:rig", "--window-length", "4", "--output", str(tmp_path)]
+    options = [
+        "--rig",
+        "bench_module:rig",
+        "--window-length",
+        "4",
+        "--output",
+        str(tmp_path),
+    ]
     options += ["--method", "bench_module:neighbours"]
     main(options)
     path = tmp_path / "pairs.csv"
@@ -183,7 +209,14 @@ def test_resume_keeps_what_was_scored(module, tmp_path):
 
 
 def test_tables_of_earlier_runs_are_made_without_a_method(module, tmp_path):
-    options = ["--rig", "bench_module:rig", "--window-length", "4", "--output", str(tmp_path)]
+    options = [
+        "--rig",
+        "bench_module:rig",
+        "--window-length",
+        "4",
+        "--output",
+        str(tmp_path),
+    ]
     main([*options, "--method", "bench_module:neighbours"])
     text = (tmp_path / "tables.md").read_text()
     (tmp_path / "tables.md").unlink()
@@ -195,5 +228,14 @@ def test_missing_library_is_named_before_anything_runs(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "aeon", None)
     output = tmp_path / "out"
     with pytest.raises(SystemExit, match="'MiniRocket, seed 0' needs 'aeon"):
-        main(["--rig", "simulated rig", "--method", "MiniRocket, seed 0", "--output", str(output)])
+        main(
+            [
+                "--rig",
+                "simulated rig",
+                "--method",
+                "MiniRocket, seed 0",
+                "--output",
+                str(output),
+            ]
+        )
     assert not output.exists()

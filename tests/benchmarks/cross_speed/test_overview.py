@@ -16,18 +16,29 @@ def results(accuracies):
     summary, recordings = [], []
     for (rig, method), accuracy in accuracies.items():
         key = {"rig": rig, "window_length": 4, "method": method}
-        summary.append({**key, "verdict": "window", "mean": accuracy, "worst": accuracy / 2})
+        summary.append(
+            {**key, "verdict": "window", "mean": accuracy, "worst": accuracy / 2}
+        )
         for train, test in ((1.0, 2.0), (2.0, 1.0)):
             for name in "ab":
                 counts = {"windows": 100, "right": round(100 * accuracy)}
-                speeds = {"train_rpm": train, "test_rpm": test, "recording": f"{name}{test}"}
+                speeds = {
+                    "train_rpm": train,
+                    "test_rpm": test,
+                    "recording": f"{name}{test}",
+                }
                 recordings.append({**key, **speeds, **counts})
     return pd.DataFrame(summary), pd.DataFrame(recordings)
 
 
 def test_a_method_has_a_row_and_a_rig_a_column():
     accuracies = {("r", "make_diagnoser"): 0.5, ("s", "make_diagnoser"): 0.7}
-    accuracies |= {("r", "QUANT"): 0.6, ("s", "QUANT"): 0.4, ("r", BATCHED): 1, ("s", BATCHED): 1}
+    accuracies |= {
+        ("r", "QUANT"): 0.6,
+        ("s", "QUANT"): 0.4,
+        ("r", BATCHED): 1,
+        ("s", BATCHED): 1,
+    }
     accuracies |= {("r", "MiniRocket"): 1.0, ("simulated rig", "make_diagnoser"): 0.0}
     accuracies |= {(rig, LEFT_OUT): 0.3 for rig in "rs"}
     text = overview(*results(accuracies))
@@ -55,7 +66,12 @@ def test_differences_are_paired():
 
 def test_rigs_with_a_better_peer_are_named():
     accuracies = {("r", "make_diagnoser"): 0.5, ("s", "make_diagnoser"): 0.7}
-    accuracies |= {("r", "QUANT"): 0.6, ("s", "QUANT"): 0.6, ("r", BATCHED): 1, ("s", BATCHED): 1}
+    accuracies |= {
+        ("r", "QUANT"): 0.6,
+        ("s", "QUANT"): 0.6,
+        ("r", BATCHED): 1,
+        ("s", BATCHED): 1,
+    }
     _, recordings = results(accuracies)
     text = differences(recordings)
     assert "with the best peer: r (QUANT, 0.600 against 0.500)." in text
@@ -84,7 +100,9 @@ def test_constants_of_a_rig_are_those_that_the_others_chose():
     for rig, row in choices().iterrows():
         diagnoser = diagnoser_without(rig)
         assert diagnoser["identify"].order[0] == row["model order"]
-        assert diagnoser["decide"].residual["compare"].smooth_drift == row["smooth drift"]
+        assert (
+            diagnoser["decide"].residual["compare"].smooth_drift == row["smooth drift"]
+        )
     assert len(choices()) == 6
 
 

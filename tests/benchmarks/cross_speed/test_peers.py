@@ -39,11 +39,14 @@ def test_unit_rms_removes_mean_and_gain_of_the_output_channel():
 
 def test_band_energies_of_a_sine_peak_in_its_band():
     time = np.arange(256)
-    tones = np.array([np.sin(2 * np.pi * 20 * time / 256), np.sin(2 * np.pi * 100 * time / 256)])
+    tones = np.array(
+        [np.sin(2 * np.pi * 20 * time / 256), np.sin(2 * np.pi * 100 * time / 256)]
+    )
     energies = band_energies(tones, n_bands=8)
     assert energies.shape == (2, 8)
     assert energies.argmax(axis=1).tolist() == [19 // 16, 99 // 16]
-    # Parseval: a sine of unit amplitude has energy n / 2, half of it at the positive frequency
+    # Parseval: a sine of unit amplitude has energy n / 2, half of it at the positive
+    # frequency
     np.testing.assert_allclose(np.exp(energies).sum(axis=1), 256 * 256 / 4)
 
 
@@ -58,7 +61,9 @@ def test_ar_coefficients_recover_a_known_model():
     coefficients = [1.2, -0.8, 0.1]
     noise = np.random.default_rng(0).standard_normal((2, 100_000))
     y = lfilter([1.0], [1.0, *np.negative(coefficients)], noise)
-    np.testing.assert_allclose(ar_coefficients(y, order=3), [coefficients] * 2, atol=0.02)
+    np.testing.assert_allclose(
+        ar_coefficients(y, order=3), [coefficients] * 2, atol=0.02
+    )
 
 
 @pytest.mark.parametrize("name", NEEDS_NO_EXTRA)
@@ -67,14 +72,18 @@ def test_peer_distinguishes_two_resonances_at_another_speed(name, rig):
         assert pair["window"]["accuracy"] > 0.95
         assert pair["group"]["accuracy"] == 1.0
         decides = "SVM" in name or "augmented" in name
-        assert pair["evidence"] == ("decision function" if decides else "log-probability")
+        assert pair["evidence"] == (
+            "decision function" if decides else "log-probability"
+        )
 
 
 @pytest.mark.parametrize("name", NEEDS_NO_EXTRA)
 def test_peer_ignores_the_gain_of_the_sensor(name, rig):
     classifier = METHODS[name]().fit(rig.data[::4], rig.target[::4])
     few = rig.data[1::16]
-    np.testing.assert_array_equal(classifier.predict(few), classifier.predict(1000 * few + 3))
+    np.testing.assert_array_equal(
+        classifier.predict(few), classifier.predict(1000 * few + 3)
+    )
 
 
 def test_labels_only_hides_probabilities(rig):
@@ -91,7 +100,8 @@ def test_percentiles_of_the_spectrum_rise_where_a_tone_comes_and_goes():
     tone = np.sin(np.pi / 2 * time) * (time < 240)
     low, median, high, mean = np.split(spectrum_percentiles(noise + tone)[0], 4)
     assert low.shape == (32,)
-    # The tone has half the Nyquist frequency, bin 16 of 32, and sounds a quarter of the time.
+    # The tone has half the Nyquist frequency, bin 16 of 32, and sounds a quarter of the
+    # time.
     assert high.argmax() == mean.argmax() == 15
     assert low[15] - low[0] < 3 and median[15] - median[0] < 3 < high[15] - high[0]
 
@@ -100,7 +110,9 @@ def test_smooth_gains_vary_slowly_and_by_their_seed():
     gains = smooth_gains(2000, 32, random_state=0)
     n = np.arange(1, 25)
     frequency = (np.arange(32) + 0.5) / 32
-    expected = 0.6**2 * (2 * np.cos(np.pi * np.outer(n, frequency)) ** 2 / n[:, None] ** 2).sum(0)
+    expected = 0.6**2 * (
+        2 * np.cos(np.pi * np.outer(n, frequency)) ** 2 / n[:, None] ** 2
+    ).sum(0)
     np.testing.assert_allclose(gains.var(axis=0), expected, rtol=0.15)
     neighbours = np.corrcoef(gains.T).diagonal(1)
     assert neighbours.min() > 0.8
@@ -114,7 +126,11 @@ def test_augmentation_trains_on_six_copies_with_one_gain_for_all_statistics():
             return super().fit(X, y)
 
     X = np.zeros((2, 8))
-    fitted = SmoothGains(Copies()).fit(np.repeat(X, 3, axis=0), [0, 0, 0, 1, 1, 1]).classifier_
+    fitted = (
+        SmoothGains(Copies())
+        .fit(np.repeat(X, 3, axis=0), [0, 0, 0, 1, 1, 1])
+        .classifier_
+    )
     assert fitted.X.shape == (36, 8) and fitted.y.sum() == 18
     statistics = fitted.X.reshape(36, 4, 2)
     np.testing.assert_array_equal(statistics, statistics[:, :1].repeat(4, axis=1))

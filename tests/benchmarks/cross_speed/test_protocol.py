@@ -48,7 +48,9 @@ def test_halves_of_an_even_recording():
 
 
 def test_window_across_the_middle_belongs_to_neither_half():
-    first, second = first_and_second_half(["a"] * 5, [0, 10, 20, 30, 40], window_length=10)
+    first, second = first_and_second_half(
+        ["a"] * 5, [0, 10, 20, 30, 40], window_length=10
+    )
     assert (first | second).tolist() == [True, True, False, True, True]
 
 
@@ -70,10 +72,14 @@ def test_short_recording_gives_no_group():
 
 def test_log_evidence_of_probabilities_is_floored():
     X, y = np.zeros((4, 1)), np.array(["a", "a", "b", "b"])
-    evidence, rule = log_evidence(DummyClassifier(strategy="prior").fit(X, y), X[:1], None)
+    evidence, rule = log_evidence(
+        DummyClassifier(strategy="prior").fit(X, y), X[:1], None
+    )
     np.testing.assert_allclose(evidence, np.log([[0.5, 0.5]]))
     assert rule == "log-probability"
-    evidence, _ = log_evidence(DummyClassifier(strategy="most_frequent").fit(X, y), X[:1], None)
+    evidence, _ = log_evidence(
+        DummyClassifier(strategy="most_frequent").fit(X, y), X[:1], None
+    )
     np.testing.assert_allclose(evidence, [[0, np.log(1e-6)]])
 
 
@@ -88,7 +94,9 @@ def test_log_evidence_of_a_binary_decision_function_has_two_columns():
 
 def test_log_evidence_without_scores_is_a_vote():
     rig = make_rig()
-    evidence, rule = log_evidence(Recorder().fit(rig.data, rig.target), None, ["ok", "bad"])
+    evidence, rule = log_evidence(
+        Recorder().fit(rig.data, rig.target), None, ["ok", "bad"]
+    )
     assert rule == "vote"
     assert evidence.tolist() == [[0, 1], [1, 0]]
 
@@ -140,7 +148,10 @@ def test_group_outvotes_a_wrong_window():
     rig = make_rig()
     wrong = (rig.rpm == 200) & (rig.target == "bad") & (rig.start == 20 * LENGTH)
     rig.data[wrong] = 0.0
-    pairs = {(p["train_rpm"], p["test_rpm"]): p for p in leave_one_speed_in(Recorder, rig, LENGTH)}
+    pairs = {
+        (p["train_rpm"], p["test_rpm"]): p
+        for p in leave_one_speed_in(Recorder, rig, LENGTH)
+    }
     assert pairs[100, 200]["window"]["accuracy"] == 23 / 24
     assert pairs[100, 200]["group"]["accuracy"] == 1.0
     assert pairs[100, 100]["window"]["accuracy"] == 1.0
@@ -149,10 +160,16 @@ def test_group_outvotes_a_wrong_window():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda rig: rig.update(rpm=np.full(len(rig.data), 100.0)), "at least two speeds"),
+        (
+            lambda rig: rig.update(rpm=np.full(len(rig.data), 100.0)),
+            "at least two speeds",
+        ),
         (lambda rig: rig.update(target=rig.target[1:]), "target has 95 rows"),
         (lambda rig: rig.update(data=rig.data[:, 1:]), "3 samples, window_length is 4"),
-        (lambda rig: rig.update(target_names=["ok", "bad", "worse"]), "'worse'.*first half.*100"),
+        (
+            lambda rig: rig.update(target_names=["ok", "bad", "worse"]),
+            "'worse'.*first half.*100",
+        ),
     ],
 )
 def test_unusable_rig_is_refused(change, message):

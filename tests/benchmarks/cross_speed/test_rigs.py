@@ -5,7 +5,14 @@ import numpy as np
 import pytest
 from sklearn.utils import Bunch
 
-from benchmarks.cross_speed.rigs import NAMES, RIGS, find, find_rig, split_by_crack, windows_of
+from benchmarks.cross_speed.rigs import (
+    NAMES,
+    RIGS,
+    find,
+    find_rig,
+    split_by_crack,
+    windows_of,
+)
 from benchmarks.recipe.rigs import Recording, Rig
 from skarxlag.datasets import FETCHERS
 
@@ -45,7 +52,9 @@ def test_find_a_function_of_a_module(monkeypatch):
 
 
 def test_find_names_what_is_known():
-    with pytest.raises(ValueError, match=r"--rig 'uest': expected module:function or one of"):
+    with pytest.raises(
+        ValueError, match=r"--rig 'uest': expected module:function or one of"
+    ):
         find("uest", RIGS, "--rig")
 
 
@@ -57,14 +66,18 @@ def test_data_home_reaches_the_rigs():
 
 
 def test_a_rig_that_is_not_stored_is_named(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"motor sound: .* has no folder of this rig"):
+    with pytest.raises(
+        FileNotFoundError, match=r"motor sound: .* has no folder of this rig"
+    ):
         find_rig("motor sound", data_home=tmp_path)
 
 
 def test_recordings_are_cut_into_windows():
     speeds = {"b": 100.0, "a": 200.0}
     samples = {"b": np.arange(250.0), "a": np.zeros(100)}
-    recordings = [Recording(samples[name], name, speed) for name, speed in speeds.items()]
+    recordings = [
+        Recording(samples[name], name, speed) for name, speed in speeds.items()
+    ]
     rig = windows_of(Rig("mine", 1000.0, recordings), 100)
     assert rig.target.tolist() == ["b", "b", "a"] and rig.target_names == ["a", "b"]
     assert rig.start.tolist() == [0, 100, 0]

@@ -15,8 +15,12 @@ def row_rig():
 
 def only_svm(fixed_gain, *, peers):
     return {
-        "make_detector": lambda rate, X, rpm: rates.ours(rate, X, rpm, fixed_gain=fixed_gain),
-        "svm": lambda rate, X, rpm: peer(rate, X, rpm, fixed_gain=fixed_gain, make=one_class_svm),
+        "make_detector": lambda rate, X, rpm: rates.ours(
+            rate, X, rpm, fixed_gain=fixed_gain
+        ),
+        "svm": lambda rate, X, rpm: peer(
+            rate, X, rpm, fixed_gain=fixed_gain, make=one_class_svm
+        ),
     }
 
 
@@ -44,7 +48,9 @@ def test_tables(found):
     assert table.count("| r | 400 |") == 2
     assert "*left out*: healthy rows of all other speeds" in table
     assert "bad " in rates.family_table(found.assign(rig="r", row="400"))
-    assert "| ms a second of signal |" in rates.cost_table(found.assign(rig="r", row="400"))
+    assert "| ms a second of signal |" in rates.cost_table(
+        found.assign(rig="r", row="400")
+    )
 
 
 def test_threshold_of_a_peer_holds_the_rate_on_its_own_rows():
@@ -94,4 +100,9 @@ def test_what_is_not_known_is_rejected_at_the_training_speed():
     assert set(kinds["kind"]) == {"white noise", "sine", "ramp", "other rig"}
     own = kinds[(kinds["split"] == "training speed") & (kinds["stated"] == 0.05)]
     assert own.groupby("kind")["rejected"].mean().min() > 0.9
-    assert unknown.kinds_table(kinds.assign(rig="r", row="400")).count("| r | 400 | rows of ") == 3
+    assert (
+        unknown.kinds_table(kinds.assign(rig="r", row="400")).count(
+            "| r | 400 | rows of "
+        )
+        == 3
+    )

@@ -1,9 +1,18 @@
 import numpy as np
 import pandas as pd
 import pytest
-from sklearn.metrics import accuracy_score, confusion_matrix, precision_score, recall_score
+from sklearn.metrics import (
+    accuracy_score,
+    confusion_matrix,
+    precision_score,
+    recall_score,
+)
 
-from benchmarks.paper.comparison import accuracy_with_paper, averages, confusion_with_paper
+from benchmarks.paper.comparison import (
+    accuracy_with_paper,
+    averages,
+    confusion_with_paper,
+)
 from benchmarks.paper.printed_tables import load_tables
 
 CONDITIONS = ["Normal", "IR", "OR", "Ball", "IR-Ball", "OR-Ball", "IR-OR", "IR-OR-Ball"]
@@ -20,7 +29,9 @@ def make_verdicts(seed, speeds):
     )
     verdicts = keys.to_frame(index=False).assign(train_rpm=500.0)
     guessed = rng.choice(CONDITIONS, len(verdicts))
-    verdicts["predicted"] = np.where(rng.random(len(verdicts)) < 0.6, verdicts["true"], guessed)
+    verdicts["predicted"] = np.where(
+        rng.random(len(verdicts)) < 0.6, verdicts["true"], guessed
+    )
     return verdicts
 
 
@@ -49,7 +60,11 @@ def test_accuracy_with_the_paper(verdicts, number):
     inner = "crack_mm" if number < 6 else "test_rpm"
     values = [3, 6] if number < 6 else [300, 400, 450, 500]
     assert table.columns.names == ["source", "method", inner]
-    own = [("simulated rig", m, v) for m in ("proposed", "ALPIO", "Diagnoser") for v in values]
+    own = [
+        ("simulated rig", m, v)
+        for m in ("proposed", "ALPIO", "Diagnoser")
+        for v in values
+    ]
     paper = [("paper", m, v) for m in ("proposed", "ALPIO") for v in values]
     assert table.columns.tolist() == own + paper
     for _, method, value in own:
@@ -65,7 +80,9 @@ def test_accuracy_with_the_paper(verdicts, number):
     assert reference[9].tolist() == printed.average.tolist()
 
 
-@pytest.mark.parametrize(("number", "crack_mm", "overall"), [(6, 3, 96.75), (7, 6, 98.125)])
+@pytest.mark.parametrize(
+    ("number", "crack_mm", "overall"), [(6, 3, 96.75), (7, 6, 98.125)]
+)
 def test_confusion_with_the_paper(verdicts, number, crack_mm, overall):
     matrices = confusion_with_paper(verdicts, number)
     assert list(matrices) == [
@@ -75,7 +92,9 @@ def test_confusion_with_the_paper(verdicts, number, crack_mm, overall):
         ("simulated rig", "Diagnoser"),
     ]
     for (source, method), matrix in matrices.items():
-        true, predicted = chosen(verdicts, diagnoser=method, crack_mm=crack_mm, test_rpm=400)
+        true, predicted = chosen(
+            verdicts, diagnoser=method, crack_mm=crack_mm, test_rpm=400
+        )
         printed = load_tables().tables[number]
         if source == "paper":
             # The windows that would give the paper's counts.
@@ -87,10 +106,12 @@ def test_confusion_with_the_paper(verdicts, number, crack_mm, overall):
             confusion_matrix(true, predicted, labels=MATRIX).tolist()
         )
         np.testing.assert_allclose(
-            matrix.loc[MATRIX, "recall %"], 100 * recall_score(true, predicted, **options)
+            matrix.loc[MATRIX, "recall %"],
+            100 * recall_score(true, predicted, **options),
         )
         np.testing.assert_allclose(
-            matrix.loc["precision %", MATRIX], 100 * precision_score(true, predicted, **options)
+            matrix.loc["precision %", MATRIX],
+            100 * precision_score(true, predicted, **options),
         )
         accuracy = 100 * accuracy_score(true, predicted)
         assert matrix.loc["precision %", "recall %"] == pytest.approx(accuracy)
@@ -98,13 +119,17 @@ def test_confusion_with_the_paper(verdicts, number, crack_mm, overall):
     assert paper.loc["precision %", "recall %"] == overall
     # What the paper calls precision is the recall, and the other way round.
     assert paper[MATRIX[0]].index[-1] == 'printed as "Recall"'
-    np.testing.assert_allclose(paper.loc[MATRIX, "recall %"], paper.loc[MATRIX].iloc[:, -1])
+    np.testing.assert_allclose(
+        paper.loc[MATRIX, "recall %"], paper.loc[MATRIX].iloc[:, -1]
+    )
     np.testing.assert_allclose(
         paper.loc["precision %", MATRIX].astype(float),
         paper.loc['printed as "Recall"', MATRIX].astype(float),
         atol=0.1,
     )
-    assert paper.loc['printed as "Recall"', 'printed as "Precision"'] == printed.accuracy
+    assert (
+        paper.loc['printed as "Recall"', 'printed as "Precision"'] == printed.accuracy
+    )
 
 
 def test_averages_over_speeds_and_halves(verdicts, halves):
@@ -127,25 +152,34 @@ def test_averages_over_speeds_and_halves(verdicts, halves):
                 100 * accuracy_score(*chosen(own, diagnoser=method, crack_mm=crack))
                 for crack in (3, 6)
             ]
-            np.testing.assert_allclose(table.loc[basis, method], [*by_crack, np.mean(by_crack)])
+            np.testing.assert_allclose(
+                table.loc[basis, method], [*by_crack, np.mean(by_crack)]
+            )
     assert table.iloc[0].to_list() != table.iloc[2].to_list()
 
 
 def test_methods_that_are_missing_have_no_column(verdicts, halves):
     own = verdicts[verdicts["diagnoser"] != "Diagnoser"]
     table = accuracy_with_paper(own, 2)
-    assert table["simulated rig"].columns.unique("method").tolist() == ["proposed", "ALPIO"]
+    assert table["simulated rig"].columns.unique("method").tolist() == [
+        "proposed",
+        "ALPIO",
+    ]
     assert ("simulated rig", "Diagnoser") not in confusion_with_paper(own, 6)
     columns = averages(own, halves[halves["diagnoser"] != "Diagnoser"]).columns
     assert columns.unique(0).tolist() == ["proposed", "ALPIO"]
 
 
 def test_wrong_tables_and_methods_are_named(verdicts):
-    with pytest.raises(ValueError, match=r"number=6, expected one of \[2, 3, 4, 5, 8, 9\]"):
+    with pytest.raises(
+        ValueError, match=r"number=6, expected one of \[2, 3, 4, 5, 8, 9\]"
+    ):
         accuracy_with_paper(verdicts, 6)
     with pytest.raises(ValueError, match=r"number=5, expected one of \[6, 7\]"):
         confusion_with_paper(verdicts, 5)
     verdicts["diagnoser"] = verdicts["diagnoser"].replace("ALPIO", "PIO")
     for function in (accuracy_with_paper, confusion_with_paper, averages):
-        with pytest.raises(ValueError, match=r"diagnoser holds \['PIO'\], expected only"):
+        with pytest.raises(
+            ValueError, match=r"diagnoser holds \['PIO'\], expected only"
+        ):
             function(verdicts, verdicts if function is averages else 2)

@@ -34,7 +34,9 @@ def test_condition_accuracy_is_recall(verdicts, columns):
         own = verdicts
         for name, value in zip(columns, head, strict=True):
             own = own[own[name] == value]
-        recall = 100 * recall_score(own["true"], own["predicted"], labels=CONDITIONS, average=None)
+        recall = 100 * recall_score(
+            own["true"], own["predicted"], labels=CONDITIONS, average=None
+        )
         np.testing.assert_allclose(column, [*recall, recall.mean()])
 
 

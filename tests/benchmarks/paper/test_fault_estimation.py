@@ -82,8 +82,12 @@ def test_dead_beat_is_the_disturbance_two_samples_before():
     d = np.random.default_rng(0).normal(size=(2, 100))
     seen = signals.seen_through(signals.POLE, d)
     observer = PIObserver(pole=signals.POLE, **studies.DEAD_BEAT).fit(seen)
-    np.testing.assert_allclose(observer.observe(seen).fault_estimate[:, 2:], d[:, :-2], atol=1e-9)
-    measured = studies.measures(observer.observe(seen).fault_estimate, signals.disturbance(seen))
+    np.testing.assert_allclose(
+        observer.observe(seen).fault_estimate[:, 2:], d[:, :-2], atol=1e-9
+    )
+    measured = studies.measures(
+        observer.observe(seen).fault_estimate, signals.disturbance(seen)
+    )
     assert measured["delay"] == 2
 
 
@@ -107,7 +111,9 @@ def test_truth_of_a_bearing_fault_is_what_its_own_signal_adds(healthy, rig):
     expected = signals.disturbance(seen)[:, -fault.true.shape[1] :]
     np.testing.assert_allclose(fault.true, expected, atol=1e-9)
     assert fault.innovations.shape[1] == fault.true.shape[1] + 1
-    np.testing.assert_array_equal(fault.innovations, healthy.innovations(rig.data[rows]))
+    np.testing.assert_array_equal(
+        fault.innovations, healthy.innovations(rig.data[rows])
+    )
 
 
 @pytest.mark.parametrize("shape", signals.SHAPES)
@@ -124,13 +130,16 @@ def test_synthetic_fault_has_its_shape(healthy, rig, shape):
     if shape == "impact":
         assert np.all(true[: middle - 1] == 0)
         assert np.abs(true).max() > 5
-    # In the innovations the fault is added as it is; through windows all but a constant is.
+    # In the innovations the fault is added as it is; through windows all but a constant
+    # is.
     np.testing.assert_allclose(
         signals.disturbance(fault.innovations - quiet), fault.true, atol=1e-9
     )
     lost = fault.innovations - fault.through_windows
     settled = lost[:, 1000:]
-    np.testing.assert_allclose(settled, settled[:, :1] + np.zeros_like(settled), atol=1e-6)
+    np.testing.assert_allclose(
+        settled, settled[:, :1] + np.zeros_like(settled), atol=1e-6
+    )
     expected = {"constant": 1.0, "step": 0.5, "ramp": 0.25, "impact": 0.0}[shape]
     np.testing.assert_allclose(settled.mean() * (1 - signals.POLE), expected, atol=0.01)
 
@@ -166,8 +175,12 @@ def test_command(tmp_path, capsys):
     assert {name: len(frame) for name, frame in frames.items()} == ROWS
     synthetic = frames["synthetic"].set_index(["fault", "observer"])
     assert synthetic.loc["constant", "bias"].abs().max() < 0.01
-    np.testing.assert_allclose(synthetic.loc["constant", "bias, centred windows"], -1, atol=0.02)
-    np.testing.assert_allclose(synthetic.loc["step", "bias, centred windows"], -0.5, atol=0.02)
+    np.testing.assert_allclose(
+        synthetic.loc["constant", "bias, centred windows"], -1, atol=0.02
+    )
+    np.testing.assert_allclose(
+        synthetic.loc["step", "bias, centred windows"], -0.5, atol=0.02
+    )
     # The estimate of impacts is no better than none at all, at any gain.
     assert frames["bearing"].error.min() > 1
     gains = frames["gains"]
@@ -185,7 +198,11 @@ def test_gains_that_are_out_of_range_are_not_taken_for_refused():
 
 def test_over_draws_keeps_order_and_shows_the_spread():
     frame = pd.DataFrame(
-        {"seed": [1, 1, 2, 2], "kind": ["b", "a", "b", "a"], "error": [0.2, 3.0, 0.4, 3.0]}
+        {
+            "seed": [1, 1, 2, 2],
+            "kind": ["b", "a", "b", "a"],
+            "error": [0.2, 3.0, 0.4, 3.0],
+        }
     )
     table = fault_estimation.over_draws(frame, ["kind"])
     assert table.kind.tolist() == ["b", "a"]
@@ -199,7 +216,9 @@ def test_page_has_every_table_and_plot():
         assert block.partition(f"<!-- fault estimation {name}: end -->")[0].strip()
     for name in ("trajectories", "trade_off"):
         assert f"images/fault_estimation_{name}.svg" in page
-        assert (ROOT / "docs" / "paper" / "images" / f"fault_estimation_{name}.svg").exists()
+        assert (
+            ROOT / "docs" / "paper" / "images" / f"fault_estimation_{name}.svg"
+        ).exists()
 
 
 def test_windows_hold_an_impact_of_every_defect():

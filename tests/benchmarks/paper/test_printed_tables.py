@@ -22,7 +22,8 @@ CELLS = {
     (9, "OR", ("ALPIO", 400)): 76,
     (9, "Ball", ("proposed", 300)): 100,
 }
-#: Printed averages that do not follow from the rows, as (table, column): (printed, recomputed).
+#: Printed averages that do not follow from the rows, as (table, column): (printed,
+#: recomputed).
 WRONG_AVERAGES = {
     (2, ("proposed", 3)): (96.1, 96.375),
     (2, ("ALPIO", 3)): (77.6, 76.875),
@@ -50,7 +51,10 @@ def test_layout_of_accuracy_tables(number):
     table = load_tables().tables[number]
     assert table.frame.index.tolist() == CONDITIONS
     if number < 6:
-        assert table.rpm == {2: 300, 3: 400, 4: 450, 5: 500}[number] and table.crack_mm is None
+        assert (
+            table.rpm == {2: 300, 3: 400, 4: 450, 5: 500}[number]
+            and table.crack_mm is None
+        )
         inner, values = "crack_mm", [3, 6]
     else:
         assert table.crack_mm == {8: 3, 9: 6}[number] and table.rpm is None
@@ -80,7 +84,10 @@ def test_averages_that_do_not_follow_from_their_rows():
         (
             6,
             3,
-            {"Ball": [1, 97, 0, 0, 1, 1, 0, 0], "IR-OR-Ball": [0, 0, 0, 0, 0, 0, 3, 97]},
+            {
+                "Ball": [1, 97, 0, 0, 1, 1, 0, 0],
+                "IR-OR-Ball": [0, 0, 0, 0, 0, 0, 3, 97],
+            },
             [100, 97, 95, 96, 94, 97, 98, 97],
             [97.1, 97.9, 99, 93.2, 94, 97.9, 95.1, 100],
             95.07,
@@ -95,15 +102,23 @@ def test_averages_that_do_not_follow_from_their_rows():
         ),
     ],
 )
-def test_confusion_matrices_of_the_paper(number, crack_mm, rows, right, bottom, accuracy):
+def test_confusion_matrices_of_the_paper(
+    number, crack_mm, rows, right, bottom, accuracy
+):
     table = load_tables().tables[number]
     order = ["Normal", "Ball", "IR", "OR", "IR-Ball", "OR-Ball", "IR-OR", "IR-OR-Ball"]
     assert (table.rpm, table.crack_mm, table.accuracy) == (400, crack_mm, accuracy)
     assert table.frame.index.tolist() == table.frame.columns.tolist() == order
     for name, values in rows.items():
         assert table.frame.loc[name].tolist() == values
-    assert table.right_margin.loc[order].tolist() == right and table.right_label == "Precision"
-    assert table.bottom_margin.loc[order].tolist() == bottom and table.bottom_label == "Recall"
+    assert (
+        table.right_margin.loc[order].tolist() == right
+        and table.right_label == "Precision"
+    )
+    assert (
+        table.bottom_margin.loc[order].tolist() == bottom
+        and table.bottom_label == "Recall"
+    )
     # Why rows are the true conditions: 100 windows of each were tested.
     assert (table.frame.sum(axis=1) == 100).all() and (table.frame.sum() != 100).any()
 
@@ -122,7 +137,9 @@ def test_averages_of_the_paper_recomputed():
     assert table.loc["claimed in section 5", ("proposed", "both")] == 98.8
     assert table.loc["claimed in section 5", ("ALPIO", "both")] == 80.5
     assert table.loc["claimed in section 5"].notna().sum() == 2
-    frames = {number: load_tables().tables[number].frame for number in (2, 3, 4, 5, 8, 9)}
+    frames = {
+        number: load_tables().tables[number].frame for number in (2, 3, 4, 5, 8, 9)
+    }
     sets = {
         "rows of Tables 2-5": (2, 3, 4, 5),
         "rows of Tables 2-4, the test sets": (2, 3, 4),
@@ -130,7 +147,9 @@ def test_averages_of_the_paper_recomputed():
     for basis, numbers in sets.items():
         for method in ("proposed", "ALPIO"):
             by_crack = [
-                np.mean([frames[number][method, crack].to_numpy() for number in numbers])
+                np.mean(
+                    [frames[number][method, crack].to_numpy() for number in numbers]
+                )
                 for crack in (3, 6)
             ]
             expected = [*by_crack, np.mean(by_crack)]
@@ -144,7 +163,9 @@ def test_averages_of_the_paper_recomputed():
     np.testing.assert_allclose(row["proposed"], [97.525, 98.5, 98.0125])
     np.testing.assert_allclose(row["ALPIO"], [79.175, 81.875, 80.525])
     assert table.columns.tolist() == [
-        (method, crack) for method in ("proposed", "ALPIO") for crack in ("3 mm", "6 mm", "both")
+        (method, crack)
+        for method in ("proposed", "ALPIO")
+        for crack in ("3 mm", "6 mm", "both")
     ]
 
 
@@ -164,6 +185,8 @@ def test_improvements_of_the_paper_recomputed():
 
 
 def test_improvement_is_the_difference_of_averages():
-    columns = pd.MultiIndex.from_product([["ALPIO", "proposed"], ["3 mm", "6 mm", "both"]])
+    columns = pd.MultiIndex.from_product(
+        [["ALPIO", "proposed"], ["3 mm", "6 mm", "both"]]
+    )
     table = improvements(pd.DataFrame([[80.0, 70, 75, 81, 75, 78]], ["x"], columns))
     assert table.loc["x"].to_dict() == {"3 mm": 1.0, "6 mm": 5.0}

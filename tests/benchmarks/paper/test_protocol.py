@@ -70,7 +70,9 @@ def test_all_windows_at_500_calibrate_and_all_windows_are_tested(made):
         rig = load(crack, rpm)
         assert own["true"].tolist() == rig.target.tolist()
         assert own["start"].tolist() == rig.start.tolist()
-        assert own["predicted"].tolist() == Recorder("Normal").predict(rig.data).tolist()
+        assert (
+            own["predicted"].tolist() == Recorder("Normal").predict(rig.data).tolist()
+        )
 
 
 def test_halves_are_calibrated_on_the_first_and_scored_on_the_second(made):
@@ -100,7 +102,9 @@ def test_one_rig_is_held_at_a_time(made):
         return rig
 
     run_protocol(tracked, {"one": made.make})
-    assert sorted(asked) == [(crack, rpm) for crack in (3, 6) for rpm in (300, 400, 450, 500)]
+    assert sorted(asked) == [
+        (crack, rpm) for crack in (3, 6) for rpm in (300, 400, 450, 500)
+    ]
     assert not alive
 
 
@@ -108,7 +112,8 @@ def test_progress_shows_cracks_speeds_and_names(made):
     lines = []
     run_protocol(load, {"one": made.make}, progress=lines.append)
     assert "".join(lines) == "".join(
-        f"crack {crack} mm: 500 rpm, one, 300 rpm, 400 rpm, 450 rpm, done\n" for crack in (3, 6)
+        f"crack {crack} mm: 500 rpm, one, 300 rpm, 400 rpm, 450 rpm, done\n"
+        for crack in (3, 6)
     )
 
 
@@ -133,7 +138,12 @@ class Timed(ClassifierMixin, BaseEstimator):
 def test_speeds_reach_what_requests_them():
     run_protocol(load, {"timed": lambda healthy: Timed()})
     halves, whole = [500.0] * 6, [500.0] * 15
-    of_crack = [("fit", halves), ("predict", halves), ("fit", whole), ("predict", whole)]
+    of_crack = [
+        ("fit", halves),
+        ("predict", halves),
+        ("fit", whole),
+        ("predict", whole),
+    ]
     of_crack += [("predict", [rpm] * 15) for rpm in (300.0, 400.0, 450.0)]
     assert Timed.given == 2 * of_crack
 

@@ -46,7 +46,9 @@ class Remembers(BaseEstimator):
 def small(monkeypatch):
     """Grids of two values, two diagnosers, and models of few terms, whose pole is found soon."""
     makers = {
-        name: lambda healthy, make=make: make(healthy=healthy).set_params(identify__order=4)
+        name: lambda healthy, make=make: make(healthy=healthy).set_params(
+            identify__order=4
+        )
         for name, make in studies.DIAGNOSERS.items()
         if make is not make_extended_state_pio
     }
@@ -85,7 +87,9 @@ def test_protocol_calibrates_at_500_rpm_and_scores_the_rest():
 def test_rows_by_condition_and_speed():
     rig = standard_rig(1, N_SAMPLES)
     kept = rows_of(rig, 6.0, conditions=["Normal", "IR"], rpm=400)
-    assert set(zip(rig.target[kept], rig.crack_mm[kept], rig.rpm[kept], strict=True)) == {
+    assert set(
+        zip(rig.target[kept], rig.crack_mm[kept], rig.rpm[kept], strict=True)
+    ) == {
         ("Normal", 0.0, 400.0),
         ("IR", 6.0, 400.0),
     }
@@ -110,7 +114,10 @@ def test_noise_and_its_ratio_to_the_signal(monkeypatch):
     frame = studies.noise((1,), N_SAMPLES)
     ratio = frame.groupby("noise (mV)")["SNR (dB)"].first()
     assert ratio[0.5] - ratio[5.0] == pytest.approx(20)
-    assert frame[frame["noise (mV)"] == 0.5].accuracy.tolist() == np.repeat(alpio(), 2).tolist()
+    assert (
+        frame[frame["noise (mV)"] == 0.5].accuracy.tolist()
+        == np.repeat(alpio(), 2).tolist()
+    )
     loud = frame[frame["noise (mV)"] == 5.0].groupby("calibrated with").accuracy.mean()
     assert loud["the same"] > loud["0.5 mV"]
 
@@ -133,7 +140,9 @@ def test_pole_and_order_reach_the_diagnoser(monkeypatch):
     monkeypatch.setattr(studies, "POLES", (0.3, 0.99))
     orders = studies.order((1,), N_SAMPLES)
     assert orders[orders.order == 32].accuracy.tolist() == pytest.approx(alpio())
-    assert (orders[orders.order == 2].accuracy < orders[orders.order == 32].accuracy.min()).all()
+    assert (
+        orders[orders.order == 2].accuracy < orders[orders.order == 32].accuracy.min()
+    ).all()
     poles = studies.pole((1,), N_SAMPLES)
     assert poles[poles.pole == 0.3].accuracy.tolist() == pytest.approx(alpio())
     assert poles[poles.pole == 0.99].accuracy.max() < min(alpio())
@@ -169,7 +178,9 @@ def test_crack_size_scores_faulty_windows_of_other_recordings(monkeypatch):
 def test_gains_that_are_refused_have_no_accuracy(small):
     frame = sensitivity_gains.gains((1,), N_SAMPLES)
     linear = frame[frame.grid == "linear"]
-    refused = (0.3 - linear.kp + linear.ki >= 1) | (2 * (1.3 - linear.kp) + linear.ki <= 0)
+    refused = (0.3 - linear.kp + linear.ki >= 1) | (
+        2 * (1.3 - linear.kp) + linear.ki <= 0
+    )
     assert refused.sum() == 2
     np.testing.assert_array_equal(linear.accuracy.isna(), refused)
     text = sensitivity_tables.gains_table(frame)
@@ -210,7 +221,9 @@ def test_rates_of_one_condition():
         "confidence": np.array([0.9, 0.5, 0.7, 0.6]),
     }
     target = np.array(["IR-Ball", "IR-Ball", "Ball", "Normal"])
-    rates = sensitivity_compound._rates(verdicts, target, "IR-Ball", np.ones(4, dtype=bool))
+    rates = sensitivity_compound._rates(
+        verdicts, target, "IR-Ball", np.ones(4, dtype=bool)
+    )
     assert (rates["as IR"], rates["as Normal"], rates["named"]) == (50, 50, 50)
     assert (rates["alarm"], rates["confidence"]) == (50, 70)
     # Of the four pairs (0.9, 0.5) x (0.7, 0.6) two have the lower confidence first.
@@ -247,7 +260,11 @@ def test_pivot_keeps_order_and_places():
     table = sensitivity_tables.pivot(frame, ["at", "order"], ["diagnoser"])
     assert table.columns.tolist() == ["at", "order", "b", "a"]
     assert table[["at", "order"]].to_numpy().tolist() == [["z", 3], ["z", 1], ["y", 3]]
-    assert table[["b", "a"]].astype(float).to_numpy().tolist() == [[0, 1], [2, 3], [4, 5]]
+    assert table[["b", "a"]].astype(float).to_numpy().tolist() == [
+        [0, 1],
+        [2, 3],
+        [4, 5],
+    ]
     wide = sensitivity_tables.pivot(frame, ["at"], ["order", "diagnoser"])
     assert wide.columns.tolist() == ["at", "3, b", "3, a", "1, b", "1, a"]
     assert wide.iloc[0, 1:].tolist() == ["0.0", "1.0", "2.0", "3.0"]
@@ -278,7 +295,10 @@ def test_command(name, small, tmp_path, capsys):
     sensitivity.main([*arguments, "--output", str(tmp_path / "out"), "--only", name])
     stem = name.replace(" ", "_")
     written = page.read_text("utf-8")
-    assert written.split("\n", 1)[1].rsplit("<!--", 1)[0].strip() in capsys.readouterr().out
+    assert (
+        written.split("\n", 1)[1].rsplit("<!--", 1)[0].strip()
+        in capsys.readouterr().out
+    )
     frame = pd.read_csv(tmp_path / "out" / f"{stem}.csv")
     assert len(frame) == ROWS[name]
     scores = frame["alarm" if name == "compound" else "accuracy"]
@@ -291,7 +311,7 @@ def test_command(name, small, tmp_path, capsys):
 
 def test_unknown_study_is_refused(capsys):
     with pytest.raises(SystemExit):
-        sensitivity.main(["--only", "colour"])
+        sensitivity.main(["--only", "spectral_shape"])
     assert "'colour'" in capsys.readouterr().err
 
 

@@ -14,7 +14,8 @@ from benchmarks.paper.printed_tables import load_tables
 PAGE = Path(__file__).parents[3] / "docs" / "paper" / "tables.md"
 BLOCKS = ["compared", *paper_tables.SHOWN]
 LENGTHS = (400, 2400, 800, 4000, 1000, 2000)
-#: Runs whose tables are written here; the others differ from them by their diagnosers only.
+#: Runs whose tables are written here; the others differ from them by their diagnosers
+#: only.
 WRITTEN = [*paper_tables.SHOWN, "bank, all by power"]
 
 
@@ -48,7 +49,10 @@ def test_runs():
     runs = paper_tables.runs(*LENGTHS)
     makers = {name: diagnosers for name, (_, diagnosers) in runs.items()}
     assert list(makers)[:4] == BLOCKS[1:]
-    assert {**makers["stretches"], "Diagnoser": None} == {**LADDERS["bank"], "Diagnoser": None}
+    assert {**makers["stretches"], "Diagnoser": None} == {
+        **LADDERS["bank"],
+        "Diagnoser": None,
+    }
     ours = makers["stretches"]["Diagnoser"](healthy="Normal")
     assert ours["decide"].residual.order_residual.sampling_rate == 250_000
     assert ours["decide"].healthy == "Normal"
@@ -72,7 +76,11 @@ def test_runs():
 def written(tmp_path_factory):
     folder, runs = tmp_path_factory.mktemp("paper-tables"), paper_tables.runs
     page = folder / "page.md"
-    marks = [f"<!-- paper tables {name}: {end} -->" for name in BLOCKS for end in ("begin", "end")]
+    marks = [
+        f"<!-- paper tables {name}: {end} -->"
+        for name in BLOCKS
+        for end in ("begin", "end")
+    ]
     page.write_text("\n".join(marks))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(paper_tables, "PAPER_WINDOW", 400)
@@ -85,7 +93,9 @@ def written(tmp_path_factory):
         patch.setattr(paper_tables, "STRETCHES", 2)
         patch.setattr(paper_tables, "STRETCH_SECONDS", 1000 / 250_000)
         patch.setattr(paper_tables, "stretch_diagnoser", LADDERS["bank"]["Diagnoser"])
-        patch.setattr(paper_tables, "runs", lambda *n: {run: runs(*n)[run] for run in WRITTEN})
+        patch.setattr(
+            paper_tables, "runs", lambda *n: {run: runs(*n)[run] for run in WRITTEN}
+        )
         paper_tables.main(["--output", str(folder / "csv"), "--write", str(page)])
     return folder
 
@@ -118,10 +128,18 @@ def test_every_run_has_every_table(written):
 def test_cells_are_those_of_the_files(written):
     block = blocks(written / "page.md")["bank"]
     frame = pd.read_csv(written / "csv" / "bank_table2.csv", index_col="condition")
-    _, head, rule, *rows = re.search(r"Table 2:.*?(\n\|.*?)\n\n", block, flags=re.S)[1].split("\n")
-    cells = {row.split(" | ")[0].strip("| "): row.strip("| ").split(" | ")[1:] for row in rows}
+    _, head, rule, *rows = re.search(r"Table 2:.*?(\n\|.*?)\n\n", block, flags=re.S)[
+        1
+    ].split("\n")
+    cells = {
+        row.split(" | ")[0].strip("| "): row.strip("| ").split(" | ")[1:]
+        for row in rows
+    }
     names = head.strip("| ").split(" | ")
-    heads = [name.replace("paper,", "paper:").replace("simulated rig, ", "") for name in frame]
+    heads = [
+        name.replace("paper,", "paper:").replace("simulated rig, ", "")
+        for name in frame
+    ]
     assert names[-10:] == [head.replace(",", "") for head in heads]
     assert rule.count("---:") == 10
     assert [float(value) for value in cells["IR-Ball"]] == frame.loc["IR-Ball"].tolist()
@@ -134,7 +152,10 @@ def test_runs_are_compared_below_the_paper(written):
         run: pd.read_csv(written / "csv" / f"{stem}_improvements.csv", index_col=[0, 1])
         for run, stem in {"bank": "bank", "long windows": "long-windows"}.items()
     }
-    rows = [line.strip("| ").split(" | ") for line in block.split("Improvement")[1].split("\n")]
+    rows = [
+        line.strip("| ").split(" | ")
+        for line in block.split("Improvement")[1].split("\n")
+    ]
     rows = {tuple(row[:2]): row[2:] for row in rows if len(row) == 4}
     assert rows["paper", "rows of Tables 2-5"] == ["17.312", "16.375"]
     for run, frame in frames.items():
@@ -153,4 +174,8 @@ def test_chart_has_a_row_for_the_paper_and_for_every_run(written):
 
 def test_page_has_a_place_for_every_block():
     assert list(blocks(PAGE)) == BLOCKS
-    assert load_tables().claims["samples_per_condition"] == paper_tables.PAPER_SAMPLES == 120_000
+    assert (
+        load_tables().claims["samples_per_condition"]
+        == paper_tables.PAPER_SAMPLES
+        == 120_000
+    )

@@ -41,7 +41,9 @@ def test_no_ordinary_treatment_of_noise_is_refused():
 
 def test_shares_are_in_percent():
     facts = {"rig": "a", "group": "filter", "length": "whole"}
-    found = pd.DataFrame([facts | {"quality": each} for each in ("good", "good", "hum")])
+    found = pd.DataFrame(
+        [facts | {"quality": each} for each in ("good", "good", "hum")]
+    )
     table = command.refused(found, "rig", "group")
     assert table.to_numpy().tolist() == [["a", "33.4", "33.4"]]
     table = command.refused(found[:2], "rig", "group")
@@ -55,7 +57,14 @@ def test_the_simulated_recording_has_the_seconds_that_are_stated():
 
 
 def test_the_tables_are_printed(tmp_path, capsys):
-    arguments = ["--seconds", "1", "--output", str(tmp_path), "--data-home", str(tmp_path)]
+    arguments = [
+        "--seconds",
+        "1",
+        "--output",
+        str(tmp_path),
+        "--data-home",
+        str(tmp_path),
+    ]
     command.main(arguments)
     printed = capsys.readouterr().out
     assert "| simulated, 1 s | 0 |" in printed
@@ -66,8 +75,16 @@ def test_the_tables_are_printed(tmp_path, capsys):
 def test_rigs_are_read_from_a_folder(tmp_path):
     folder = tmp_path / "mfpt"
     folder.mkdir()
-    facts = {"acceleration": NOISE[0].astype(np.float32), "sampling_rate": 8000.0, "rpm": 900.0}
+    facts = {
+        "acceleration": NOISE[0].astype(np.float32),
+        "sampling_rate": 8000.0,
+        "rpm": 900.0,
+    }
     np.savez(folder / "inner_load1.npz", **facts)
     (rig,) = rigs.all_rigs(tmp_path)
-    assert (rig.name, rig.sampling_rate, rig.recordings[0].rpm) == ("MFPT", 8000.0, 900.0)
+    assert (rig.name, rig.sampling_rate, rig.recordings[0].rpm) == (
+        "MFPT",
+        8000.0,
+        900.0,
+    )
     assert rig.recordings[0].samples == pytest.approx(NOISE[0], abs=1e-6)

@@ -25,7 +25,9 @@ def frame(scores, rig="a"):
     for method, (up, down) in scores.items():
         rows += [(rig, method, 1.0, 2.0, up), (rig, method, 2.0, 1.0, down)]
         rows.append((rig, method, 1.0, 1.0, 0.0))
-    pairs = pd.DataFrame(rows, columns=["rig", "method", "train_rpm", "test_rpm", "accuracy"])
+    pairs = pd.DataFrame(
+        rows, columns=["rig", "method", "train_rpm", "test_rpm", "accuracy"]
+    )
     return pairs.assign(verdict="window", window_length=1200)
 
 
@@ -50,7 +52,9 @@ def test_accuracies_leave_equal_speeds_out():
 
 def test_pairs_that_do_not_match_are_refused():
     with pytest.raises(ValueError, match="same pairs of speeds"):
-        difference(pd.Series([0.1, 0.2], index=[0, 1]), pd.Series([0.1, 0.2], index=[1, 2]))
+        difference(
+            pd.Series([0.1, 0.2], index=[0, 1]), pd.Series([0.1, 0.2], index=[1, 2])
+        )
 
 
 def test_every_comparison_names_variants():
@@ -64,7 +68,9 @@ def test_inputs_left_out_are_not_seen():
     inputs = np.random.default_rng(0).normal(size=rig.data.shape)
     with_inputs = np.stack([rig.data, inputs], axis=1)
     make = variants()[f"{RECIPE}, measured inputs left out"]
-    residuals = [make("ok").fit(X, rig.target)[:-1].transform(X) for X in (rig.data, with_inputs)]
+    residuals = [
+        make("ok").fit(X, rig.target)[:-1].transform(X) for X in (rig.data, with_inputs)
+    ]
     np.testing.assert_allclose(*residuals)
     recipe = variants()[RECIPE]("ok").fit(rig.data, rig.target)[:-1].transform(rig.data)
     np.testing.assert_allclose(residuals[0], recipe, rtol=1e-6)
@@ -76,7 +82,9 @@ def test_null_observer_is_transparent():
     np.testing.assert_allclose(observer.observe(innovations).error, innovations)
 
 
-@pytest.mark.parametrize("name", [RECIPE, "linear, power", "healthy model alone, sensor's unit"])
+@pytest.mark.parametrize(
+    "name", [RECIPE, "linear, power", "healthy model alone, sensor's unit"]
+)
 def test_variant_runs_the_protocol(name):
     rig = moving_rig()
     pairs = list(leave_one_speed_in(lambda: variants()[name]("ok"), rig, LENGTH))
@@ -84,7 +92,8 @@ def test_variant_runs_the_protocol(name):
     same = [p["window"]["accuracy"] for p in pairs if p["train_rpm"] == p["test_rpm"]]
     cross = [p["window"]["accuracy"] for p in pairs if p["train_rpm"] != p["test_rpm"]]
     assert min(same) > 0.9
-    # The level of the healthy condition doubles with speed, and one threshold cannot follow.
+    # The level of the healthy condition doubles with speed, and one threshold cannot
+    # follow.
     assert (min(cross) > 0.9) == (name != "healthy model alone, sensor's unit")
 
 
@@ -93,11 +102,16 @@ def test_command(monkeypatch, tmp_path, capsys):
     few = {name: make for name, make in variants().items() if name in chosen}
     monkeypatch.setattr(ablation, "variants", lambda: few)
     page = tmp_path / "page.md"
-    marks = [f"<!-- {n}: {m} -->\n" for n in ("ablation overview", "ablation") for m in MARKS]
+    marks = [
+        f"<!-- {n}: {m} -->\n" for n in ("ablation overview", "ablation") for m in MARKS
+    ]
     page.write_text("x\n" + "".join(marks), encoding="utf-8")
     ablation.main([*OPTIONS, "--output", str(tmp_path / "out"), "--write", str(page)])
     printed = capsys.readouterr().out
-    assert "| observer against innovations | linear, power | no observer, power |" in printed
+    assert (
+        "| observer against innovations | linear, power | no observer, power |"
+        in printed
+    )
     for block in printed.strip().split("\n\n"):
         assert block in page.read_text("utf-8")
     written = pd.read_csv(tmp_path / "out" / "differences.csv")
@@ -118,8 +132,13 @@ def test_resume_keeps_results(monkeypatch, tmp_path):
 
 
 def test_a_rig_without_a_healthy_condition_has_no_healthy_model():
-    rigs = [Bunch(target_names=names) for names in (["Normal", "IR"], ["inner007", "ball007"])]
-    with_healthy, without = ([name for name, _ in ablation.variants_of(rig)] for rig in rigs)
+    rigs = [
+        Bunch(target_names=names)
+        for names in (["Normal", "IR"], ["inner007", "ball007"])
+    ]
+    with_healthy, without = (
+        [name for name, _ in ablation.variants_of(rig)] for rig in rigs
+    )
     assert set(with_healthy) - set(without) == {
         "healthy model alone, unit RMS",
         "healthy model alone, sensor's unit",
@@ -130,12 +149,24 @@ def test_a_rig_without_a_healthy_condition_has_no_healthy_model():
 
 def test_a_part_earns_what_is_lost_without_it():
     rows = []
-    for rig, all_parts, without in (("a", 90, 70), ("b", 80, 80), ("simulated rig", 50, 10)):
+    for rig, all_parts, without in (
+        ("a", 90, 70),
+        ("b", 80, 80),
+        ("simulated rig", 50, 10),
+    ):
         methods = {RECIPE: all_parts, f"{RECIPE}, no drift at all": without}
         for method, right in methods.items():
             for train, test in ((1.0, 2.0), (2.0, 1.0)):
                 rows.append((rig, 4, method, train, test, f"x{test}", 100, right))
-    names = ["rig", "window_length", "method", "train_rpm", "test_rpm", "recording", "windows"]
+    names = [
+        "rig",
+        "window_length",
+        "method",
+        "train_rpm",
+        "test_rpm",
+        "recording",
+        "windows",
+    ]
     text = part_table(pd.DataFrame(rows, columns=[*names, "right"]))
     assert text.splitlines()[-4:] == [
         "| part | mean of rigs | 90 % interval | a | b | simulated rig |",

@@ -18,7 +18,10 @@ def scores():
     grid = ((4,), (64,), (0.1, 0.4), (0.5,))
     kinds = ["windows of 1200", "windows of 4800"]
     rig = Rig("coloured noise", 12_000.0, recordings)
-    return [pd.DataFrame(rows) for rows in score_rig(rig, kinds, grid, report=lambda _: None)]
+    return [
+        pd.DataFrame(rows)
+        for rows in score_rig(rig, kinds, grid, report=lambda _: None)
+    ]
 
 
 def test_every_setting_is_scored_in_every_cell(scores):
@@ -34,5 +37,7 @@ def test_the_report_names_the_choice(scores):
     other = [each.assign(rig="other") for each in scores]
     both = [pd.concat(pair) for pair in zip(scores, other, strict=True)]
     text = report(*both, real=["coloured noise", "other"])
-    assert text.startswith("10 settings were scored, and 10 exponents. Chosen: **model order 4")
+    assert text.startswith(
+        "10 settings were scored, and 10 exponents. Chosen: **model order 4"
+    )
     assert "| other | 4" in text

@@ -15,7 +15,9 @@ def simulated(correlation, n_recordings, n, rng):
     """Recordings of two conditions whose windows have log odds of this correlation."""
     covariance = np.full((n, n), correlation) + (1 - correlation) * np.eye(n)
     # Mean 1 and variance 2 are calibrated odds of a single window.
-    odds = 1 + np.sqrt(2) * rng.multivariate_normal(np.zeros(n), covariance, n_recordings)
+    odds = 1 + np.sqrt(2) * rng.multivariate_normal(
+        np.zeros(n), covariance, n_recordings
+    )
     return [(np.array([mean, 0.0]), 0, n) for mean in odds.mean(axis=1)]
 
 

@@ -5,7 +5,11 @@ from benchmarks.recipe.rigs import real_rigs
 
 def write_bearing(folder, name, seed):
     signal = np.random.default_rng(seed).normal(size=(2, 40)).astype(np.float32)
-    facts = {"rpm": [900, 1500], "torque_nm": [0.7, 0.1], "radial_force_n": [1000.0, 400.0]}
+    facts = {
+        "rpm": [900, 1500],
+        "torque_nm": [0.7, 0.1],
+        "radial_force_n": [1000.0, 400.0],
+    }
     np.savez(folder / f"{name}.npz", signal=signal, sampling_rate=64_000.0, **facts)
     return signal
 

@@ -26,13 +26,18 @@ def recordings(angle_of):
 
 @pytest.fixture(scope="module")
 def rig():
-    return Rig("mine", 4000.0, recordings(lambda condition, rpm: {"a": 0.5, "b": 1.5}[condition]))
+    return Rig(
+        "mine",
+        4000.0,
+        recordings(lambda condition, rpm: {"a": 0.5, "b": 1.5}[condition]),
+    )
 
 
 @pytest.mark.parametrize("method", [*targets.PEERS, *targets.WITH_SPEED])
 def test_peers_name_conditions_that_do_not_depend_on_the_speed(rig, method):
     found = targets.verdicts(rig, ["windows of 1200"], method)
-    # Three training speeds with two other ones each, and the other way round; 16 windows at each.
+    # Three training speeds with two other ones each, and the other way round; 16
+    # windows at each.
     assert len(found) == (3 * 2 + 3) * 16
     # With orders, the resonances move with the speed.
     least = 0.4 if "orders" in method else 0.95
@@ -40,7 +45,9 @@ def test_peers_name_conditions_that_do_not_depend_on_the_speed(rig, method):
 
 
 def test_orders_of_the_shaft_are_compared_at_another_speed():
-    scaled = recordings(lambda condition, rpm: {"a": 1.0, "b": 1.3}[condition] * rpm / 1200)
+    scaled = recordings(
+        lambda condition, rpm: {"a": 1.0, "b": 1.3}[condition] * rpm / 1200
+    )
     rig = Rig("scaled", 4000.0, scaled)
     right = {
         method: targets.verdicts(rig, ["windows of 1200"], method).right.mean()
@@ -52,7 +59,11 @@ def test_orders_of_the_shaft_are_compared_at_another_speed():
 
 def test_the_speed_is_a_feature():
     rng = np.random.default_rng(0)
-    X, rpm, y = rng.normal(size=(40, LENGTH)), np.repeat([600, 1200], 20), np.repeat(["a", "b"], 20)
+    X, rpm, y = (
+        rng.normal(size=(40, LENGTH)),
+        np.repeat([600, 1200], 20),
+        np.repeat(["a", "b"], 20),
+    )
     fitted = SpectrumWithSpeed().fit(X, y, rpm)
     assert (fitted.predict(X, rpm) == y).mean() > 0.9
     assert (fitted.predict(X, 600) != fitted.predict(X, 1200)).any()
@@ -63,10 +74,19 @@ def test_command_keeps_verdicts_of_earlier_runs(rig, tmp_path, monkeypatch, caps
     method = "log spectrum + shrinkage LDA"
     options = ["--rig", "mine", "--rows", "windows of 1200", "--output", str(tmp_path)]
     targets.main([*options, "--method", method, targets.STATED])
-    assert f"| windows of 1200 | one speed | {method} | 1.000 | 1.000 |" in capsys.readouterr().out
+    assert (
+        f"| windows of 1200 | one speed | {method} | 1.000 | 1.000 |"
+        in capsys.readouterr().out
+    )
     path = tmp_path / f"mine; {method}.csv"
     pd.read_csv(path).assign(right=0).to_csv(path, index=False)
     targets.main([*options, "--method", method, "--resume"])
-    assert f"| windows of 1200 | one speed | {method} | 0.000 | 0.000 |" in capsys.readouterr().out
+    assert (
+        f"| windows of 1200 | one speed | {method} | 0.000 | 0.000 |"
+        in capsys.readouterr().out
+    )
     targets.main([*options, "--method", method])
-    assert f"| windows of 1200 | one speed | {method} | 1.000 | 1.000 |" in capsys.readouterr().out
+    assert (
+        f"| windows of 1200 | one speed | {method} | 1.000 | 1.000 |"
+        in capsys.readouterr().out
+    )

@@ -18,9 +18,15 @@ SPEC.loader.exec_module(suite)
 def benchmarks():
     for name, kind in vars(suite).items():
         if inspect.isclass(kind):
-            methods = [m for m in vars(kind) if m.startswith(("time_", "timeraw_", "peakmem_"))]
-            for method, parameter in itertools.product(methods, getattr(kind, "params", (None,))):
-                yield pytest.param(kind, method, parameter, id=f"{name}-{method}-{parameter}")
+            methods = [
+                m for m in vars(kind) if m.startswith(("time_", "timeraw_", "peakmem_"))
+            ]
+            for method, parameter in itertools.product(
+                methods, getattr(kind, "params", (None,))
+            ):
+                yield pytest.param(
+                    kind, method, parameter, id=f"{name}-{method}-{parameter}"
+                )
 
 
 @pytest.mark.parametrize(("kind", "method", "parameter"), list(benchmarks()))

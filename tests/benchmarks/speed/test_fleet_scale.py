@@ -23,7 +23,9 @@ COSTS = fleet_scale.Costs(
 
 def test_limits_are_sorted_by_the_number_of_sensors():
     table = fleet_scale.limits_table(COSTS).set_index("what")
-    assert table.index[0] == "cores, if each sensor has a model and a command of its own"
+    assert (
+        table.index[0] == "cores, if each sensor has a model and a command of its own"
+    )
     # 10 000 commands of 2 s in ten minutes, and 4 cores.
     assert table.iloc[0].tolist() == ["33.3", "4", "1,200"]
     assert table.loc["cores of workers"].tolist() == ["0.5", "4", "80,000"]

@@ -19,10 +19,16 @@ from benchmarks.speed import (
 )
 from benchmarks.speed import command as speed
 from benchmarks.speed.counts import multiply_adds
-from benchmarks.speed.timing import MATRIX_SIDE, matrix_product, ratio, spread, take_turns
+from benchmarks.speed.timing import (
+    MATRIX_SIDE,
+    matrix_product,
+    ratio,
+    spread,
+    take_turns,
+)
 from skarxlag import ARXLaguerre, LogSpectra
-from skarxlag import _state as state_checks
-from skarxlag import _validation as validation
+from skarxlag.core import state as state_checks
+from skarxlag.core import validation
 from skarxlag.kernels import arx_laguerre
 from skarxlag.kernels.scaling import root_mean_square
 
@@ -87,8 +93,9 @@ def one_sample(order, n_models):
 def test_count_is_that_of_the_method_with_additions_fused(order, n_models):
     multiplications, all_operations = one_sample(order, n_models)
     counted = multiply_adds(order, n_models)
-    # Fused where the result of a multiplication is added: 1 in the scaling, 1 a state in the
-    # cascade and in a prediction, 5 in the observer, 1 in the surface and 1 in the gain.
+    # Fused where the result of a multiplication is added: 1 in the scaling, 1 a state
+    # in the cascade and in a prediction, 5 in the observer, 1 in the surface and 1 in
+    # the gain.
     fused = 1 + order + n_models * (order + 5 + 1 + 1)
     assert sum(counted.values()) == all_operations - fused
     assert sum(counted.values()) > multiplications
@@ -126,7 +133,9 @@ def test_loops_compute_the_innovations_of_the_model():
     X = (X - X.mean(axis=1, keepdims=True)) / X.std(axis=1, keepdims=True)
     model = ARXLaguerre(order=8, pole=0.3).fit(X)
     networks = model.orders_, model.poles_, model.coef_
-    innovations = arx_laguerre.innovations(X[:, np.newaxis], *networks, 0, np.empty((5, 1, 300)))
+    innovations = arx_laguerre.innovations(
+        X[:, np.newaxis], *networks, 0, np.empty((5, 1, 300))
+    )
     expected = root_mean_square(innovations[:, 0])
     loops = [peers.window_at_a_time, peers.over_windows]
     if peers.is_installed("filterpy"):
@@ -188,7 +197,9 @@ def test_timed_functions_are_put_back_and_count_once():
     original = validation.validate_innovations
     X = np.random.default_rng(0).normal(size=(8, 100))
     residual = LogSpectra().fit(X)
-    with checks.timed({"validate_innovations": validation, "as_fitted": state_checks}) as seconds:
+    with checks.timed(
+        {"validate_innovations": validation, "as_fitted": state_checks}
+    ) as seconds:
         assert validation.validate_innovations is not original
         residual.transform(X)
         residual.transform(X)
@@ -212,9 +223,19 @@ def test_features_for_river_hold_all_of_the_power_but_the_mean():
 
 
 def test_costs_of_a_fleet_follow_from_what_was_measured():
-    seconds = {"one": [2.0, 2.0], "two": [1.0, 1.25], "product": [3.0, 3.0], "products": [1.5, 1.5]}
+    seconds = {
+        "one": [2.0, 2.0],
+        "two": [1.0, 1.25],
+        "product": [3.0, 3.0],
+        "products": [1.5, 1.5],
+    }
     seconds = {side: np.array(each) for side, each in seconds.items()}
-    found = {"seconds": seconds, "n_samples": 2_000_000, "bytes_out": 400, "bytes_back": 60.0}
+    found = {
+        "seconds": seconds,
+        "n_samples": 2_000_000,
+        "bytes_out": 400,
+        "bytes_back": 60.0,
+    }
     values = fleet.costs(found).set_index("what")["value"]
     assert values.iloc[0] == "1,000,000"
     assert values["matrix products in two processes over one (spread)"] == "2.00 (0%)"
@@ -237,7 +258,9 @@ def test_rows_of_stretches():
 def test_rows_on_the_number_of_recordings():
     lines = scale.scale(counts=(2, 4))
     assert len(lines) == len(speed.table(lines)) == 6
-    assert all(line["reached"] >= 0 and line["peer"] == "2, 4 recordings" for line in lines)
+    assert all(
+        line["reached"] >= 0 and line["peer"] == "2, 4 recordings" for line in lines
+    )
 
 
 def test_rows_on_processes(monkeypatch):
@@ -257,12 +280,16 @@ def test_commands_are_compared_with_their_imports(monkeypatch):
     seconds |= {"--version": 0.375, "--help": 0.5, "--unknown": 0.5, "fit": 0.5}
 
     def python(*arguments, cache, status):
-        assert status == (2 if "--unknown" in arguments else 1 if "fit" in arguments else 0)
+        assert status == (
+            2 if "--unknown" in arguments else 1 if "fit" in arguments else 0
+        )
         if "diagnose" in arguments and "--unknown" in arguments:
             arguments = ["--unknown"]
         if "diagnose" in arguments:
             assert children.Path(arguments[-1]).stat().st_size > 40 * 1200 * 8
-        [name] = {*seconds} & {*arguments} or ({"python"} if "pass" in arguments else {"imports"})
+        [name] = {*seconds} & {*arguments} or (
+            {"python"} if "pass" in arguments else {"imports"}
+        )
         clock.append(clock[-1] + seconds[name])
 
     clock = [0.0]
@@ -282,14 +309,17 @@ def test_children(tmp_path, capsys):
         children.peak_of_command(tmp_path, 500, 100)
         children.peak_of_fit("make_alpio", tmp_path, 400, 100)
         first, *others = capsys.readouterr().out.split("MiB ")[1:]
-        assert float(first.split()[0]) > -1 and all(float(o.split()[0]) > -1 for o in others)
+        assert float(first.split()[0]) > -1 and all(
+            float(o.split()[0]) > -1 for o in others
+        )
         assert (tmp_path / "windows").stat().st_size == 400 * 100 * 8
         assert np.load(tmp_path / "long.npy").shape == (50_000,)
 
 
 @pytest.mark.slow
 def test_peak_memory_is_counted_from_after_the_imports(tmp_path):
-    # The names of the package are imported when they are used: a fresh process has imported none.
+    # The names of the package are imported when they are used: a fresh process has
+    # imported none.
     program = f"""
 import sys
 from benchmarks.speed import children
@@ -300,7 +330,9 @@ children.peak_of_command({str(tmp_path)!r}, 100, 100)
 for start, libraries in ((0, ["scipy.signal", "sklearn", "numba"]), (2, ["pandas", "skops.io"])):
     print("late:", sorted(set(libraries) - before[start]))
 """
-    done = subprocess.run([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, text=True
+    )
     lines = [line for line in done.stdout.splitlines() if line.startswith("late")]
     assert lines == ["late: []"] * 2
 
@@ -324,7 +356,9 @@ def test_table_and_what_was_missed():
 def test_command_writes_the_chosen_rows(monkeypatch, tmp_path, capsys):
     page = tmp_path / "page.md"
     page.write_text("<!-- speed: begin -->\nold\n<!-- speed: end -->\n")
-    monkeypatch.setitem(speed.ROWS, "memory", lambda: [{"what": "peak", "reached": 7.0}])
+    monkeypatch.setitem(
+        speed.ROWS, "memory", lambda: [{"what": "peak", "reached": 7.0}]
+    )
     monkeypatch.setattr(peers, "missing_libraries", lambda: ["llsi"])
     speed.main(["--only", "memory", "--write", str(page)])
     text = page.read_text()

@@ -17,7 +17,7 @@ from benchmarks.stretches.rigs import places
 from skarxlag import bearing_orders, make_alpio
 from skarxlag.bearings import SKF_6205
 
-from ...test_orders import RATE, strikes
+from ...distances.test_orders import RATE, strikes
 
 ORDERS = bearing_orders(SKF_6205)
 
@@ -31,7 +31,11 @@ def rig():
             order = {"IR": ORDERS["inner"], "OR": ORDERS["outer"]}.get(name)
             length = 6 * RATE
             noise = np.random.default_rng([n, int(speed)]).normal(size=length)
-            whole = noise if order is None else strikes(order, speed, [n, int(speed)], length)
+            whole = (
+                noise
+                if order is None
+                else strikes(order, speed, [n, int(speed)], length)
+            )
             data.append(whole.reshape(6, RATE))
             target += 6 * [name]
             rpm += 6 * [speed]
@@ -56,15 +60,22 @@ def rig():
 )
 def test_methods_name_conditions_at_the_other_speed(rig, make):
     pairs = pd.DataFrame(command.speed_pairs(make, rig))
-    assert pairs[["train_rpm", "test_rpm"]].to_numpy().tolist() == [[700, 900], [900, 700]]
-    assert pairs["accuracy"].min() >= 6 / 9 and (pairs["place"] >= pairs["accuracy"]).all()
+    assert pairs[["train_rpm", "test_rpm"]].to_numpy().tolist() == [
+        [700, 900],
+        [900, 700],
+    ]
+    assert (
+        pairs["accuracy"].min() >= 6 / 9 and (pairs["place"] >= pairs["accuracy"]).all()
+    )
 
 
 @pytest.mark.parametrize("make", [LargestPeak, PyBearing])
 def test_rules_name_the_place_by_the_geometry(rig, make):
     if make is PyBearing:
         pytest.importorskip("pybearing.analysis.envelope_analysis")
-    pairs = pd.DataFrame(command.speed_pairs(lambda: make(RATE, ORDERS), rig, of_place=True))
+    pairs = pd.DataFrame(
+        command.speed_pairs(lambda: make(RATE, ORDERS), rig, of_place=True)
+    )
     assert pairs["accuracy"].isna().all() and pairs["place"].min() >= 5 / 9
 
 
@@ -84,11 +95,23 @@ def test_places_of_compound_faults_are_unknown():
 
 
 @pytest.mark.slow
-def test_command_writes_results_and_the_block_of_a_page(rig, tmp_path, monkeypatch, capsys):
+def test_command_writes_results_and_the_block_of_a_page(
+    rig, tmp_path, monkeypatch, capsys
+):
     monkeypatch.setattr(command, "rigs_of_stretches", lambda name, *args: [(name, rig)])
     page = tmp_path / "page.md"
-    page.write_text("<!-- stretches overview: begin -->\n<!-- stretches overview: end -->\n")
-    arguments = ["--rig", "SpectraQuest", "--seconds", "1", "--output", str(tmp_path), "--write"]
+    page.write_text(
+        "<!-- stretches overview: begin -->\n<!-- stretches overview: end -->\n"
+    )
+    arguments = [
+        "--rig",
+        "SpectraQuest",
+        "--seconds",
+        "1",
+        "--output",
+        str(tmp_path),
+        "--write",
+    ]
     methods = ["orders alone", "largest peak at the orders"]
     command.main([*arguments, str(page), "--method", *methods])
     out, err = capsys.readouterr()
@@ -111,9 +134,12 @@ def test_training_on_few_stretches(rig):
         [np.flatnonzero(train & (rig.target == c))[:2] for c in set(rig.target)]
     )
     by_hand.sort()
-    expected = Stretches(RATE).fit(rig.data[by_hand], rig.target[by_hand], rig.rpm[by_hand])
+    expected = Stretches(RATE).fit(
+        rig.data[by_hand], rig.target[by_hand], rig.rpm[by_hand]
+    )
     levels = [
-        each.diagnoser.diagnose(rig.data[:4], rpm=rig.rpm[:4]).levels for each in (few, expected)
+        each.diagnoser.diagnose(rig.data[:4], rpm=rig.rpm[:4]).levels
+        for each in (few, expected)
     ]
     np.testing.assert_allclose(*levels)
     with pytest.raises(TooFew):
@@ -129,7 +155,9 @@ def test_tables_of_real_and_simulated_rigs_and_of_training():
     ]  # fmt: skip
     pairs = pd.DataFrame(rows, columns=["rig", "seconds", "method", "seed", "accuracy"])
     blocks = command.blocks(pairs.assign(place=1.0))
-    assert list(blocks) == [f"stretches {name}" for name in ("overview", "training", "simulated")]
+    assert list(blocks) == [
+        f"stretches {name}" for name in ("overview", "training", "simulated")
+    ]
     overview, training, simulated = (text.splitlines() for text in blocks.values())
     assert overview[2:] == [
         "| rig | method | 1 s | 2 s |",

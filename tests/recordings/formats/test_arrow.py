@@ -23,7 +23,9 @@ def test_feather(tmp_path, suffix, compression):
     blocks = [block for block, _ in recording_blocks(path, 30, channel="y")]
     assert max(map(len, blocks)) == 30
     np.testing.assert_array_equal(np.concatenate(blocks), Y)
-    with pytest.raises(ValueError, match="channel 'note' is not numeric: 'x' at sample 0"):
+    with pytest.raises(
+        ValueError, match="channel 'note' is not numeric: 'x' at sample 0"
+    ):
         read_recording(path, channel="note")
 
 
@@ -40,7 +42,9 @@ def test_an_index_of_dates(tmp_path, name, zone):
 
 
 def test_an_index_of_numbers_is_not_a_channel(tmp_path):
-    pd.DataFrame({"y": Y}, index=np.arange(len(Y))[::-1]).to_parquet(tmp_path / "run.parquet")
+    pd.DataFrame({"y": Y}, index=np.arange(len(Y))[::-1]).to_parquet(
+        tmp_path / "run.parquet"
+    )
     assert list_channels(tmp_path / "run.parquet")["channel"].tolist() == ["y"]
 
 
@@ -62,11 +66,15 @@ def test_parquet_is_read_one_group_of_rows_after_another(tmp_path):
     blocks = [block for block, _ in recording_blocks(path, 7)]
     assert [len(block) for block in blocks] == [7, 3, 7, 3, 5]
     np.testing.assert_array_equal(np.concatenate(blocks), signal)
-    np.testing.assert_array_equal(np.concatenate(list(iter_windows(path, 4))).ravel(), signal[:24])
+    np.testing.assert_array_equal(
+        np.concatenate(list(iter_windows(path, 4))).ravel(), signal[:24]
+    )
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="states no peak of memory")
+@pytest.mark.skipif(
+    not Path("/proc/self/status").exists(), reason="states no peak of memory"
+)
 def test_a_group_of_rows_is_not_loaded_whole(tmp_path):
     program = """
 import pathlib, sys
@@ -79,10 +87,15 @@ for path in sys.argv[1:]:
     peaks.append(int(status.split("VmHWM:")[1].split()[0]) * 1024)
 print(n_rows, peaks[1] - peaks[0])
 """
-    paths, signal = [tmp_path / "few.parquet", tmp_path / "many.parquet"], np.arange(6e6)
+    paths, signal = (
+        [tmp_path / "few.parquet", tmp_path / "many.parquet"],
+        np.arange(6e6),
+    )
     for path, n_rows in zip(paths, (60_000, 6_000_000), strict=True):
         frame = pd.DataFrame({"acc": np.sin(signal[:n_rows])})
         frame.to_parquet(path, row_group_size=n_rows)
-    done = subprocess.run([sys.executable, "-c", program, *paths], stdout=subprocess.PIPE)
+    done = subprocess.run(
+        [sys.executable, "-c", program, *paths], stdout=subprocess.PIPE
+    )
     n_read, more = map(int, done.stdout.split())
     assert n_read == len(signal) and more < signal.nbytes / 2

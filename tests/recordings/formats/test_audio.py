@@ -18,7 +18,9 @@ Y, U = np.random.default_rng(0).integers(-1000, 1000, size=(2, 103)) / 1024
 def test_samples_and_rate(tmp_path, suffix, n_samples):
     path = tmp_path / f"run.{suffix}"
     kind = "AIFF" if suffix == "aif" else None
-    soundfile.write(path, np.stack([Y, U], axis=1), 48_000, subtype="PCM_16", format=kind)
+    soundfile.write(
+        path, np.stack([Y, U], axis=1), 48_000, subtype="PCM_16", format=kind
+    )
     blocks, rates = zip(*recording_blocks(path, n_samples, channel=[1, 0]), strict=True)
     np.testing.assert_array_equal(np.concatenate(blocks, axis=1), [U, Y])
     assert set(rates) == {48_000}

@@ -17,7 +17,11 @@ def literal(times):
     for place, time in enumerate(times):
         if np.isnan(time):
             continue
-        if last is not None and place - last[0] > MEASURED_FOR * RATE and time == last[1]:
+        if (
+            last is not None
+            and place - last[0] > MEASURED_FOR * RATE
+            and time == last[1]
+        ):
             is_wrong = True
         known = place
         if last is not None and time == last[1]:
@@ -85,6 +89,8 @@ def test_equal_times_for_ten_seconds(n_samples):
 
 def test_steps_of_the_resolution_are_right_after_any_number_of_samples():
     times = np.floor((np.arange(100) + 37) / RATE / 4) * 4
-    fine, coarse = (Clock(RATE, TOLERANCE, 100, resolution=r).compare(times) for r in (0.0, 4.0))
+    fine, coarse = (
+        Clock(RATE, TOLERANCE, 100, resolution=r).compare(times) for r in (0.0, 4.0)
+    )
     assert fine.is_break.tolist() == [False, True, False, False]
     assert not coarse.is_break.any()

@@ -43,7 +43,9 @@ def test_names_rates_and_units(path):
 
 @pytest.mark.parametrize("n_samples", [None, 7, 1000])
 def test_samples(path, n_samples):
-    blocks, rates = zip(*recording_blocks(path, n_samples, channel="*vibration"), strict=True)
+    blocks, rates = zip(
+        *recording_blocks(path, n_samples, channel="*vibration"), strict=True
+    )
     np.testing.assert_array_equal(np.concatenate(blocks), Y)
     assert set(rates) == {51200}
     assert max(map(len, blocks)) <= (n_samples or 103)
@@ -71,14 +73,18 @@ def test_views_of_other_files_are_not_followed(tmp_path):
         file.create_virtual_dataset("view", layout)
         file["own"] = U
     np.testing.assert_array_equal(read_recording(tmp_path / "run.h5")[0], U)
-    with pytest.raises(ValueError, match=r"run.h5: data set '/view' is a view of other files"):
+    with pytest.raises(
+        ValueError, match=r"run.h5: data set '/view' is a view of other files"
+    ):
         read_recording(tmp_path / "run.h5", channel="view")
 
 
 @pytest.mark.parametrize("n_written", [0, 2**20])
 def test_a_data_set_that_unpacks_to_gigabytes_is_refused_unread(tmp_path, n_written):
     with h5py.File(tmp_path / "run.h5", "w") as file:
-        large = file.create_dataset("x", (2**29,), "f8", chunks=(2**20,), compression="gzip")
+        large = file.create_dataset(
+            "x", (2**29,), "f8", chunks=(2**20,), compression="gzip"
+        )
         large[:n_written] = 0.0
     message = r"run.h5: \d+ bytes would unpack to 4294967296, expected at most"
     with pytest.raises(ValueError, match=message):
@@ -95,13 +101,16 @@ def test_the_depth_of_groups_is_bounded(tmp_path):
         for _ in range(400):
             group = group.create_group("g")
         group["y"] = Y
-    with pytest.raises(ValueError, match=r"run.h5: groups are nested more than 20 deep"):
+    with pytest.raises(
+        ValueError, match=r"run.h5: groups are nested more than 20 deep"
+    ):
         read_recording(tmp_path / "run.h5")
 
 
 @pytest.mark.parametrize("where", ["/", "bearing", "bearing/y"])
 @pytest.mark.parametrize(
-    ("name", "value"), [("dt", 1 / 25600), ("Sampling interval (ms)", 1000 / 25600), ("fs", 25600)]
+    ("name", "value"),
+    [("dt", 1 / 25600), ("Sampling interval (ms)", 1000 / 25600), ("fs", 25600)],
 )
 def test_steps_of_time_among_the_attributes(tmp_path, where, name, value):
     with h5py.File(tmp_path / "run.h5", "w") as file:
@@ -164,7 +173,12 @@ def test_truncated_files(path, kept):
 
 def test_a_file_of_matlab_itself():
     """In SciPy's own test data; an early version that does not call itself 7.3."""
-    path = Path(scipy.io.matlab.__file__).parent / "tests" / "data" / "testhdf5_7.4_GLNX86.mat"
+    path = (
+        Path(scipy.io.matlab.__file__).parent
+        / "tests"
+        / "data"
+        / "testhdf5_7.4_GLNX86.mat"
+    )
     if not path.is_file():
         pytest.skip("SciPy was installed without its test data")
     signal, _ = read_recording(path)
@@ -186,7 +200,9 @@ def test_cells_and_arrays_of_structs_of_matlab(tmp_path):
 
         def put(name, references, **attributes):
             references = np.array(references, dtype=object)
-            file.create_dataset(name, references.shape, h5py.ref_dtype)[...] = references
+            file.create_dataset(name, references.shape, h5py.ref_dtype)[...] = (
+                references
+            )
             file[name].attrs.update(attributes)
 
         cell = {"MATLAB_class": np.bytes_(b"cell")}
@@ -211,5 +227,7 @@ def test_cells_and_arrays_of_structs_of_matlab(tmp_path):
     assert sorted(channels.index) == names
     for name, expected in zip(names, [U, Y, 3 * Y, 2 * Y, 4 * Y, Y, U], strict=True):
         for n_samples in (None, 20):
-            blocks = [block for block, _ in recording_blocks(path, n_samples, channel=name)]
+            blocks = [
+                block for block, _ in recording_blocks(path, n_samples, channel=name)
+            ]
             np.testing.assert_array_equal(np.concatenate(blocks), expected)

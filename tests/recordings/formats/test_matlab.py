@@ -38,24 +38,31 @@ def test_arrays_of_structs_and_cells(path):
 
 
 @pytest.mark.parametrize(
-    "name", ["fs", "Fs", "FS", "sampling_rate", "SampleRate", "SampleFrequency", "fs_Hz", "sr"]
+    "name",
+    ["fs", "Fs", "FS", "sampling_rate", "SampleRate", "SampleFrequency", "fs_Hz", "sr"],
 )
 def test_names_of_the_sampling_rate(path, name):
     savemat(path, {"y": Y, name: 12_000})
     assert read_recording(path)[1] == 12_000
 
 
-@pytest.mark.parametrize("content", [{"rate": 5}, {"fs": np.nan}, {"fs": -1}, {"fs": 1 + 1j}])
+@pytest.mark.parametrize(
+    "content", [{"rate": 5}, {"fs": np.nan}, {"fs": -1}, {"fs": 1 + 1j}]
+)
 def test_what_states_no_sampling_rate(path, content):
     savemat(path, {"y": Y, **content})
     assert read_recording(path)[1] is None
 
 
-@pytest.mark.parametrize("content", [{"fs": 12e3, "Fs": 48e3}, {"fs": 12e3, "dt": 1 / 48e3}])
+@pytest.mark.parametrize(
+    "content", [{"fs": 12e3, "Fs": 48e3}, {"fs": 12e3, "dt": 1 / 48e3}]
+)
 def test_two_rates_that_disagree(path, content):
     savemat(path, {"y": Y, **content})
     names = "fs 12000 Hz, (Fs|dt) 48000 Hz"
-    with pytest.raises(ValueError, match=f"run.mat: states several sampling rates: {names}"):
+    with pytest.raises(
+        ValueError, match=f"run.mat: states several sampling rates: {names}"
+    ):
         read_recording(path)
     assert np.isnan(list_channels(path)["sampling_rate"]).all()
 

@@ -24,7 +24,9 @@ def test_interleaved_channels_and_fields(tmp_path):
     fields["f1"] = np.arange(5)
     fields.tofile(path)
     assert list_channels(path, dtype="<f8,<i2")["channel"].tolist() == ["f0", "f1"]
-    np.testing.assert_array_equal(read_recording(path, channel="f1", dtype="<f8,<i2")[0], range(5))
+    np.testing.assert_array_equal(
+        read_recording(path, channel="f1", dtype="<f8,<i2")[0], range(5)
+    )
 
 
 def test_windows(tmp_path):

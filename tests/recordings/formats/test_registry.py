@@ -16,7 +16,9 @@ def test_the_page_lists_all_formats():
     assert formats_table() in page
 
 
-@pytest.mark.parametrize("module", FORMATS, ids=lambda module: module.__name__.split(".")[-1])
+@pytest.mark.parametrize(
+    "module", FORMATS, ids=lambda module: module.__name__.split(".")[-1]
+)
 def test_a_format_is_complete(module):
     about = module.FORMAT
     assert about.suffixes
@@ -29,7 +31,9 @@ def test_a_format_is_complete(module):
         # What other people's parsers do on damaged files is not known.
         assert about.isolated
     name = module.__name__.rpartition(".")[2]
-    assert (ROOT / "tests" / "recordings" / "formats" / f"test_{name}.py").exists() or name in (
+    assert (
+        ROOT / "tests" / "recordings" / "formats" / f"test_{name}.py"
+    ).exists() or name in (
         "npy",
         "npz",
         "wav",

@@ -22,7 +22,9 @@ def path(tmp_path):
             writer.write_segment(
                 [
                     nptdms.ChannelObject("bearing", "vibration", Y[part], step),
-                    nptdms.ChannelObject("bearing", "torque", U[part].astype("f4"), slow),
+                    nptdms.ChannelObject(
+                        "bearing", "torque", U[part].astype("f4"), slow
+                    ),
                     nptdms.ChannelObject("bearing", "note", ["a text"]),
                 ]
             )
@@ -38,7 +40,9 @@ def test_names_rates_and_units(path):
 
 @pytest.mark.parametrize("n_samples", [None, 7, 60, 1000])
 def test_samples(path, n_samples):
-    blocks, rates = zip(*recording_blocks(path, n_samples, channel="vibration"), strict=True)
+    blocks, rates = zip(
+        *recording_blocks(path, n_samples, channel="vibration"), strict=True
+    )
     np.testing.assert_array_equal(np.concatenate(blocks), Y)
     assert set(rates) == {25600}
     assert max(map(len, blocks)) <= (n_samples or 103)
@@ -46,7 +50,9 @@ def test_samples(path, n_samples):
 
 
 def test_channels_of_different_rates_are_not_read_together(path):
-    with pytest.raises(ValueError, match=r"different sampling rates.*'vibration': 25600.*: 10"):
+    with pytest.raises(
+        ValueError, match=r"different sampling rates.*'vibration': 25600.*: 10"
+    ):
         read_recording(path, channel=["vibration", "torque"])
 
 
@@ -62,9 +68,14 @@ def test_a_rate_among_the_properties_of_a_group_or_of_the_file(tmp_path, level):
 def test_one_name_in_two_groups(tmp_path):
     with nptdms.TdmsWriter(tmp_path / "run.tdms") as writer:
         writer.write_segment(
-            [nptdms.ChannelObject(group, "y", values) for group, values in (("a", Y), ("b", U))]
+            [
+                nptdms.ChannelObject(group, "y", values)
+                for group, values in (("a", Y), ("b", U))
+            ]
         )
-    np.testing.assert_array_equal(read_recording(tmp_path / "run.tdms", channel="b/y")[0], U)
+    np.testing.assert_array_equal(
+        read_recording(tmp_path / "run.tdms", channel="b/y")[0], U
+    )
 
 
 def test_integers_with_a_scale(tmp_path):
@@ -79,7 +90,9 @@ def test_integers_with_a_scale(tmp_path):
     }
     with nptdms.TdmsWriter(tmp_path / "run.tdms") as writer:
         writer.write_segment([nptdms.ChannelObject("a", "y", raw, scale)])
-    np.testing.assert_array_equal(read_recording(tmp_path / "run.tdms")[0], 10 + raw / 2)
+    np.testing.assert_array_equal(
+        read_recording(tmp_path / "run.tdms")[0], 10 + raw / 2
+    )
 
 
 @pytest.mark.parametrize("kept", [0, 10, 100, 900])
@@ -99,7 +112,9 @@ def test_channels_without_samples(tmp_path):
 def test_two_channels_block_by_block(path):
     with nptdms.TdmsWriter(path) as writer:
         for part in (slice(0, 60), slice(60, None)):
-            channels = [nptdms.ChannelObject("a", n, v[part]) for n, v in (("y", Y), ("u", U))]
+            channels = [
+                nptdms.ChannelObject("a", n, v[part]) for n, v in (("y", Y), ("u", U))
+            ]
             writer.write_segment(channels)
     blocks = [block for block, _ in recording_blocks(path, 25, channel=["u", "y"])]
     assert [block.shape for block in blocks] == [(2, 25)] * 4 + [(2, 3)]
@@ -109,9 +124,15 @@ def test_two_channels_block_by_block(path):
 @pytest.mark.parametrize(
     ("properties", "start"),
     [
-        ({"wf_start_time": np.datetime64("2026-11-22T07:00:00.25", "us")}, 1795330800.25),
         (
-            {"wf_start_time": np.datetime64("2026-11-22T07:00", "us"), "wf_start_offset": 0.5},
+            {"wf_start_time": np.datetime64("2026-11-22T07:00:00.25", "us")},
+            1795330800.25,
+        ),
+        (
+            {
+                "wf_start_time": np.datetime64("2026-11-22T07:00", "us"),
+                "wf_start_offset": 0.5,
+            },
             1795330800.5,
         ),
         ({"wf_start_time": np.datetime64("1904-01-01", "us")}, None),
@@ -122,5 +143,7 @@ def test_date_of_the_first_sample(tmp_path, properties, start):
     path = tmp_path / "run.tdms"
     with nptdms.TdmsWriter(path) as writer:
         properties = {"wf_increment": 1e-3} | properties
-        writer.write_segment([nptdms.ChannelObject("g", "y", np.arange(9.0), properties)])
+        writer.write_segment(
+            [nptdms.ChannelObject("g", "y", np.arange(9.0), properties)]
+        )
     assert recording_start(path) == recording_start(path, channel=["y"]) == start

@@ -36,7 +36,9 @@ LAYOUTS = {
 }
 
 
-@pytest.mark.parametrize("name", ["run.csv", "run.txt", "run.TSV", "run.csv.gz", "run.txt.gz"])
+@pytest.mark.parametrize(
+    "name", ["run.csv", "run.txt", "run.TSV", "run.csv.gz", "run.txt.gz"]
+)
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_layouts(tmp_path, layout, name):
     path = write(tmp_path, LAYOUTS[layout], name)
@@ -79,7 +81,9 @@ def test_long_lines(tmp_path):
     names = [f"channel {i}" for i in range(4000)]
     row = ",".join(["0.5"] * len(names))
     path = write(tmp_path, "\n".join([",".join(names), *[row] * 3]))
-    np.testing.assert_array_equal(read_recording(path, channel="channel 3999")[0], [0.5] * 3)
+    np.testing.assert_array_equal(
+        read_recording(path, channel="channel 3999")[0], [0.5] * 3
+    )
 
 
 def test_gzip_that_is_cut(tmp_path):
@@ -164,7 +168,9 @@ def test_a_row_that_lacks_its_first_field(tmp_path, at, end):
     lines[at] = f"{2 * at}{end}"
     path = write(tmp_path, "\n".join(["y;u" + end, *lines]))
     for n_samples in (None, 40):
-        with pytest.raises(ValueError, match=rf"run.csv: sample {at} has . fields, expected"):
+        with pytest.raises(
+            ValueError, match=rf"run.csv: sample {at} has . fields, expected"
+        ):
             list(recording_blocks(path, n_samples, channel="y"))
 
 
@@ -197,7 +203,9 @@ DECIMAL_COMMAS = {
 def test_decimal_commas_of_one_column(tmp_path, text):
     """The comma would cut each sample in two channels of integers."""
     lines = DECIMAL_COMMAS[text].replace('"', "").split()
-    numbers = [float(line.replace(",", ".")) for line in lines if line not in ("acc", "m/s2")]
+    numbers = [
+        float(line.replace(",", ".")) for line in lines if line not in ("acc", "m/s2")
+    ]
     path = write(tmp_path, DECIMAL_COMMAS[text])
     signal, _ = read_recording(path)
     np.testing.assert_array_equal(signal, numbers)
@@ -220,7 +228,9 @@ def test_commas_that_separate(tmp_path, text, names):
 def test_an_ambiguous_comma_is_said(tmp_path):
     """Advice to choose a channel alone would cut the samples at the comma."""
     path = write(tmp_path, "512,498\n511,732\n513,121\n")
-    with pytest.raises(ValueError, match=r"'0', '1'; the comma may separate .* or be the decimal"):
+    with pytest.raises(
+        ValueError, match=r"'0', '1'; the comma may separate .* or be the decimal"
+    ):
         read_recording(path)
     with pytest.raises(ValueError, match=r"available: 'a', 'b'$"):
         read_recording(write(tmp_path, "a,b\n512,498\n511,732\n"))
@@ -239,6 +249,8 @@ def test_dat_files(tmp_path):
     path = write(tmp_path, "y u\n1.5 10\n-2 20\n.25 30.5\n", "run.DAT")
     np.testing.assert_array_equal(read_recording(path, channel="u")[0], U)
     np.array([1, 2, 3], "<i2").tofile(path)
-    with pytest.raises(ValueError, match=r"run.DAT: holds no text; raw samples need their dtype"):
+    with pytest.raises(
+        ValueError, match=r"run.DAT: holds no text; raw samples need their dtype"
+    ):
         read_recording(path)
     np.testing.assert_array_equal(read_recording(path, dtype="<i2")[0], [1, 2, 3])

@@ -39,12 +39,16 @@ def test_rate(tmp_path, suffix, rate):
     assert set(rates) == {stated}
 
 
-@pytest.mark.parametrize("name", ["t", "Time", "TIMESTAMP", "time (s)", "Zeit [s]", "seconds"])
+@pytest.mark.parametrize(
+    "name", ["t", "Time", "TIMESTAMP", "time (s)", "Zeit [s]", "seconds"]
+)
 def test_names_of_times(tmp_path, name):
     assert read_recording(write(tmp_path, np.arange(N) / 8000, name))[1] == 8000
 
 
-@pytest.mark.parametrize(("unit", "scale"), [("ms", 1e3), ("µs", 1e6), ("us", 1e6), ("ns", 1e9)])
+@pytest.mark.parametrize(
+    ("unit", "scale"), [("ms", 1e3), ("µs", 1e6), ("us", 1e6), ("ns", 1e9)]
+)
 def test_units_of_times(tmp_path, unit, scale):
     path = write(tmp_path, np.arange(N) / 8000 * scale, f"time ({unit})")
     assert read_recording(path)[1] == 8000
@@ -57,7 +61,9 @@ def test_rounded_times(tmp_path):
 
 
 @pytest.mark.parametrize("rounding", [np.floor, np.round, np.ceil])
-@pytest.mark.parametrize(("n", "rate", "step"), [(2000, 1000, 0.01), (60_000, 20_000, 1.0)])
+@pytest.mark.parametrize(
+    ("n", "rate", "step"), [(2000, 1000, 0.01), (60_000, 20_000, 1.0)]
+)
 def test_coarse_times(tmp_path, rounding, n, rate, step):
     """2000 times in steps of 10 ms give 1999 / 1.99 s = 1004.52 Hz from end to end."""
     times = rounding(np.arange(n) / rate / step) * step
@@ -80,7 +86,9 @@ def test_times_that_are_too_coarse(tmp_path):
     ],
 )
 def test_dates_with_the_day_first(tmp_path, form):
-    times = pd.Timestamp("2026-02-03 23:59:59.5") + pd.to_timedelta(np.arange(N) * 40, unit="us")
+    times = pd.Timestamp("2026-02-03 23:59:59.5") + pd.to_timedelta(
+        np.arange(N) * 40, unit="us"
+    )
     lines = [f"{time:{form}};{y}" for time, y in zip(times, Y, strict=True)]
     (tmp_path / "run.csv").write_text("\n".join(["Datum;y", *lines]))
     assert read_recording(tmp_path / "run.csv")[1] == 25_000
@@ -90,7 +98,9 @@ def test_dates_with_the_day_first(tmp_path, form):
 @pytest.mark.parametrize("names", ["Date;Time;y", "Zeit;Datum;y"])
 @pytest.mark.parametrize("form", ["%d.%m.%y", "%Y-%m-%d"])
 def test_dates_and_times_of_day_in_two_columns(tmp_path, names, form):
-    times = pd.Timestamp("2026-02-03 23:59:59.99") + pd.to_timedelta(np.arange(N) * 40, unit="us")
+    times = pd.Timestamp("2026-02-03 23:59:59.99") + pd.to_timedelta(
+        np.arange(N) * 40, unit="us"
+    )
     parts = {"Date": form, "Datum": form, "Time": "%H:%M:%S.%f", "Zeit": "%H:%M:%S,%f"}
     first, second, _ = names.split(";")
     rows = zip(times, Y, strict=True)
@@ -108,7 +118,9 @@ def test_whole_dates_and_seconds_in_two_columns_stay_apart(tmp_path):
     columns = {"date": dates.strftime("%Y-%m-%dT%H:%M:%S.%f"), "time": seconds, "y": Y}
     pd.DataFrame(columns).to_csv(tmp_path / "run.csv", index=False)
     assert read_recording(tmp_path / "run.csv", channel="y")[1] == 25_000
-    np.testing.assert_allclose(read_recording(tmp_path / "run.csv", channel="time")[0], seconds)
+    np.testing.assert_allclose(
+        read_recording(tmp_path / "run.csv", channel="time")[0], seconds
+    )
 
 
 def test_dates(tmp_path):
@@ -137,7 +149,9 @@ def test_a_gap_is_refused(tmp_path, suffix, at):
     times[at:] += 0.005
     path = write(tmp_path, times, suffix=suffix)
     for n_samples in (None, 50):
-        with pytest.raises(ValueError, match=rf"'time' is not evenly spaced: 0.006 s .* {at}, "):
+        with pytest.raises(
+            ValueError, match=rf"'time' is not evenly spaced: 0.006 s .* {at}, "
+        ):
             list(recording_blocks(path, n_samples))
 
 
@@ -160,7 +174,9 @@ def test_a_rate_in_the_file_comes_before_the_times(tmp_path):
     with pytest.raises(ValueError, match=message):
         list(recording_blocks(path, channel="y", stated_rate=3000.0))
     np.savez(path, time=np.arange(N) / 1000 + np.repeat([0, 3], N // 2), y=Y, fs=1000)
-    with pytest.raises(ValueError, match=r"not evenly spaced: 3\.001 s before sample 300"):
+    with pytest.raises(
+        ValueError, match=r"not evenly spaced: 3\.001 s before sample 300"
+    ):
         read_recording(path, channel="y")
 
 
@@ -169,7 +185,9 @@ BROKEN = {
     "restart": lambda t: t % 0.25,
     "descending": lambda t: 5 - t,
     "a gap": lambda t: np.where(t < 0.3, t, t + 60),
-    "a gap of unknown times": lambda t: np.where((t < 0.3) | (t > 0.35), t, np.nan) + (t > 0.3),
+    "a gap of unknown times": lambda t: (
+        np.where((t < 0.3) | (t > 0.35), t, np.nan) + (t > 0.3)
+    ),
 }
 
 
@@ -179,7 +197,9 @@ BROKEN = {
 def test_broken_clocks_are_refused(tmp_path, broken, suffix, n_samples):
     """They were taken for no times, so that their gaps were not noticed."""
     path = write(tmp_path, BROKEN[broken](np.arange(N) / 1000), suffix=suffix)
-    with pytest.raises(ValueError, match=r"'time' is not evenly spaced: .* expected 0.001 s"):
+    with pytest.raises(
+        ValueError, match=r"'time' is not evenly spaced: .* expected 0.001 s"
+    ):
         list(recording_blocks(path, n_samples, channel="y"))
 
 
@@ -214,7 +234,9 @@ def test_a_rate_that_drifts_is_refused(tmp_path, n_samples, at):
     n = 60_000
     rates = 1000 * np.append(np.ones(at), np.linspace(1, 1.3, n - at))
     np.savez(tmp_path / "run.npz", time=np.cumsum(1 / rates), y=np.zeros(n))
-    with pytest.raises(ValueError, match=r"'time' is not evenly spaced: .* samples before sample"):
+    with pytest.raises(
+        ValueError, match=r"'time' is not evenly spaced: .* samples before sample"
+    ):
         list(recording_blocks(tmp_path / "run.npz", n_samples, channel="y"))
 
 
@@ -239,7 +261,9 @@ def test_a_clock_that_stands_still(tmp_path, n_samples):
     assert read_recording(path)[1] is None
     assert len(read_recording(path)[0]) == 15_000
     blocks = recording_blocks(path, n_samples, stated_rate=1000.0)
-    with pytest.raises(ValueError, match=r"'time' is not evenly .* take 0 s, expected 1.* at 1000"):
+    with pytest.raises(
+        ValueError, match=r"'time' is not evenly .* take 0 s, expected 1.* at 1000"
+    ):
         list(blocks)
     assert len(list(recording_blocks(path, stated_rate=2000.0))) == 1
 
@@ -250,7 +274,9 @@ def test_a_rate_that_is_stated_decides_between_two_of_the_file(tmp_path):
     for rate in (12e3, 48e3):
         assert len(list(recording_blocks(path, stated_rate=rate))) == 1
     for rate in (None, 24e3):
-        with pytest.raises(ValueError, match="several sampling rates: fs 12000 Hz, Fs 48000"):
+        with pytest.raises(
+            ValueError, match="several sampling rates: fs 12000 Hz, Fs 48000"
+        ):
             list(recording_blocks(path, stated_rate=rate))
 
 

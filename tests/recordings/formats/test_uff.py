@@ -15,7 +15,9 @@ pytestmark = pytest.mark.filterwarnings(
 Y, U = np.random.default_rng(0).normal(size=(2, 103))
 
 
-def write(path, data, *, binary=1, id1="NONE", node=1, direction=3, rate=51_200, func_type=1):
+def write(
+    path, data, *, binary=1, id1="NONE", node=1, direction=3, rate=51_200, func_type=1
+):
     pyuff.UFF(str(path)).write_sets(
         pyuff.prepare_58(
             binary=binary,

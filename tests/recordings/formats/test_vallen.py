@@ -15,10 +15,14 @@ COUNTS = np.random.default_rng(0).integers(-3000, 3000, size=(2, 4 * N))
 
 
 def write(path, *, gap=0.0, compression=False, pretrigger=0, n_records=(4, 4)):
-    with vallenae.io.TraDatabase(str(path), mode="rwc", compression=compression) as database:
+    with vallenae.io.TraDatabase(
+        str(path), mode="rwc", compression=compression
+    ) as database:
         with database.connection() as connection:
             columns = '("ID", "SetupID", "Chan", "ADC_µV", "TR_mV")'
-            connection.execute(f"INSERT INTO tr_params {columns} VALUES (1, 1, 1, 1.0, 0.1)")
+            connection.execute(
+                f"INSERT INTO tr_params {columns} VALUES (1, 1, 1, 1.0, 0.1)"
+            )
         trai = 0
         for i in range(max(n_records)):
             for channel in (1, 2):
@@ -49,7 +53,9 @@ def test_records_without_a_gap_are_one_recording(tmp_path, compression, n_sample
     assert channels["channel"].tolist() == ["1", "2"]
     assert channels["sampling_rate"].tolist() == [RATE, RATE]
     assert channels["unit"].tolist() == ["V", "V"]
-    blocks, rates = zip(*recording_blocks(path, n_samples, channel=["2", "1"]), strict=True)
+    blocks, rates = zip(
+        *recording_blocks(path, n_samples, channel=["2", "1"]), strict=True
+    )
     signal = np.concatenate(blocks, axis=1)
     np.testing.assert_allclose(signal, COUNTS[::-1] * STEP, atol=STEP, rtol=1e-6)
     assert set(rates) == {RATE}
@@ -59,13 +65,17 @@ def test_records_without_a_gap_are_one_recording(tmp_path, compression, n_sample
 @pytest.mark.parametrize("gap", [1e-5, 0.2, -1e-4])
 def test_single_transients_are_refused(tmp_path, gap):
     path = write(tmp_path / "run.tradb", gap=gap)
-    with pytest.raises(ValueError, match=r"run.tradb: channel '1' holds single transients.* 127"):
+    with pytest.raises(
+        ValueError, match=r"run.tradb: channel '1' holds single transients.* 127"
+    ):
         read_recording(path, channel="1")
 
 
 def test_channels_of_different_length(tmp_path):
     path = write(tmp_path / "run.tradb", n_records=(4, 3))
-    with pytest.raises(ValueError, match=r"different length, in samples: .*'1': 256, '2': 192"):
+    with pytest.raises(
+        ValueError, match=r"different length, in samples: .*'1': 256, '2': 192"
+    ):
         read_recording(path, channel=["1", "2"])
 
 

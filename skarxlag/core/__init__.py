@@ -1,0 +1,1 @@
+"""What all estimators share: checks, capabilities, fitted state, threads and speeds."""

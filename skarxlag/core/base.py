@@ -1,0 +1,349 @@
+"""Base classes of the estimators."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.base import BaseEstimator, TransformerMixin
+from sklearn.utils.validation import check_is_fitted
+
+from ..kernels.speed_references import group_speeds
+from .on_demand import TakesRowsOnDemand, batch_size
+from .parallel import BATCH, map_batches
+from .speeds import log_speeds, speeds_of_rows, with_plausible_speeds
+from .state import INNOVATIONS, CheckedEstimator, finish_fit, uses_fitted
+from .validation import (
+    check_input_names,
+    validate_innovations,
+    warn_of_lost_speeds,
+    weighted_windows,
+)
+
+#: Site of the documentation.
+SITE = "https://skarxlag.github.io/skarxlag/"
+
+
+class DocumentedEstimator:
+    """Estimator whose HTML representation links to its page on the site."""
+
+    _doc_link_module: ClassVar = __name__.partition(".")[0]
+    _doc_link_template: ClassVar = SITE + "api/generated/skarxlag.{estimator_name}.html"
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        if tags.transformer_tags is not None:
+            tags.transformer_tags.preserves_dtype = ["float64", "float32"]
+        return tags
+
+
+class SignalEstimator(CheckedEstimator, DocumentedEstimator):
+    """Estimator that accepts windows of several channels: arrays of three axes."""
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.input_tags.three_d_array = True
+        return tags
+
+
+class ArrayTransformer(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
+    """Transformer whose output has three axes, so that it is always an array."""
+
+    def set_output(self, *, transform: str | None = None) -> Self:
+        """Accept the setting and keep returning arrays: tables have only two axes.
+
+        ``Pipeline.set_output`` sets all steps, also those that return tables.
+
+        Parameters
+        ----------
+        transform : {"default", "pandas", "polars"} or None, default=None
+            Ignored.
+
+        Returns
+        -------
+        estimator
+            This transformer.
+        """
+        return self
+
+
+class InnovationsTransformer(
+    TakesRowsOnDemand, SignalEstimator, TransformerMixin, BaseEstimator
+):
+    """Transformer of innovations whose fitted state follows from its parameters.
+
+    A subclass checks its parameters in `_check_parameters`, and computes the rest in
+    `_certify`.
+    """
+
+    _state = INNOVATIONS
+
+    def fit(self, X: ArrayLike, y: Any = None) -> Self:
+        """Check the parameters; for observers, also certify that they are stable.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations, or windows, which are the innovations of a model that predicts
+            nothing.
+        y : ignored
+            Here by convention.
+
+        Returns
+        -------
+        estimator
+            The fitted transformer.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of its range, or an observer is not stable.
+        """
+        validate_innovations(self, X, reset=True)
+        self._check_parameters()
+        self._certify()
+        return finish_fit(self)
+
+    def _certify(self):
+        """Set what follows from the parameters, or raise a ValueError."""
+
+    def _model_prefixes(self, input_features, least):
+        """Return the beginnings of names, one for each model if there are at least so many."""
+        names = check_input_names(self, input_features)
+        if self.n_models_ < least:
+            return [""]
+        models = (
+            [f"model{c}" for c in range(self.n_models_)] if names is None else names
+        )
+        return [f"{model}_" for model in models]
+
+
+class GroupTransformer(
+    InnovationsTransformer, ArrayTransformer, auto_wrap_output_keys=None
+):
+    """Transformer from innovations to an array of shape (n_windows, n_groups, n_frequencies).
+
+    A subclass names the groups of one model in `_group_names`, and computes them in
+    `_groups`, from signals of shape (n_signals, n_samples) to (n_signals, n_groups,
+    n_frequencies).
+    """
+
+    n_jobs: int | None
+
+    @uses_fitted
+    def transform(self, X: ArrayLike) -> NDArray[Any]:
+        """Compute the groups of each window, as the class describes them.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_groups, n_frequencies)
+            Natural logarithms of power. With several models, the groups of one model
+            follow those of another.
+        """
+        X, _ = validate_innovations(self, X, reset=False)
+
+        def of_batch(batch):
+            return self._groups(X[batch].reshape(-1, X.shape[2]))
+
+        parts = map_batches(of_batch, len(X), self.n_jobs, batch_size(X, BATCH))
+        groups = np.concatenate(parts).astype(X.dtype, copy=False)
+        return groups.reshape(len(X), -1, groups.shape[-1])
+
+    @uses_fitted
+    def get_feature_names_out(
+        self, input_features: ArrayLike | None = None
+    ) -> NDArray[Any]:
+        """Return the names of the groups.
+
+        Parameters
+        ----------
+        input_features : array-like of str or None, default=None
+            Names of the models, as `ARXLaguerre.get_feature_names_out` returns them.
+
+        Returns
+        -------
+        ndarray of str of shape (n_groups,)
+            One name for each entry along axis 1 of the output. With several models,
+            each name begins with the name of its model.
+        """
+        prefixes, groups = (
+            self._model_prefixes(input_features, least=2),
+            self._group_names(),
+        )
+        return np.array(
+            [prefix + group for prefix in prefixes for group in groups], dtype=object
+        )
+
+
+class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
+    """Transformer from rows and their speeds to one residual for each condition.
+
+    A subclass sets its own fitted attributes in `_learn`, and computes the residuals of
+    checked rows in `_residuals`. The names of the residuals are those of the conditions
+    and `_suffix`.
+    """
+
+    classes_: NDArray[Any]
+    speeds_: NDArray[Any]
+    _suffix: ClassVar[str]
+
+    #: Metadata routing passes these without `set_fit_request` and
+    #: `set_transform_request`.
+    __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
+    __metadata_request__transform: ClassVar = {"rpm": True}
+
+    def fit(
+        self,
+        X: ArrayLike,
+        y: ArrayLike,
+        rpm: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+    ) -> Self:
+        """Learn what rows of each condition look like.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
+            Innovations or plain rows. For `SpectralDistance`: log spectra of shape
+            (n_rows, n_groups, n_frequencies) or (n_rows, n_frequencies).
+        y : array-like of shape (n_rows,)
+            Condition of each row.
+        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
+            Nominal speed of each row in revolutions per minute, or of each of its
+            samples. None: the speed is not known.
+        sample_weight : array-like of shape (n_rows,) or None, default=None
+            How many rows each one stands for, at least 0: its weight in means and
+            covariances. None: one each.
+
+        Returns
+        -------
+        estimator
+            This transformer.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of its range, a weight is negative, or a speed is not
+            above 0. If orders are compared: also if `rpm` is given without a sampling
+            rate, or a row has less than 3 turns.
+        """
+        X, y = self._validate(X, y, reset=True)
+        self._check_parameters()
+        log_speed = log_speeds(rpm, len(X))
+        rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
+        self.classes_, target = np.unique(y, return_inverse=True)
+        self.speeds_ = np.empty(0)
+        if rpm is not None:
+            self.speeds_ = np.exp(group_speeds(log_speed[rows])[0])
+            rpm = speeds_of_rows(rpm, len(X))[rows]
+        self._learn(X if len(rows) == len(X) else X[rows], target, weights, rpm)
+        return finish_fit(self)
+
+    def fit_transform(self, X: ArrayLike, y: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Fit, and compute the residuals of the same rows.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
+            As in `fit`.
+        y : array-like of shape (n_rows,)
+            As in `fit`.
+        **params : dict of str to object
+            ``rpm`` and ``sample_weight``, as in `fit`. Rows of weight 0 get residuals,
+            too.
+
+        Returns
+        -------
+        ndarray of shape (n_rows, n_classes)
+            As `transform` returns them.
+        """
+        # The method of scikit-learn's mixin does not pass rpm to transform.
+        return self.fit(X, y, **params).transform(X, rpm=params.get("rpm"))
+
+    @uses_fitted
+    def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
+        """Compute one residual for each row and condition.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
+            Rows as in `fit`. Stretches may have any length.
+        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
+            Nominal speed in revolutions per minute. None: the speed is not known.
+
+        Returns
+        -------
+        ndarray of shape (n_rows, n_classes)
+            Residuals, in units of the variation that is expected.
+
+        Raises
+        ------
+        ValueError
+            As in `fit`; also if `rpm` is given and was not in `fit`.
+
+        Warns
+        -----
+        UserWarning
+            If a speed is not above 0, or farther than a factor of 5 outside the speeds
+            of `fit`. The residuals of such a row are 1 for all conditions.
+        """
+        X, _ = self._validate(X)
+        self._check_rpm_is_taken(rpm)
+        if rpm is None and self._trained_speeds() is not None:
+            warn_of_lost_speeds(self)
+        rpm, is_plausible = with_plausible_speeds(
+            rpm, len(X), self._trained_speeds() or ()
+        )
+        residuals = self._residuals(X, rpm)
+        # Equal residuals name no condition.
+        residuals[~is_plausible] = 1.0
+        return residuals.astype(X.dtype, copy=False)
+
+    def _validate(self, X, y=None, *, reset=False):
+        return validate_innovations(self, X, y, reset=reset, any_length=True)
+
+    def _check_rpm_is_taken(self, rpm):
+        if rpm is not None and self._trained_speeds() is None:
+            raise ValueError(
+                "rpm was given, but not in fit; expected it in both or in neither."
+            )
+
+    def _trained_speeds(self):
+        """Return the speeds of `fit` in revolutions per minute, or None if it was given none."""
+        return tuple(self.speeds_.round(6).tolist()) or None
+
+    def _capabilities(self):
+        speeds = self._trained_speeds()
+        return {"takes_rpm": speeds is not None, "speeds": speeds or ()}
+
+    def get_feature_names_out(
+        self, input_features: ArrayLike | None = None
+    ) -> NDArray[Any]:
+        """Return the names of the residuals, one for each condition.
+
+        Parameters
+        ----------
+        input_features : array-like of str or None, default=None
+            Must be the names that `fit` saw; residuals are not named after them.
+
+        Returns
+        -------
+        ndarray of str of shape (n_classes,)
+            One name for each column of the output.
+        """
+        check_is_fitted(self)
+        check_input_names(self, input_features)
+        return np.array(
+            [f"{name}_{self._suffix}" for name in self.classes_], dtype=object
+        )
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.target_tags.required = True
+        return tags

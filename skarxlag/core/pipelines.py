@@ -1,0 +1,490 @@
+"""A Pipeline that diagnoses windows batch by batch."""
+
+from __future__ import annotations
+
+import math
+from contextlib import nullcontext
+from functools import lru_cache, partial
+from typing import Any, Self
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+from sklearn import config_context
+from sklearn.base import is_classifier
+from sklearn.pipeline import Pipeline
+from sklearn.utils import Bunch
+from sklearn.utils.metadata_routing import process_routing
+from sklearn.utils.metaestimators import available_if
+
+from ..kernels.lanes import LANES
+from .base import DocumentedEstimator
+from .capabilities import capabilities, offers, unfolded_steps
+from .on_demand import IS_WANTED, OnDemand, TakesRowsOnDemand
+from .parallel import map_batches
+from .state import CheckedEstimator, expect
+from .validation import is_cross_validated, warn_of_lost_speeds
+
+#: Bytes of the rows of a batch: so many that the calls around the loops take little
+#: time, and so few that the results of several models for them are soon used again.
+_BATCH_BYTES = 2**22
+#: Rows of a batch, however long they are, while they take fewer bytes than the second
+#: number: the recursions process this many signals side by side.
+_ROWS_TOGETHER, _MOST_BYTES = LANES, 2**25
+#: Methods of the last step that `diagnose` calls, by the names of their results.
+_METHODS = {"verdict": "predict", "score": "decision_function"}
+_METHODS |= {"probability": "predict_proba", "alarm": "detect"}
+#: Each batch of a dask array would compute everything before it again.
+_LAZY = (
+    "X is a dask array, expected windows in memory or mapped from a file. Diagnose it block by "
+    "block, with one chunk along all axes but the first: X.map_blocks(diagnoser.predict, "
+    "dtype=diagnoser.classes_.dtype, drop_axis=1), for several channels drop_axis=[1, 2]."
+)
+
+
+def _if_last_step_offers(name):
+    return available_if(lambda pipeline: offers(pipeline.steps[-1][1], name))
+
+
+class DiagnosisPipeline(DocumentedEstimator, Pipeline):
+    """Pipeline that diagnoses windows batch by batch.
+
+    The innovations of a bank are many times larger than its windows. A batch of windows
+    goes through all steps before the next one, so the memory between the steps is the
+    same for any number of windows. `fit` computes innovations batch by batch, too, if
+    `memory` is None and the second step is one of this package that needs no more than
+    a batch of them at a time. Every window is diagnosed by itself: all results are
+    those of `sklearn.pipeline.Pipeline`, bit for bit.
+
+    Metadata such as ``rpm``, the speed of each window, and ``sample_weight``, its
+    weight, reach the steps that request them by scikit-learn's metadata routing, as the
+    steps of this package do. In this pipeline they do so whether routing is switched on
+    or not. `sklearn.model_selection.cross_val_score` and the searches hand metadata to
+    `score` only when routing is switched on, by
+    ``sklearn.set_config(enable_metadata_routing=True)``.
+
+    The pipeline returns a result for each window, also if the window carries no signal.
+    Use :func:`skarxlag.window_verdicts` or :func:`skarxlag.recording_verdicts` for
+    recordings of a machine: they check the quality of the windows first.
+
+    Parameters
+    ----------
+    steps : list of (str, estimator)
+        As in `sklearn.pipeline.Pipeline`; the estimators must work on each window by
+        itself.
+    transform_input : list of str or None, default=None
+        As in `sklearn.pipeline.Pipeline`.
+    memory : str, joblib.Memory or None, default=None
+        As in `sklearn.pipeline.Pipeline`.
+    verbose : bool, default=False
+        As in `sklearn.pipeline.Pipeline`.
+    n_jobs : int or None, default=None
+        Threads that diagnose batches. The steps have their own parameter, for `fit`.
+
+    Examples
+    --------
+    >>> from skarxlag import make_alpio
+    >>> X = np.random.default_rng(0).normal(size=(600, 400))
+    >>> diagnoser = make_alpio().fit(X[:40], np.repeat(["a", "b"], 20))
+    >>> diagnoser.predict(X).shape
+    (600,)
+    """
+
+    steps: list[tuple[str, Any]]
+
+    # scikit-learn 1.6 asks the class, not its steps, what a search may pass to `score`.
+    __metadata_request__score = {"rpm": True, "sample_weight": True}  # noqa: RUF012
+
+    def __init__(
+        self,
+        steps: list[tuple[str, Any]],
+        *,
+        transform_input: list[str] | None = None,
+        memory: Any = None,
+        verbose: bool = False,
+        n_jobs: int | None = None,
+    ) -> None:
+        super().__init__(
+            steps, transform_input=transform_input, memory=memory, verbose=verbose
+        )
+        self.n_jobs = n_jobs
+
+    def fit(self, X: ArrayLike, y: ArrayLike | None = None, **params: Any) -> Self:
+        """Fit all steps, one after another.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        y : array-like of shape (n_windows,) or None, default=None
+            Condition of each window.
+        **params : dict of str to object
+            Metadata for the steps that request them, such as ``rpm`` and
+            ``sample_weight``; or, where routing is switched off, parameters of a step's
+            `fit` by its name, such as ``identify__sample_weight``, as in
+            `sklearn.pipeline.Pipeline`.
+
+        Returns
+        -------
+        DiagnosisPipeline
+            The fitted pipeline.
+        """
+        # Other estimators may use any method of an array, and a cache stores arrays.
+        takes_batches = [isinstance(step, TakesRowsOnDemand) for _, step in self.steps]
+        if isinstance(X, OnDemand) and (
+            self.memory is not None or not takes_batches[0]
+        ):
+            X = np.asarray(X)
+        token = IS_WANTED.set(any(takes_batches[1:2]) and self.memory is None)
+        try:
+            with _routing(params):
+                return super().fit(X, y, **params)
+        finally:
+            IS_WANTED.reset(token)
+
+    @_if_last_step_offers("transform")
+    def transform(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Transform the windows, all in one batch.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        **params : dict of str to object
+            Metadata, as in `fit`.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, ...)
+            Output of the last step.
+        """
+        with _routing(params):
+            return super().transform(X, **params)
+
+    @_if_last_step_offers("predict")
+    def predict(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Predict the condition of each window.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows; an array that is mapped from a file is read batch by batch.
+        **params : dict of str to object
+            Metadata, as in `fit`. Those with an entry for each window are cut into
+            batches, too.
+
+        Returns
+        -------
+        ndarray of shape (n_windows,)
+            Predictions of the last step.
+        """
+        return self._in_batches(partial(self._of_last_step, "predict"), X, params)
+
+    @_if_last_step_offers("predict_proba")
+    def predict_proba(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Compute the probability of each condition.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        **params : dict of str to object
+            Metadata, as in `predict`.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_classes)
+            Probabilities, in the order of `classes_`.
+        """
+        return self._in_batches(partial(self._of_last_step, "predict_proba"), X, params)
+
+    @_if_last_step_offers("predict_log_proba")
+    def predict_log_proba(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Compute the logarithm of the probability of each condition.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        **params : dict of str to object
+            Metadata, as in `predict`.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_classes)
+            Natural logarithms, in the order of `classes_`.
+        """
+        return self._in_batches(
+            partial(self._of_last_step, "predict_log_proba"), X, params
+        )
+
+    @_if_last_step_offers("decision_function")
+    def decision_function(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Compute the scores of the conditions.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        **params : dict of str to object
+            Metadata, as in `predict`.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_classes), or (n_windows,) for two conditions
+            Scores of the last step.
+        """
+        return self._in_batches(
+            partial(self._of_last_step, "decision_function"), X, params
+        )
+
+    @_if_last_step_offers("predict")
+    def diagnose(self, X: ArrayLike, **params: Any) -> Bunch:
+        """Compute verdict, probability, score and alarm of each window in one pass.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        **params : dict of str to object
+            Metadata, as in `predict`.
+
+        Returns
+        -------
+        Bunch
+            ``levels``, the input of the last step, of shape (n_windows, n_levels), or
+            the residuals that a `ConditionClassifier` computes from it; ``verdict``, as
+            `predict` returns it; and, if the last step offers them, ``probability``
+            (`predict_proba`), ``score`` (`decision_function`) and ``alarm``, of bool:
+            the result of `ThresholdLadder.detect`, or, of a detector, whether the
+            verdict is -1. A last step with a method `diagnose` adds what that returns,
+            such as ``p_values``.
+
+        Examples
+        --------
+        >>> from skarxlag import make_diagnoser
+        >>> X = np.random.default_rng(0).normal(size=(40, 400))
+        >>> X[20:] = X[20:].cumsum(axis=1)
+        >>> y = np.repeat(["good", "worn"], 20)
+        >>> found = make_diagnoser(healthy="good").fit(X, y).diagnose(X)
+        >>> found.verdict[[0, 20]], found.alarm[[0, 20]]
+        (array(['good', 'worn'], dtype='<U4'), array([False,  True]))
+        """
+        return self._in_batches(self._diagnose, X, params)
+
+    def _diagnose(self, X, **params):
+        levels, routed = self._before_last_step(X, params)
+        last = self.steps[-1][1]
+        if offers(last, "diagnose"):
+            return Bunch(**{"levels": levels} | last.diagnose(levels, **routed))
+        offered = {
+            name: method for name, method in _METHODS.items() if offers(last, method)
+        }
+        found = {
+            name: getattr(last, offered[name])(levels, **routed) for name in offered
+        }
+        if "alarm" not in found and not is_classifier(last):
+            found["alarm"] = found["verdict"] == -1
+        return Bunch(levels=levels, **found)
+
+    def _before_last_step(self, X, params):
+        """Return the input of the last step, and the metadata that its `predict` requests."""
+        steps = [each for each in self.steps if each[1] not in (None, "passthrough")]
+        given = (
+            (name, None if value is None else name) for name, value in params.items()
+        )
+        requests = (vars(step).get("_metadata_request") for _, step in steps)
+        # Estimators of other packages may hold some whose requests have changed.
+        is_ours = all(isinstance(step, CheckedEstimator) for _, step in steps)
+        route = _requested if is_ours else _requested.__wrapped__
+        *before, last = [
+            {name: params[given] for name, given in names.items()}
+            for names in route(self, tuple(given), tuple(steps), tuple(requests))
+        ]
+        for (_, step), requested in zip(steps, before, strict=False):
+            X = step.transform(X, **requested)
+        return X, last
+
+    @_if_last_step_offers("score_samples")
+    def score_samples(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Compute the score of each window: the log p-value if the last step has p-values.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        **params : dict of str to object
+            Metadata, as in `predict`.
+
+        Returns
+        -------
+        ndarray of shape (n_windows,)
+            Scores of the last step.
+        """
+        return self._in_batches(partial(self._of_last_step, "score_samples"), X, params)
+
+    def _of_last_step(self, method, X, **params):
+        levels, routed = self._before_last_step(X, params)
+        return getattr(self.steps[-1][1], method)(levels, **routed)
+
+    @_if_last_step_offers("p_values")
+    def p_values(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Compute p-values: one for each window, or one for each window and known condition.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        **params : dict of str to object
+            Metadata, as in `predict`.
+
+        Returns
+        -------
+        ndarray of shape (n_windows,) or (n_windows, n_conditions)
+            Probabilities in (0, 1].
+        """
+        return self._in_batches(partial(self._of_last_step, "p_values"), X, params)
+
+    @available_if(lambda pipeline: pipeline._step_with("adapt") is not None)
+    def adapt(self, X: ArrayLike, y: ArrayLike, **params: Any) -> Self:
+        """Adapt the references to windows of a new speed, which commonly are healthy.
+
+        The windows go through the steps before the first one with a method `adapt`,
+        which is then called. To keep the pipeline for the old speed, adapt a copy
+        (`copy.deepcopy`).
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows at the new speed.
+        y : array-like of shape (n_windows,)
+            Their conditions, among those of `fit`.
+        **params : dict of str to object
+            Further arguments of the step's `adapt`, such as ``rpm``, the new speed.
+
+        Returns
+        -------
+        DiagnosisPipeline
+            This pipeline, for use at the new speed.
+        """
+        at = self._step_with("adapt")
+        levels = self[:at].transform(X) if at > 0 else X
+        self.steps[at][1].adapt(levels, y, **params)
+        return self
+
+    def _step_with(self, method):
+        """Index of the first step with a method, or None."""
+        return next(
+            (i for i, (_, step) in enumerate(self.steps) if offers(step, method)), None
+        )
+
+    @_if_last_step_offers("score")
+    def score(self, X: ArrayLike, y: ArrayLike | None = None, **params: Any) -> float:
+        """Compute the score of the last step: the accuracy if it is a classifier.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        y : array-like of shape (n_windows,) or None, default=None
+            Condition of each window.
+        **params : dict of str to object
+            Metadata, as in `fit`. ``sample_weight`` alone is given to the last step, as
+            in `sklearn.pipeline.Pipeline`.
+
+        Returns
+        -------
+        float
+            The score.
+        """
+        self._notice_lost_speeds(params)
+        with _routing(params.keys() - {"sample_weight"}):
+            return super().score(X, y, **params)
+
+    def _notice_lost_speeds(self, params):
+        """Warn if model selection drops the speeds. Threads of batches do not show who calls."""
+        if (
+            params.get("rpm") is None
+            and is_cross_validated()
+            and capabilities(self).speeds
+        ):
+            warn_of_lost_speeds(self)
+
+    def _in_batches(self, method, X, params):
+        self._notice_lost_speeds(params)
+        if type(X).__module__.partition(".")[0] == "dask":
+            raise TypeError(_LAZY)
+        X = (
+            X if hasattr(X, "shape") else np.asarray(X)
+        )  # other libraries' arrays and tables
+        # The index of a table may hold numbers that are no positions.
+        rows = X.iloc if isinstance(X, pd.DataFrame) else X
+        n_windows = X.shape[0] if X.shape else 0
+        of_windows = {
+            name: np.asarray(value) for name, value in params.items() if np.ndim(value)
+        }
+        for name, value in of_windows.items():
+            wanted = f"{n_windows}, the number of windows in X"
+            expect(len(value) == n_windows, f"Length of {name}", len(value), wanted)
+        # The loops take double precision, whatever the windows are stored in.
+        bytes_a_window = max(8 * math.prod(X.shape[1:]), 1)
+        together = min(_ROWS_TOGETHER, _MOST_BYTES // bytes_a_window)
+        batch_size = max(_BATCH_BYTES // bytes_a_window, together, 1)
+        # Batches of one size, so that no thread waits for a last one. Also one without
+        # windows, which the steps refuse.
+        n_rows = max(n_windows, 1)
+        batch_size = math.ceil(n_rows / math.ceil(n_rows / batch_size))
+
+        def of_batch(batch):
+            some = {name: value[batch] for name, value in of_windows.items()}
+            return method(
+                X if n_windows <= batch_size else rows[batch], **params | some
+            )
+
+        with _routing(params):
+            parts = map_batches(of_batch, n_rows, self.n_jobs, batch_size)
+        if len(parts) == 1:
+            return parts[0]
+        if isinstance(parts[0], Bunch):
+            return Bunch(
+                **{name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
+            )
+        return np.concatenate(parts)
+
+
+def as_diagnosis_pipeline(model: Any) -> DiagnosisPipeline:
+    """Return a fitted model as a pipeline with the method `diagnose`.
+
+    Parameters
+    ----------
+    model : estimator
+        A pipeline, also within a search or another pipeline; or any other fitted
+        estimator.
+
+    Returns
+    -------
+    DiagnosisPipeline
+        The model itself, or its steps in a pipeline.
+    """
+    steps = unfolded_steps(model)
+    if isinstance(model, DiagnosisPipeline) and len(steps) == len(model.steps):
+        return model
+    named = [(f"step{place}", step) for place, step in enumerate(steps)]
+    return DiagnosisPipeline(named, n_jobs=model.get_params(deep=False).get("n_jobs"))
+
+
+def _routing(params):
+    """Switch metadata routing on if there are metadata that are not named for a step."""
+    if params and not any("__" in name for name in params):
+        return config_context(enable_metadata_routing=True)
+    return nullcontext()
+
+
+# scikit-learn's routing takes ten times as long as the diagnosis of a row. The last
+# argument is what the steps were set to request.
+@lru_cache(maxsize=8)
+def _requested(pipeline, given, steps, _):
+    """Return for each step the names of the metadata that it requests: its own, and ours."""
+    routed = process_routing(pipeline, "predict", **dict(given))
+    before = [routed[name]["transform"] for name, _ in steps[:-1]]
+    return [*before, routed[steps[-1][0]]["predict"]]

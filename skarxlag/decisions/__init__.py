@@ -1,0 +1,1 @@
+"""From distances, residual levels and orders to conditions and alarms."""

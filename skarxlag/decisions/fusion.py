@@ -1,0 +1,412 @@
+"""One answer from several sensors on one machine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import log_softmax, softmax
+from sklearn.base import BaseEstimator, clone, is_classifier
+from sklearn.utils import Bunch, get_tags
+from sklearn.utils.metadata_routing import get_routing_for_object
+from sklearn.utils.metaestimators import available_if
+
+from ..core.base import SignalEstimator
+from ..core.capabilities import capabilities
+from ..core.pipelines import as_diagnosis_pipeline
+from ..core.state import WINDOWS, expect, finish_fit, is_fitted, uses_fitted
+from ..core.validation import check_count, validate_signals
+from ..kernels.evidence import SMALLEST_PROBABILITY
+from ..kernels.posterior import decided
+from .fault_locations import HEALTHY
+
+#: Parameters of detectors that are shares of rows.
+_RATES = ("false_alarm_rate", "false_rejection_rate")
+
+
+def _part(fusion):
+    """Return a fitted copy, or the parameter before `fit`."""
+    found = vars(fusion).get("estimators_")
+    parts = found if isinstance(found, list) else []
+    return next(
+        (each for each in parts if isinstance(each, BaseEstimator)), fusion.estimator
+    )
+
+
+def _names_conditions(fusion):
+    return is_classifier(_part(fusion))
+
+
+def _detects_outliers(fusion):
+    return not is_classifier(_part(fusion))
+
+
+@dataclass(kw_only=True, eq=False, repr=False)
+class SensorFusion(SignalEstimator, BaseEstimator):
+    r"""One answer from several outputs, which are sensors that measure the same bearing.
+
+    A copy of `estimator` is fitted for each output. Each copy gets its output and all
+    inputs, so no sensor is predicted from another one, which would remove what both
+    measure of a fault.
+
+    A classifier has the probabilities
+
+    .. math:: P_c \propto \exp\Big(\frac{1}{S} \sum_{s=1}^{S} \ln P_{s,c}\Big)
+
+    of condition c from those of S outputs. It is the mean and not the sum of the
+    logarithms, because sensors on one machine are not independent. Probabilities below
+    1e-6 count as 1e-6, so that one sensor cannot exclude a condition. Its alarm is
+    raised if one of the outputs raises it.
+
+    A detector has the p-value :math:`\min(1, S \min_s p_s)` by Bonferroni's inequality,
+    which is valid however the outputs depend on each other. With several known
+    conditions, this holds for each of them. Each output is calibrated for the S-th part
+    of the rates that `estimator` states, so that all of them together flag no more
+    healthy rows than stated.
+
+    Parameters
+    ----------
+    estimator : estimator
+        What :func:`skarxlag.make_diagnoser`, :func:`skarxlag.make_detector` or
+        :func:`skarxlag.make_known_conditions` returns; or another classifier of windows
+        with probabilities.
+    n_outputs : int or None, default=None
+        Channels that are outputs, at least 1: the first of a window. The others are
+        inputs. None: all channels are outputs.
+
+    Attributes
+    ----------
+    estimators_ : list of estimator
+        Fitted copies, one for each output.
+    classes_ : ndarray of shape (n_classes,)
+        Conditions; of a classifier.
+    offset_ : float
+        Logarithm of the stated rate; of a detector.
+    n_features_in_ : int
+        First length of a window, as of all estimators of windows.
+    window_shape_ : ndarray of int
+        Shape of a window.
+    feature_names_in_ : ndarray of str
+        Names of the columns, when fitted on a DataFrame.
+
+    See Also
+    --------
+    skarxlag.make_diagnoser : Takes one output; further channels are inputs.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.signal import lfilter
+    >>> from skarxlag import make_diagnoser
+    >>> X = np.random.default_rng(0).normal(size=(40, 2, 1200))  # rows, sensors, samples
+    >>> X[20:] = lfilter([1], [1, -0.8], X[20:])
+    >>> y = np.repeat(["healthy", "worn"], 20)
+    >>> fusion = SensorFusion(estimator=make_diagnoser()).fit(X, y)
+    >>> fusion.predict(X[[0, 39]])
+    array(['healthy', 'worn'], dtype='<U7')
+    """
+
+    estimator: Any
+    n_outputs: int | None = None
+
+    _state = WINDOWS
+
+    def fit(self, X: ArrayLike, y: ArrayLike | None = None, **params: Any) -> Self:
+        """Fit a copy of the estimator for each output.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_outputs + n_inputs, n_samples) or (n_rows, n_samples)
+            Rows. Plain rows have one output.
+        y : array-like of shape (n_rows,) or None, default=None
+            Condition of each row; None for a detector.
+        **params
+            Metadata of `estimator`, such as ``rpm`` and ``sample_weight``.
+
+        Returns
+        -------
+        SensorFusion
+            The fitted estimator.
+
+        Raises
+        ------
+        ValueError
+            If `n_outputs` is below 1 or above the number of channels.
+        """
+        X, y = validate_signals(self, X, y, reset=True, any_length=True)
+        self._check_parameters()
+        n_channels = X.shape[1] if X.ndim == 3 else 1
+        n = n_channels if self.n_outputs is None else self.n_outputs
+        expect(
+            n <= n_channels, "n_outputs", n, f"at most {n_channels}, the channels of X"
+        )
+        stated = self.estimator.get_params().items()
+        rates = {name: value / n for name, value in stated if name.endswith(_RATES)}
+        self.estimators_: list[Any] = [
+            clone(self.estimator)
+            .set_params(**rates)
+            .fit(_channels(X, s, n), y, **params)
+            for s in range(n)
+        ]
+        return finish_fit(self)
+
+    def _asked(self, method, X, params):
+        """Return the results of a method of all outputs."""
+        X, _ = validate_signals(self, X, reset=False, any_length=True)
+        models = [as_diagnosis_pipeline(each) for each in self.estimators_]
+        return [
+            getattr(each, method)(_channels(X, s, len(models)), **params)
+            for s, each in enumerate(models)
+        ]
+
+    @available_if(_names_conditions)
+    @uses_fitted
+    def diagnose(self, X: ArrayLike, **params: Any) -> Bunch:
+        """Compute verdict, probability and alarm of each row in one pass.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_outputs + n_inputs, n_samples) or (n_rows, n_samples)
+            Rows.
+        **params
+            Metadata of `estimator`, such as ``rpm``.
+
+        Returns
+        -------
+        Bunch
+            ``verdict`` of shape (n_rows,); ``probability`` of shape (n_rows,
+            n_classes); if `estimator` states them, ``log_probability``, with that of an
+            unknown condition, and ``recorded``, the mean probability of a recorded
+            specimen; ``verdict_of_outputs``, the verdict of each output by itself, of
+            shape (n_rows, n_outputs); if `estimator` has a detection threshold,
+            ``alarm``, of bool; and ``refusal``, if `estimator` returns it.
+        """
+        found = self._asked("diagnose", X, params)
+        states_unknown = "log_probability" in found[0]
+        names = "log_probability" if states_unknown else "probability"
+        values = np.array([each[names] for each in found])
+        logs = (
+            values
+            if states_unknown
+            else np.log(np.maximum(values, SMALLEST_PROBABILITY))
+        )
+        logs = np.maximum(logs, np.log(SMALLEST_PROBABILITY)).mean(axis=0)
+        if states_unknown:
+            answer = Bunch(log_probability=log_softmax(logs, axis=1))
+            answer.update(
+                decided(answer.log_probability, self.classes_, *_places_of(self))
+            )
+            answer.recorded = np.mean([each.recorded for each in found], axis=0)
+        else:
+            probability = softmax(logs, axis=1)
+            verdict = self.classes_[probability.argmax(axis=1)]
+            answer = Bunch(probability=probability, verdict=verdict)
+        answer.verdict_of_outputs = np.array(
+            [each.verdict for each in found], dtype=object
+        ).T
+        if all("alarm" in each for each in found):
+            answer.alarm = np.any([each.alarm for each in found], axis=0)
+        if "refusal" in found[0]:
+            answer.refusal = found[0].refusal
+        return answer
+
+    def predict(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Return the condition of each row; of a detector 1, and -1 for outliers.
+
+        Parameters
+        ----------
+        X, **params
+            As in `fit`.
+
+        Returns
+        -------
+        ndarray of shape (n_rows,)
+            Conditions, or 1 and -1.
+        """
+        if _names_conditions(self):
+            return self.diagnose(X, **params).verdict
+        return np.where(self.decision_function(X, **params) < 0, -1, 1)
+
+    @available_if(_names_conditions)
+    def predict_proba(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Compute the probability of each condition.
+
+        Parameters
+        ----------
+        X, **params
+            As in `fit`.
+
+        Returns
+        -------
+        ndarray of shape (n_rows, n_classes)
+            Probabilities, in the order of `classes_`.
+        """
+        return self.diagnose(X, **params).probability
+
+    @available_if(_names_conditions)
+    def score(
+        self,
+        X: ArrayLike,
+        y: ArrayLike,
+        sample_weight: ArrayLike | None = None,
+        **params: Any,
+    ) -> float:
+        """Compute the share of rows whose condition is right.
+
+        Parameters
+        ----------
+        X, **params
+            As in `fit`.
+        y : array-like of shape (n_rows,)
+            Their conditions.
+        sample_weight : array-like of shape (n_rows,) or None, default=None
+            Weight of each row.
+
+        Returns
+        -------
+        float
+            From 0 to 1.
+        """
+        # No other method needs this package, which takes long to import.
+        from sklearn.metrics import accuracy_score
+
+        return float(
+            accuracy_score(y, self.predict(X, **params), sample_weight=sample_weight)
+        )
+
+    @available_if(_detects_outliers)
+    @uses_fitted
+    def p_values(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Compute the p-value of each row, or of each row and known condition.
+
+        Parameters
+        ----------
+        X, **params
+            As in `fit`.
+
+        Returns
+        -------
+        ndarray of shape (n_rows,) or (n_rows, n_conditions)
+            In (0, 1].
+        """
+        found = self._asked("p_values", X, params)
+        return np.minimum(len(found) * np.min(found, axis=0), 1.0)
+
+    @available_if(_detects_outliers)
+    def score_samples(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Compute the logarithm of the p-value of each row: that of the nearest condition.
+
+        Parameters
+        ----------
+        X, **params
+            As in `fit`.
+
+        Returns
+        -------
+        ndarray of shape (n_rows,)
+            At most 0; lower is more abnormal.
+        """
+        p_values = self.p_values(X, **params)
+        return np.log(p_values.reshape(len(p_values), -1).max(axis=1))
+
+    @available_if(_detects_outliers)
+    def decision_function(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Compute the logarithm of the p-value over the stated rate.
+
+        Parameters
+        ----------
+        X, **params
+            As in `fit`.
+
+        Returns
+        -------
+        ndarray of shape (n_rows,)
+            Natural logarithms, negative for outliers.
+        """
+        return self.score_samples(X, **params) - self.offset_
+
+    @property
+    def classes_(self) -> NDArray[Any]:
+        """Conditions."""
+        return self.estimators_[0].classes_
+
+    @property
+    def offset_(self) -> float:
+        """Logarithm of the stated rate, 0 without one."""
+        return float(np.log(capabilities(self).stated_rate or 1.0))
+
+    def get_metadata_routing(self) -> Any:
+        """Return what `estimator` requests.
+
+        Returns
+        -------
+        MetadataRouter or MetadataRequest
+            As scikit-learn describes it.
+        """
+        return get_routing_for_object(self.estimator)
+
+    def _capabilities(self):
+        n, inner = len(self.estimators_), vars(capabilities(self.estimators_[0]))
+        rate = None if inner["stated_rate"] is None else n * inner["stated_rate"]
+        own = {"n_outputs": n, "n_channels": inner["n_channels"] + n - 1}
+        return inner | own | {"stated_rate": rate}
+
+    def _check_parameters(self):
+        if self.n_outputs is not None:
+            check_count(self.n_outputs, "n_outputs")
+
+    def _check_relations(self):
+        found, (n_channels, length) = (
+            vars(self).get("estimators_"),
+            [1, *self.window_shape_][-2:],
+        )
+        fits = isinstance(found, list) and 0 < len(found) <= n_channels
+        fits = fits and self.n_outputs in (None, len(found))
+        fits = fits and all(
+            isinstance(each, BaseEstimator) and is_fitted(each) for each in found
+        )
+        expect(fits, "estimators_", found, "a fitted estimator for each output")
+        described = [capabilities(each) for each in found]
+        rows = [
+            (each.conditions, each.n_channels, each.window_length) for each in described
+        ]
+        wanted = [(rows[0][0], n_channels - len(found) + 1, length)] * len(found)
+        expect(
+            rows == wanted, "Rows of estimators_", rows, f"{wanted} by window_shape_"
+        )
+
+    def __sklearn_tags__(self) -> Any:
+        tags, inner = super().__sklearn_tags__(), get_tags(_part(self))
+        tags.estimator_type, tags.classifier_tags = (
+            inner.estimator_type,
+            inner.classifier_tags,
+        )
+        tags.target_tags = inner.target_tags
+        if tags.classifier_tags is not None:
+            # Made for signals of bearings: on arbitrary features it need not separate
+            # anything.
+            tags.classifier_tags.poor_score = True
+        return tags
+
+
+def _places_of(fusion):
+    """Number of the place of each condition, and that of the healthy one."""
+    known = capabilities(fusion)
+    names = known.places or len(known.conditions) * [None]
+    keys = [
+        place or (name,) for place, name in zip(names, known.conditions, strict=True)
+    ]
+    order = list(dict.fromkeys(keys))
+    healthy = order.index(HEALTHY) if HEALTHY in order else -1
+    return np.array([order.index(key) for key in keys]), healthy
+
+
+def _channels(X, s, n_outputs):
+    """Return output s and all inputs; without inputs, plain rows."""
+    if X.ndim == 2:
+        return X
+    return (
+        X[:, s] if X.shape[1] == n_outputs else X[:, [s, *range(n_outputs, X.shape[1])]]
+    )

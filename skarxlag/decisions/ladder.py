@@ -1,0 +1,359 @@
+"""Calibrated decisions on residual levels: the threshold ladder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.base import BaseEstimator, ClassifierMixin
+from sklearn.utils.multiclass import check_classification_targets
+from sklearn.utils.validation import validate_data
+
+from ..core.base import DocumentedEstimator
+from ..core.speeds import log_speeds
+from ..core.state import (
+    TABLE,
+    CheckedEstimator,
+    Labels,
+    Values,
+    expect,
+    finish_fit,
+    uses_fitted,
+)
+from ..core.validation import (
+    ABOVE_0,
+    check_labels,
+    check_rate,
+    check_real,
+    is_plain,
+    weighted_windows,
+)
+from ..kernels import ladder
+from ..kernels.scaling import root_mean_square
+from ..kernels.speed_references import group_speeds
+from .fault_locations import HEALTHY, location_of_label
+
+
+@dataclass(kw_only=True, eq=False, repr=False)
+class ThresholdLadder(
+    CheckedEstimator, DocumentedEstimator, ClassifierMixin, BaseEstimator
+):
+    r"""Classifier of residual levels by calibrated thresholds (equations 23-32).
+
+    Use `FaultDetector` instead if only healthy windows were recorded, or if the
+    detection threshold must hold at other speeds.
+
+    *One residual*, of the healthy model. This is the paper's ladder. The conditions are
+    ordered by their median training level. The cut between two neighbours is the
+    geometric mean of their medians. If the healthy condition is the lowest, the cut
+    above it is the detection threshold :math:`\Gamma`. Levels on a cut belong to the
+    rung below.
+
+    *A bank of residuals*, one for each condition in the order of `classes_`: so many
+    columns are always taken for a bank. The condition with the smallest residual is the
+    verdict. A factor that a change of speed puts on all residuals cancels.
+
+    *Any other number of residuals.* The paper's ladder is applied to their root mean
+    square. A signed residual counts by its absolute value :math:`|r|`.
+
+    Parameters
+    ----------
+    healthy : label or None, default=None
+        The healthy condition. None: the one of lowest median level.
+    false_alarm_rate : float, default=0.01
+        Share in (0, 1) of healthy windows that may exceed :math:`\Gamma`.
+    confidence_scale : float, pair of float or None, default=None
+        Factor :math:`\beta` on the scores in `predict_proba`, above 0. Of a pair, the
+        first number is used if the windows of `fit` have one speed or no stated speed,
+        and the second if they have several speeds. None: the factor is fitted on the
+        training windows with smoothed targets, which keeps probabilities modest.
+
+    Attributes
+    ----------
+    classes_ : ndarray of shape (n_classes,)
+        Conditions, sorted; residual c of a bank belongs to ``classes_[c]``.
+    detection_threshold_ : float
+        :math:`\Gamma`, on the residual of the healthy model.
+    isolation_thresholds_ : ndarray
+        One residual: the n_classes - 1 cuts :math:`\Delta` between rungs, ascending. A
+        bank: one :math:`\Delta` for each condition. It is a ratio of the condition's
+        residual to the geometric mean of all residuals, which windows of the condition
+        exceed at the false-alarm rate.
+    rungs_ : ndarray of shape (n_classes,)
+        Conditions from the lowest median level to the highest.
+    healthy_index_ : int
+        Index of the healthy condition in `classes_`.
+    confidence_scale_ : float
+        Factor :math:`\beta` on the scores in `predict_proba`.
+    n_features_in_ : int
+        Number of residuals.
+    feature_names_in_ : ndarray of str
+        Column names, when fitted on a table.
+
+    See Also
+    --------
+    FaultDetector : Outlier detector that is fitted on healthy windows alone.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> levels = np.array([[0.4], [0.5], [1.0], [1.2], [3.0], [3.2]])
+    >>> y = np.array(["normal", "normal", "ball", "ball", "inner", "inner"])
+    >>> ladder = ThresholdLadder().fit(levels, y)
+    >>> ladder.rungs_
+    array(['normal', 'ball', 'inner'], dtype='<U6')
+    >>> ladder.isolation_thresholds_.round(2)
+    array([0.5 , 1.85])
+    >>> ladder.predict([[0.1], [1.5], [9.0]])
+    array(['normal', 'ball', 'inner'], dtype='<U6')
+    """
+
+    healthy: Any = None
+    false_alarm_rate: float = 0.01
+    confidence_scale: float | tuple[float, float] | None = None
+
+    #: Metadata routing passes these without `set_fit_request` and its siblings.
+    __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
+    __metadata_request__score: ClassVar = {"sample_weight": True}
+
+    _state = TABLE | {
+        "classes_": Labels(),
+        "healthy_index_": Values(
+            (), (lambda i, e: 0 <= i < len(e.classes_), "an index of classes_"), "i"
+        ),
+        "detection_threshold_": Values((), "at least 0"),
+        "confidence_scale_": Values((), "above 0"),
+        "isolation_thresholds_": Values(
+            lambda e: (len(e.classes_) - (not e._is_bank()),),
+            (
+                lambda t, e: (
+                    np.all(t >= 0) and (e._is_bank() or np.all(np.diff(t) >= 0))
+                ),
+                "at least 0, and ascending for one residual",
+            ),
+        ),
+    }
+
+    def fit(
+        self,
+        X: ArrayLike,
+        y: ArrayLike,
+        sample_weight: ArrayLike | None = None,
+        rpm: ArrayLike | None = None,
+    ) -> Self:
+        """Calibrate the thresholds.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_residuals)
+            Residual levels.
+        y : array-like of shape (n_windows,)
+            Condition of each window.
+        sample_weight : array-like of shape (n_windows,) or None, default=None
+            Number of windows that each row stands for, at least 0. None: one.
+        rpm : float, array-like of shape (n_windows,) or (n_windows, n_samples), default=None
+            Speed of each window in revolutions per minute. It selects from a pair of
+            confidence scales. None: the speeds are not known.
+
+        Returns
+        -------
+        ThresholdLadder
+            The fitted classifier.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of its range, `healthy` is not in `y`, or a weight is
+            negative.
+        """
+        check_labels(y)
+        X, y = validate_data(self, X, y, dtype=[np.float64, np.float32])
+        check_classification_targets(y)
+        log_speed = log_speeds(rpm, len(X))
+        X, y, weights = weighted_windows(np.abs(X), y, sample_weight)
+        self._check_parameters()
+        classes, target = np.unique(y, return_inverse=True)
+        self.classes_: NDArray[Any] = classes
+        combined = root_mean_square(X)
+        of_class = [target == c for c in range(len(classes))]
+        medians = [
+            ladder.weighted_median(combined[own], weights[own]) for own in of_class
+        ]
+        order = np.argsort(medians, kind="stable")
+        self.rungs_: NDArray[Any] = classes[order]
+        names = classes.tolist()
+        healthy = names[order[0]] if self.healthy is None else self.healthy
+        expect(
+            healthy in names, "healthy", healthy, f"one of the conditions in y: {names}"
+        )
+        self.healthy_index_: int = names.index(healthy)
+        own, rate = of_class[self.healthy_index_], self.false_alarm_rate
+        levels = self._healthy_level(X)[own]
+        self.detection_threshold_: float = ladder.false_alarm_threshold(
+            levels, weights[own], rate
+        )
+        if self._is_bank():
+            relative = np.exp(-ladder.relative_scores(X))
+            columns = [
+                (relative[own, c], weights[own]) for c, own in enumerate(of_class)
+            ]
+            thresholds = [ladder.false_alarm_threshold(*each, rate) for each in columns]
+        else:
+            roots = np.sqrt(np.array(medians)[order])
+            thresholds = roots[:-1] * roots[1:]
+            if order[0] == self.healthy_index_ and len(order) > 1:
+                # Gamma keeps the stated rate only while it is the first cut.
+                thresholds[0] = self.detection_threshold_
+                thresholds = np.maximum.accumulate(thresholds)
+        self.isolation_thresholds_: NDArray[Any] = np.array(thresholds)
+        if self.confidence_scale is None:
+            scale = ladder.confidence_scale(self._scores(X), target, weights)
+        else:
+            has_speeds = log_speed is not None and len(group_speeds(log_speed)[0]) > 1
+            scale = np.broadcast_to(self.confidence_scale, 2)[int(has_speeds)]
+        self.confidence_scale_: float = float(scale)
+        return finish_fit(self)
+
+    def _is_bank(self):
+        return len(self.classes_) == self.n_features_in_ > 1
+
+    def _healthy_level(self, X):
+        return X[:, self.healthy_index_] if self._is_bank() else root_mean_square(X)
+
+    def _scores(self, X):
+        if self._is_bank():
+            return ladder.relative_scores(X)
+        by_rung = ladder.rung_scores(root_mean_square(X), self.isolation_thresholds_)
+        return by_rung[:, np.argsort(np.searchsorted(self.classes_, self.rungs_))]
+
+    def _validate(self, X):
+        if not is_plain(self, X, (self.n_features_in_,)):
+            X = validate_data(self, X, dtype=[np.float64, np.float32], reset=False)
+        return np.abs(X)
+
+    @uses_fitted
+    def decision_function(self, X: ArrayLike) -> NDArray[Any]:
+        """Compute the scores of the conditions, of which the highest is the verdict.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_residuals)
+            Residual levels.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_classes), or (n_windows,) for two conditions
+            Scores in nepers. Of a bank: the distance of the residual below the
+            geometric mean of all. Of one residual: the distance of the level from the
+            bounds of the rung, positive inside. For two conditions: the score of the
+            second less that of the first.
+        """
+        scores = self._scores(self._validate(X))
+        return scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
+
+    @uses_fitted
+    def predict(self, X: ArrayLike) -> NDArray[Any]:
+        """Return the condition of each window.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_residuals)
+            Residual levels.
+
+        Returns
+        -------
+        ndarray of shape (n_windows,)
+            Conditions.
+        """
+        return self.classes_[self._scores(self._validate(X)).argmax(axis=1)]
+
+    def predict_proba(self, X: ArrayLike) -> NDArray[Any]:
+        """Compute the probability of each condition.
+
+        In a bank it is proportional to the residual to the power of minus
+        `confidence_scale_`.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_residuals)
+            Residual levels.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_classes)
+            Softmax of the scores times `confidence_scale_`; rows sum to 1.
+        """
+        return np.exp(self.predict_log_proba(X))
+
+    @uses_fitted
+    def predict_log_proba(self, X: ArrayLike) -> NDArray[Any]:
+        """Compute the logarithm of the probability of each condition.
+
+        For a verdict on several windows of a recording, sum the logarithms. As a
+        probability, the sum is too confident, because the errors of the windows are
+        correlated. The mean is closer.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_residuals)
+            Residual levels.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_classes)
+            Natural logarithms, finite.
+        """
+        scaled = self.confidence_scale_ * self._scores(self._validate(X))
+        return scaled - np.logaddexp.reduce(scaled, axis=1, keepdims=True)
+
+    @uses_fitted
+    def detect(self, X: ArrayLike) -> NDArray[Any]:
+        r"""Return whether the healthy residual of each window exceeds :math:`\Gamma` (eq. 24).
+
+        The stated rate holds if levels are not higher than in calibration, such as
+        levels in the unit of the sensor that were calibrated at the highest speed. If
+        windows are scaled to unit root mean square, as in a bank and in
+        `make_diagnoser`, most healthy windows of another speed raise an alarm. Use
+        `FaultDetector` instead for these.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_residuals)
+            Residual levels.
+
+        Returns
+        -------
+        ndarray of bool of shape (n_windows,)
+            True for an alarm.
+        """
+        return self._healthy_level(self._validate(X)) > self.detection_threshold_
+
+    def _capabilities(self):
+        healthy = self.classes_.tolist()[self.healthy_index_]
+        # The condition of the lowest level need not be healthy.
+        if self.healthy is None and location_of_label(healthy) != HEALTHY:
+            return {"alarm": False}
+        return {"healthy": healthy, "alarm": True, "stated_rate": self.false_alarm_rate}
+
+    def _check_parameters(self):
+        check_rate(self.false_alarm_rate, "false_alarm_rate")
+        scale = self.confidence_scale
+        scales = scale if isinstance(scale, tuple | list) else [scale] * 2
+        expect(len(scales) == 2, "confidence_scale", scale, "a number above 0, or two")
+        for each in () if scale is None else scales:
+            check_real(each, "confidence_scale", **ABOVE_0)
+
+    def _check_relations(self):
+        rungs = self.rungs_
+        is_array = isinstance(rungs, np.ndarray) and rungs.shape == self.classes_.shape
+        fits = is_array and sorted(map(str, rungs)) == sorted(map(str, self.classes_))
+        expect(fits, "rungs_", rungs, "the conditions in classes_")
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        # The classifier is made for residual levels. It need not separate arbitrary
+        # features.
+        tags.classifier_tags.poor_score = True
+        return tags

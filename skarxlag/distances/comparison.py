@@ -1,0 +1,411 @@
+"""Comparison of log spectra with those of each condition, across speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from numbers import Integral
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..core.base import StretchTransformer
+from ..core.parallel import one_thread
+from ..core.speeds import log_speeds
+from ..core.state import SPEEDS, WINDOWS, Labels, Values, as_fitted, expect
+from ..core.validation import ABOVE_0, check_real, validate_signals
+from ..kernels import drift, speed_references
+from ..kernels.spectra import cepstrum
+
+#: Logarithms of powers in double precision are smaller.
+_LARGEST = 1e4
+#: Added to squared distances, so that a constant group, such as the steadiness of
+#: windows of one segment, does not make the product 0 for all conditions.
+_LEAST = 1e-12
+
+
+@dataclass(kw_only=True, eq=False, repr=False)
+class SpectralDistance(StretchTransformer):
+    r"""Transformer from log spectra to distances from each condition that tolerate other speeds.
+
+    A window comes as one or several groups of log spectra: natural logarithms of power
+    at the midpoints of equal cells of frequency. Each group g is reduced to its cosine
+    coefficients :math:`d_g` without the first, the gain. Its distance from condition c
+    at speed q is the root of
+
+    .. math::
+
+        r_{gc}^2 = \tfrac{1}{\dim d_g}\,(d_g - \bar d_{gc}(q))^T (S_w + f(q)\,D)^{-1}
+        (d_g - \bar d_{gc}(q)).
+
+    The reference :math:`\bar d_{gc}(q)` is linear in :math:`\ln q` between the means of
+    the training windows of c at two neighbouring training speeds, and constant outside.
+    :math:`S_w` is the covariance of the training windows about the means of their
+    condition and speed. D is the covariance of the changes that another speed may cause
+    in the spectra of all conditions,
+
+    .. math::
+
+        D = \mathrm{diag}(c\,n^{-2} + f_0) + S_s + \overline{e e^T}.
+
+    The first part is drift that is smooth over frequency, and drift of any other kind.
+    :math:`S_s` is the change of the conditions' mean spectra if the frequency axis is
+    scaled by :math:`e^{\pm 0.1}`, because some lines follow the shaft. With several
+    training speeds, the other speeds predict each mean, and e is the error of this
+    prediction divided by the root of f. The factor f(q) is the variance of a Brownian
+    bridge between the training speeds. It is 1 at a distance of 0.4 in :math:`\ln q`
+    outside of them, and at least 0.2.
+
+    The residual of condition c combines the geometric mean over G groups with the
+    distance :math:`r_c` of several groups that are joined to one vector. The covariance
+    of this vector contains the correlation of the groups:
+
+    .. math::
+
+        \rho_c = \Big(\prod_g r_{gc}\Big)^{(1 - w) / G} \; r_c^{\,w} .
+
+    The product follows from Student's t distribution with few degrees of freedom, if
+    speed changes each group by an unknown amount. In a sum of squares, one group that
+    speed has changed much would outweigh the others.
+
+    Speeds come as the metadata `rpm` of scikit-learn's metadata routing, which this
+    estimator requests. Without `rpm` in `fit`, there is one reference for each
+    condition. Without `rpm` in `transform`, f is 1, and the residual is the smallest
+    over the training speeds and the middles between them.
+
+    Parameters
+    ----------
+    joint_weight : float, default=0.0
+        The weight w of the joint distance, in [0, 1]. At 0 there is only the product of
+        the groups, at 1 only the joint distance.
+    joint_groups : sequence of int or None, default=None
+        Indices along axis 1 of X of the groups in the joint distance, each once. None:
+        all.
+    smooth_drift : float, default=0.1
+        The constant c in squared nepers of power, at least 0.
+    rough_drift : float, default=0.01
+        The constant :math:`f_0` in squared nepers of power, above 0.
+    frequency_drift : float, default=0.1
+        Weight of :math:`S_s`, at least 0.
+
+    Attributes
+    ----------
+    classes_ : ndarray of shape (n_classes,)
+        Conditions, sorted.
+    speeds_ : ndarray of shape (n_speeds,)
+        Training speeds in revolutions per minute, ascending; speeds within 2 % count as
+        one. Empty without `rpm`.
+    recorded_ : ndarray of int of shape (n_speeds or 1, n_classes)
+        1 where `fit` had windows of a condition at a speed, otherwise 0.
+    axes_ : ndarray of shape (n_groups, n_coefficients, n_coefficients)
+        For each group, the matrix V for which V' D V is the identity and V' S_w V is
+        diagonal.
+    variances_ : ndarray of shape (n_groups, n_coefficients)
+        The diagonal of V' S_w V.
+    references_ : ndarray of shape (n_speeds or 1, n_classes, n_groups, n_coefficients)
+        Means of the conditions times the axes of their group; 0 without a recording.
+    joint_axes_ : ndarray of shape (n_all_coefficients, n_all_coefficients)
+        The same for the joined groups. It is empty if `joint_weight` is 0 or there is
+        one group.
+    joint_variances_ : ndarray of shape (n_all_coefficients,)
+        The same for the joined groups.
+    joint_references_ : ndarray of shape (n_speeds or 1, n_classes, n_all_coefficients)
+        The same for the joined groups.
+    n_features_in_ : int
+        Number of groups, or of frequencies if X has two axes.
+    feature_names_in_ : ndarray of str
+        Column names, if fitted on a table.
+
+    See Also
+    --------
+    LogSpectra : Computes groups of log spectra.
+    ExtendedStatePIObserverBank : Computes them by observers.
+    ThresholdLadder : Decides by the smallest residual.
+
+    References
+    ----------
+    R. J. Martin (2000), "A metric for ARMA processes", IEEE Transactions on Signal
+    Processing 48(4), 1164-1170.
+
+    Examples
+    --------
+    Log spectra of any origin can be compared. Here two conditions differ by a ripple.
+    The test windows have a tilt, which no training window had:
+
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(0)
+    >>> frequency = np.linspace(0, 1, 32)
+    >>> y = np.repeat(["even", "rippled"], 20)
+    >>> ripple = 0.3 * np.sin(40 * frequency) * (y == "rippled")[:, np.newaxis]
+    >>> X = ripple + 0.1 * rng.normal(size=(40, 32))
+    >>> distance = SpectralDistance().fit(X, y)
+    >>> distance.transform(X + 0.5 * frequency).argmin(axis=1)[[0, 19, 20, 39]]
+    array([0, 0, 1, 1])
+    """
+
+    joint_weight: float = 0.0
+    joint_groups: Sequence[int] | None = None
+    smooth_drift: float = 0.1
+    rough_drift: float = 0.01
+    frequency_drift: float = 0.1
+
+    _suffix = "distance"
+
+    _state = WINDOWS | {
+        "classes_": Labels(),
+        "speeds_": SPEEDS,
+        "recorded_": Values(
+            lambda e: (max(len(e.speeds_), 1), len(e.classes_)),
+            (
+                lambda v, e: np.isin(v, (0, 1)).all() and v.any(axis=0).all(),
+                "0 and 1, with a 1 for each condition",
+            ),
+            "i",
+        ),
+        "variances_": Values(
+            lambda e: (e._n_groups(), e._n_coefficients()), "at least 0"
+        ),
+        "axes_": Values(
+            lambda e: (*e.variances_.shape, e._n_coefficients()), "within 1e150"
+        ),
+        "references_": Values(
+            lambda e: e.recorded_.shape + e.variances_.shape, "within 1e150"
+        ),
+        "joint_variances_": Values(
+            lambda e: (len(e._joined_groups()) * e._n_coefficients(),), "at least 0"
+        ),
+        "joint_axes_": Values(lambda e: 2 * e.joint_variances_.shape, "within 1e150"),
+        "joint_references_": Values(
+            lambda e: e.recorded_.shape + e.joint_variances_.shape, "within 1e150"
+        ),
+    }
+
+    @one_thread
+    def _learn(self, X, target, weights, rpm):
+        self._check_relations()
+        log_speed = np.zeros(len(X)) if rpm is None else log_speeds(rpm, len(X))
+        known, at = speed_references.group_speeds(log_speed)
+        spectra = X.astype(np.float64, copy=False)
+        cepstra = cepstrum(spectra)
+        means, recorded = speed_references.mean_by_speed(cepstra, at, target, weights)
+        self.recorded_: NDArray[Any] = recorded.astype(np.intp)
+        # A covariance holds squares, so a weight counts by its root.
+        root = np.sqrt(weights / weights.sum())[:, np.newaxis, np.newaxis]
+        cepstra -= means[at, target]
+        cepstra *= root
+        of_class = speed_references.group_means(spectra, target, weights).reshape(
+            -1, X.shape[-1]
+        )
+        moved = cepstrum(drift.scaled_frequency(of_class).reshape(-1, *X.shape[1:]))
+        learned = speed_references.drift_learned(known, means, recorded)
+        parts = [[g] for g in range(X.shape[1])] + [self._joined_groups()]
+        found = [
+            self._calibrate(chosen, cepstra, moved, learned, means) for chosen in parts
+        ]
+        axes, variances, references = map(np.stack, zip(*found[:-1], strict=True))
+        self.axes_: NDArray[Any] = axes
+        self.variances_: NDArray[Any] = variances
+        self.references_: NDArray[Any] = np.moveaxis(references, 0, 2)
+        axes, variances, references = found[-1]
+        self.joint_axes_: NDArray[Any] = axes
+        self.joint_variances_: NDArray[Any] = variances
+        self.joint_references_: NDArray[Any] = references
+
+    def _calibrate(self, chosen, scatter, moved, learned, means):
+        """Return axes, variances and references of the chosen groups, joined to one vector."""
+        scatter, moved, learned = (
+            _joined(each, chosen) for each in (scatter, moved, learned)
+        )
+        change = np.diag(self._smooth_variance(len(chosen), self.rough_drift))
+        change += self.frequency_drift * moved.T @ moved / len(moved)
+        if len(learned) > 0:
+            change += learned.T @ learned / len(learned)
+        axes, variances = drift.joint_axes(scatter.T @ scatter, change)
+        centres = means[:, :, chosen].reshape(
+            means.shape[0] * means.shape[1], len(axes)
+        )
+        return (
+            axes,
+            variances,
+            drift.along_axes(centres, axes).reshape(*means.shape[:2], len(axes)),
+        )
+
+    def adapt(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
+        r"""Move all references by the smooth drift of windows at a new speed.
+
+        Healthy windows are often available at every speed. Their mean change m of the
+        cosine coefficients has a smooth part, which all conditions share. Its most
+        likely value is :math:`f C (S_w + f D)^{-1} m` with :math:`C =
+        \mathrm{diag}(c\,n^{-2})`.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)
+            Log spectra at the new speed.
+        y : array-like of shape (n_windows,)
+            Their conditions, among `classes_`. Usually all windows are healthy.
+        rpm : float, array-like of shape (n_windows,) or (n_windows, n_samples), default=None
+            The new speed, as in `fit`. Without it, f is 1, and the references are those
+            of the mean training speed.
+
+        Returns
+        -------
+        SpectralDistance
+            This transformer, for use at the new speed. Another call starts from these
+            references.
+
+        Raises
+        ------
+        ValueError
+            If a condition was not in `fit`, or as in `transform`.
+        """
+        vars(self).update(as_fitted(self)._moved_references(X, y, rpm))
+        return self
+
+    def _moved_references(self, X, y, rpm):
+        X, y = self._validate(X, y)
+        known = f"conditions of fit, {self.classes_.tolist()}"
+        expect(np.isin(y, self.classes_), "y", np.unique(y).tolist(), known)
+        own, cepstra = np.searchsorted(self.classes_, y), cepstrum(X.astype(np.float64))
+        self._check_rpm_is_taken(rpm)
+        speeds = log_speeds(rpm, len(X))
+        if speeds is None:
+            speeds = np.full(len(X), self._known_log_speeds().mean())
+        weights, factor = self._at(speeds, rpm)
+        weights = weights[np.arange(len(X)), :, own]
+        moved = []
+        for chosen, axes, variances, references, _ in self._parts():
+            expected = np.einsum("wk,kwgf->wgf", weights, references[:, own])
+            rows = drift.along_axes(_joined(cepstra, chosen), axes) - expected
+            share = np.mean(rows * (factor / (variances + factor)), axis=0)
+            smooth = self._smooth_variance(chosen.shape[1], 0.0)
+            moved.append(np.einsum("gfa,f,gfb,gb->ga", axes, smooth, axes, share))
+        joint = self.joint_references_ + moved[1][0]
+        return {"references_": self.references_ + moved[0], "joint_references_": joint}
+
+    def _residuals(self, X, rpm):
+        if rpm is None:
+            parts = self._at_any_speed
+            places = np.arange(len(parts[0][2])).repeat(len(X)).reshape(-1, len(X))
+        else:
+            speeds, place = np.unique(log_speeds(rpm, len(X)), return_inverse=True)
+            parts, places = self._parts_at(speeds, rpm), place[np.newaxis]
+
+        product = 1.0
+        for chosen, axes, *of_part, weight in parts:
+            # With rows of several layouts, the loop would be compiled for each.
+            rows = np.ascontiguousarray(_joined(X, chosen), dtype=np.float64)
+            distances = drift.squared_distances(rows, axes, *of_part, places) + _LEAST
+            product *= distances.prod(axis=-1) ** (weight / 2)
+        return product.min(axis=0)
+
+    # These stay with the copy that `as_fitted` keeps, so that a single row need not
+    # wait for them.
+    @cached_property
+    def _at_any_speed(self):
+        return self._parts_at(
+            speed_references.speeds_to_try(self._known_log_speeds()), None
+        )
+
+    def _parts_at(self, log_speed, rpm):
+        """Return what `_parts` yields, for log spectra, with references and variances at speeds."""
+        (weights, factor), found = self._at(log_speed, rpm), []
+        parts = zip(self._parts(), self._axes_of_spectra, strict=True)
+        for (chosen, _, variances, references, weight), axes in parts:
+            expected = np.einsum("skc,kcgf->scgf", weights, references, order="C")
+            found.append((chosen, axes, expected, 1 / (variances + factor), weight))
+        return found
+
+    @cached_property
+    @one_thread
+    def _axes_of_spectra(self):
+        """The axes times the cosines that make coefficients of log spectra."""
+        cosines = cepstrum(np.eye(self._n_coefficients() + 1))
+        return [
+            np.kron(np.eye(g.shape[1]), cosines) @ axes for g, axes, *_ in self._parts()
+        ]
+
+    def _at(self, log_speed, rpm):
+        """Return weights of the references at speeds, and the factor on the drift of groups."""
+        known = self._known_log_speeds()
+        weights, variance = speed_references.reference_weights(
+            log_speed, known, self.recorded_ > 0
+        )
+        factor = (
+            np.ones(len(variance))
+            if rpm is None
+            else speed_references.drift_factor(variance)
+        )
+        return weights, factor[:, np.newaxis, np.newaxis]
+
+    def _parts(self):
+        """Yield groups, axes, variances, references and weight: of each, and of joined ones."""
+        joined, n_groups = self._joined_groups(), len(self.axes_)
+        joint = self.joint_weight if joined else 0.0
+        own = self.axes_, self.variances_, self.references_
+        yield np.arange(n_groups)[:, np.newaxis], *own, (1 - joint) / n_groups
+        own = self.joint_axes_[np.newaxis], self.joint_variances_[np.newaxis]
+        yield (
+            np.array([joined], dtype=int),
+            *own,
+            self.joint_references_[:, :, np.newaxis],
+            joint,
+        )
+
+    def _joined_groups(self):
+        """Return the groups in the joint distance, or none if there is no such distance."""
+        n_groups = self._n_groups()
+        if self.joint_weight == 0 or n_groups == 1:
+            return []
+        return list(range(n_groups) if self.joint_groups is None else self.joint_groups)
+
+    def _known_log_speeds(self):
+        return np.log(self.speeds_) if len(self.speeds_) > 0 else np.zeros(1)
+
+    def _smooth_variance(self, n_groups, rough):
+        of_group = drift.smooth_variance(
+            self._n_coefficients(), self.smooth_drift, rough
+        )
+        return np.tile(of_group, n_groups)
+
+    def _validate(self, X, y=None, *, reset=False):
+        X, y = validate_signals(self, X, y, reset=reset)
+        largest = float(np.abs(X).max())
+        expect(
+            largest <= _LARGEST,
+            "Largest size in X",
+            largest,
+            "natural logarithms of power",
+        )
+        return X.reshape(len(X), -1, X.shape[-1]), y
+
+    def _check_parameters(self):
+        check_real(self.joint_weight, "joint_weight", min_val=0, max_val=1)
+        check_real(self.rough_drift, "rough_drift", **ABOVE_0)
+        check_real(self.smooth_drift, "smooth_drift", min_val=0)
+        check_real(self.frequency_drift, "frequency_drift", min_val=0)
+        chosen = [0] if self.joint_groups is None else list(self.joint_groups)
+        are_indices = all(isinstance(g, Integral) and g >= 0 for g in chosen)
+        fits = len(chosen) > 0 and len(set(chosen)) == len(chosen) and are_indices
+        expect(
+            fits, "joint_groups", self.joint_groups, "different integers of at least 0"
+        )
+
+    def _n_groups(self):
+        return int(self.window_shape_[0]) if len(self.window_shape_) == 2 else 1
+
+    def _n_coefficients(self):
+        return int(self.window_shape_[-1]) - 1
+
+    def _check_relations(self):
+        largest = max([0] if self.joint_groups is None else self.joint_groups)
+        wanted = f"integers below {self._n_groups()}, the number of groups in X"
+        expect(largest < self._n_groups(), "joint_groups", self.joint_groups, wanted)
+
+
+def _joined(rows, chosen):
+    """Return chosen groups of rows, of which those along the last axis are joined."""
+    taken = rows[:, chosen]
+    return taken.reshape(*taken.shape[:-2], taken.shape[-2] * taken.shape[-1])

@@ -1,0 +1,161 @@
+"""Envelope spectra: that of a signal, and the combs of bearing faults in those of rows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.utils import check_array
+
+from ..core.parallel import map_rows
+from ..core.speeds import check_speeds, with_plausible_speeds
+from ..core.state import expect
+from ..core.validation import ABOVE_0, as_samples, check_real
+from ..kernels.comb import comb_frequency
+from ..kernels.fault_orders import (
+    CAGE_WEIGHT,
+    FAULT_LOCATIONS,
+    fault_comb,
+    squared_envelope_spectrum,
+)
+
+#: Turns of the bearing's shaft that a row must have.
+LEAST_REVOLUTIONS = 2
+#: Turns of the cage from which on its comb counts: lines at its order are apart then.
+_CAGE_TURNS = 2
+
+
+def best_combs(
+    contrast: NDArray[Any],
+    n_turns: float,
+    orders: NDArray[Any],
+    tolerance: float,
+    slip: float,
+) -> dict[str, NDArray[Any]]:
+    """Return score, factor and bearing of each place, for the bearing that fits it best.
+
+    Parameters
+    ----------
+    contrast : ndarray of shape (n_orders,)
+        Of a row, or the mean of several.
+    n_turns : float
+        Turns of the bearing's shaft in a row. In short ones, the cage does not count.
+    orders : ndarray of shape (n_bearings, 4)
+        Orders of the cage, the spin of an element, the inner and the outer race.
+    tolerance, slip : float
+        As in `fault_comb`.
+
+    Returns
+    -------
+    dict of str to ndarray of shape (3,)
+        "scores", "factors" and "bearings".
+    """
+    weights = np.where(n_turns * orders[:, 0] < _CAGE_TURNS, 0.0, CAGE_WEIGHT)
+    combs = [
+        fault_comb(contrast, of_bearing, tolerance, slip, weight)
+        for of_bearing, weight in zip(orders, weights, strict=True)
+    ]
+    scores, factors = (np.stack(each) for each in zip(*combs, strict=True))
+    best, place = scores.argmax(axis=0), np.arange(len(FAULT_LOCATIONS))
+    return {
+        "scores": scores[best, place],
+        "factors": factors[best, place],
+        "bearings": best,
+    }
+
+
+def samples_per_revolution_of_rows(
+    X: NDArray[Any],
+    sampling_rate: float,
+    rpm: ArrayLike | None,
+    speed_range: tuple[float, float] | None,
+    least_revolutions: float,
+    train_rpm: Sequence[float] = (),
+) -> NDArray[Any]:
+    """Return the samples in a turn of each row of shape (1, n_samples).
+
+    They are NaN for rows without a plausible speed, of less than two turns, or too
+    short for a search of the speed.
+
+    Raises
+    ------
+    ValueError
+        If `rpm` has neither one speed for each row, nor one for each of their samples.
+    """
+    n_rows, _, length = X.shape
+    rpm, is_plausible = with_plausible_speeds(rpm, n_rows, train_rpm)
+    if rpm is not None:
+        speeds = check_speeds(rpm, n_rows, length)
+        n_turns = (
+            length * speeds.reshape(n_rows, -1).mean(axis=1) / (60 * sampling_rate)
+        )
+        is_usable = (
+            is_plausible & (n_turns >= least_revolutions) & (n_turns <= length / 2)
+        )
+        return np.where(is_usable, 60 * sampling_rate / speeds.T, np.nan).T
+    low, high = speed_range or (0.0, 0.0)
+    if length * low < least_revolutions * 60 * sampling_rate:
+        return np.full(n_rows, np.nan)
+    turn = 60 * sampling_rate / np.sqrt(low * high)
+    tolerance = np.log(high / low) / 2
+    search = map_rows(
+        lambda _, row: comb_frequency(row, 1 / turn, tolerance, 40), X, n_jobs=1
+    )
+    return 1 / np.array(search)
+
+
+def envelope_spectrum(
+    signal: ArrayLike,
+    sampling_rate: float,
+    *,
+    band: tuple[float, float] | None = None,
+    prewhiten: bool = True,
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Compute the spectrum of the squared envelope of a signal.
+
+    Parameters
+    ----------
+    signal : array-like of shape (n_samples,)
+        At least 8 samples, in any unit.
+    sampling_rate : float
+        In Hz, above 0.
+    band : tuple of two floats or None, default=None
+        Lowest and highest frequency in Hz that the envelope is taken of. None: all
+        frequencies.
+    prewhiten : bool, default=True
+        Whether all frequencies get the same magnitude first, which is called cepstrum
+        prewhitening. It removes the lines of gears and of the shaft, and the loudness
+        of resonances.
+
+    Returns
+    -------
+    frequencies : ndarray of shape (n_frequencies,)
+        From 0 to half the sampling rate in Hz. Divided by the shaft's frequency, they
+        are orders.
+    power : ndarray of shape (n_frequencies,)
+        Power of the squared envelope less its mean, relative to the mean squared.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(0)
+    >>> signal = 0.1 * rng.normal(size=20_000)
+    >>> signal[np.cumsum(rng.normal(400, 1, size=49)).astype(int)] += 1  # 50 impacts a second
+    >>> frequencies, power = envelope_spectrum(signal, 20_000)
+    >>> float(frequencies[power[:100].argmax()])
+    50.0
+    """
+    check_real(sampling_rate, "sampling_rate", **ABOVE_0)
+    options = {"ensure_2d": False, "ensure_min_samples": 8, "input_name": "signal"}
+    signal = check_array(as_samples(signal, "signal"), dtype=np.float64, **options)
+    expect(signal.ndim == 1, "signal.shape", signal.shape, "one axis")
+    low, high = (0.0, sampling_rate / 2) if band is None else band
+    expected = (
+        f"two frequencies from 0 to {sampling_rate / 2:g} Hz, the lower one first"
+    )
+    expect(0 <= low < high <= sampling_rate / 2, "band", band, expected)
+    part = low / sampling_rate, high / sampling_rate
+    power = squared_envelope_spectrum(signal, part, prewhiten)
+    return np.arange(len(power)) * sampling_rate / len(signal), power

@@ -1,0 +1,458 @@
+"""Find windows that carry no signal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import fft
+from sklearn.utils import check_array
+
+from ..core.parallel import map_batches
+from ..core.speeds import speeds_of_rows
+from ..core.state import expect
+from ..core.validation import ABOVE_0, as_samples, check_real
+from ..kernels.scaling import ROUNDING, largest
+from ..kernels.short_time import windowed_segments
+
+#: Share of samples that may repeat the sample before, and of those that may do so in
+#: one run.
+_HELD, _STUCK = 0.5, 0.1
+#: Share of the root-mean-square step of a window below which a step counts as none, as
+#: converters of many bits record their own noise. The range would be no measure: it
+#: grows with the length of a window, and steps are small beside it if the signal is
+#: slow.
+_STILL = 1e-4
+#: Shorter runs of equal samples may come from quantisation.
+_SHORTEST_STUCK = 16
+#: A window whose values lie on fewer levels than this is the last bit of a converter,
+#: not a signal.
+_FEWEST_LEVELS = 8
+#: Shorter windows may lie on few levels by chance.
+_SHORTEST_COARSE = 64
+#: Share of samples that may lie at the two extremes: Gaussian noise that is clipped
+#: beyond 2.33 standard deviations is accepted. A clipped signal has this many times as
+#: many samples there as within `_NEAR` of its range, or one step, of them. A quantised
+#: sine has about as many near them.
+_CLIPPED, _PILED_UP, _NEAR = 0.02, 3, 0.01
+#: Steps of more than `_LEAP` of the range are leaps. They come from wrapping round if
+#: linear prediction of this order misses some of them by `_UNFORESEEN` of the range,
+#: and if some samples lie in the outer `_EDGE` of the range at either end, where a
+#: signal that was not cut has few.
+_LEAP, _UNFORESEEN, _FEWEST_LEAPS, _EDGE, _FEWEST_AT_ENDS, _ORDER = (
+    0.75,
+    0.4,
+    4,
+    0.02,
+    6,
+    8,
+)
+#: Steps by which a straight line may be rounded, or begin again.
+_RAMP_STEPS = 2
+#: Shares of a long window that both must have at least: a few impacts in a minute are
+#: no wrapping.
+_LEAST_LEAPS, _LEAST_AT_ENDS = 5e-4, 1e-3
+#: Samples in a segment of the spectrum whose bands are judged. Every window has
+#: segments of this length, so that its bands do not depend on how long it is.
+_SEGMENT = 512
+#: Samples whose segments are transformed at a time, or those of one window.
+_SAMPLES_AT_A_TIME = 2**16
+#: Side lobes of this Kaiser window are 130 dB below a line.
+_KAISER = 18
+#: A band is empty if its density is this much below the mean of all bands: the model of
+#: a window that `LogSpectra` identifies has a ridge of this size, and does not see such
+#: bands.
+_EMPTY = 1e-9
+#: Share of the bands that may be empty. Signals at four times the rate that they need,
+#: and those of sensors behind low-pass filters, are accepted. A sine without noise
+#: fills 6 %.
+_MOST_EMPTY = 0.8
+#: Frequencies in Hz, and the share of the energy that a sine there may have: one of up
+#: to 20 dB above the rest is accepted.
+_MAINS, _HUM = (50.0, 60.0), 0.99
+#: Highest order of the shaft that can be so strong a line: unbalance makes the first,
+#: misalignment the second. On six rigs, lines of the first have up to 79 % of the
+#: energy, of the third 23 %.
+_LAST_ORDER = 2
+#: Seconds of the pieces in which hum is looked for: the mains frequency wanders in
+#: longer ones.
+_HUM_SECONDS = 1.0
+#: Periods of the mains frequency in a window, so that it differs from a drift; and the
+#: largest deviation from it in Hz.
+_FEWEST_PERIODS, _DEVIATION = 3, 0.5
+#: Share by which stated speeds differ from true ones.
+_SPEED_ERROR = 0.01
+
+
+def signal_quality(
+    X: ArrayLike,
+    *,
+    sampling_rate: float | None = None,
+    rpm: ArrayLike | None = None,
+    return_share: bool = False,
+) -> Any:
+    """Return whether each window carries a signal, and if not, why.
+
+    An estimator returns a prediction for every row, even for that of an unplugged
+    sensor. This function finds such rows. It tests each window separately and needs no
+    calibration. No criterion depends on the unit of the signal. The criteria are, in
+    this order:
+
+    - ``"not finite"``: some sample is NaN or infinite, in any channel. All estimators
+      refuse such a window. Its share counts these samples.
+    - ``"constant"``: the output does not move by more than rounding (8 times the
+      resolution of double precision) of its largest value. The sensor is dead or not
+      connected.
+    - ``"held"``: more than half of the samples of the output repeat the sample before,
+      but for 1e-4 of the root-mean-square step. Most of the window is dropouts, the
+      logger held its last value, or one sample is so large that nothing else counts.
+    - ``"stuck"``: the longest run of samples that are equal but for 1e-4 of the
+      root-mean-square step is longer than a tenth of the window and than 16 samples. A
+      cable was loose, or the logger lost a block.
+    - ``"coarse"``: the range of the output is less than 7 times its smallest step, so
+      that the samples lie on fewer than 8 levels. The signal is lost below the last bit
+      of the converter. Its share is that of one step in the range.
+    - ``"clipped"``: more than 2 % of the samples of the output are equal to its largest
+      or to its smallest value, and these are more than three times as many as lie
+      within 1 % of the range, or one step, of them. The amplifier or the converter is
+      saturated.
+    - ``"wrapped"``: the output leaps by more than 75 % of its range. A linear
+      prediction of order 8 misses at least 4 leaps and 0.05 % of the samples, and at
+      least 6 samples and 0.1 % lie at either end of the range. Values beyond the range
+      of an integer type continued at its other end. Its share counts the leaps.
+    - ``"ramp"``: the output is a straight line, but for two of its steps. It holds
+      times or counts samples.
+    - ``"band missing"``: more than 80 % of the frequency bands are empty. Bands are
+      equally wide, from 0 to half the sampling rate. A band is empty if its power
+      density is more than 90 dB below the mean of all bands. The signal is lines
+      without noise, or was recorded at less than a fifth of its rate. Its share is that
+      of the empty bands. Filters of ordinary sensors, such as the high-pass filter of
+      an AC-coupled one, leave enough bands.
+    - ``"hum"``: a sine of 50 or 60 Hz has more than 99 % of the energy of the output
+      without its trend. A shield is not grounded. This requires `sampling_rate` and
+      windows of at least three periods. A line at the speed of the shaft or at twice
+      that is not called hum.
+    - ``"good"``: none of these.
+
+    Measured inputs, the channels after the first, may well be constant: a torque that
+    is held, or a speed. Only NaN and infinity count there.
+
+    Parameters
+    ----------
+    X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+        Windows in any unit; NaN is allowed, and so are masked samples, which count as
+        NaN.
+    sampling_rate : float, default=None
+        In Hz, above 0. None does not look for hum.
+    rpm : float, array-like of shape (n_windows,) or None, default=None
+        Shaft speed of each window in rev/min, NaN where it is not known. The mains
+        frequency is not looked for if it is closer to the shaft's frequency, or to
+        twice that, than 1 %, 0.5 Hz or the resolution of the window, which is 1 Hz for
+        windows of a second and more.
+    return_share : bool, default=False
+        Whether to return the shares, too.
+
+    Returns
+    -------
+    quality : ndarray of str of shape (n_windows,)
+        One of the names above for each window. ``signal_quality(X) == "good"`` is the
+        mask of windows that can be diagnosed.
+    share : ndarray of float of shape (n_windows,)
+        Share in [0, 1] of each window to which its quality applies, 0 if it is good.
+        Only if `return_share` is true.
+
+    Raises
+    ------
+    ValueError
+        If X has another number of axes, the sampling rate is not positive, or `rpm`
+        does not fit X.
+
+    Notes
+    -----
+    Estimators treat such windows as follows: `ARXLaguerre` leaves windows of constant
+    output out of its sums. `predict_proba` of the diagnosers returns equal
+    probabilities; a detector flags them. `predict` of a diagnoser returns one of its
+    conditions for them, which means nothing. `window_verdicts` returns "no signal".
+
+    Short windows are judged by fewer criteria. Two samples at the extremes, one at
+    each, never count as clipped. A window of fewer than 64 samples is never coarse,
+    wrapped or a ramp, and one of fewer than 512 never has a missing band. Otherwise,
+    the criteria do not depend on the length of a window. A few samples that wrapped
+    round look like impacts, and white noise of uniform distribution looks like a signal
+    that wrapped round often.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> noise = np.random.default_rng(0).normal(size=(5, 1000))
+    >>> noise[1] = 0.3                       # a dead sensor
+    >>> noise[2] = noise[2].clip(-1, 1)      # a saturated amplifier
+    >>> noise[3, 200:] = 0.0                 # a cable that came off
+    >>> noise[4, 200:400] = 0.0              # a lost block
+    >>> quality, share = signal_quality(noise, return_share=True)
+    >>> quality.tolist()
+    ['good', 'constant', 'clipped', 'held', 'stuck']
+    >>> share.round(2)
+    array([0.  , 1.  , 0.32, 0.8 , 0.2 ])
+    """
+    if sampling_rate is not None:
+        check_real(sampling_rate, "sampling_rate", **ABOVE_0)
+    X = as_samples(X, "X")
+    X = check_array(
+        X, dtype=[np.float64, np.float32], allow_nd=True, ensure_all_finite=False
+    )
+    shapes = "(n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)"
+    expect(X.ndim <= 3, "X.shape", X.shape, shapes)
+    frequencies = speeds_of_rows(np.nan if rpm is None else rpm, len(X)) / 60
+    expect(frequencies.shape == (len(X),), "rpm", rpm, "one speed for each window")
+    parts = map_batches(
+        lambda batch: _quality_of_batch(X[batch], sampling_rate, frequencies[batch]),
+        len(X),
+        None,
+    )
+    quality, share = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return (quality, share) if return_share else quality
+
+
+def quality_of_outputs(
+    X: NDArray[Any], outputs: Sequence[str], **options: Any
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return quality and share of rows with several outputs: of the first output that is bad.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_windows, n_samples) or (n_windows, n_channels, n_samples)
+        The first channels are the outputs.
+    outputs : sequence of str
+        Names of the outputs. The quality of several names the one that is bad.
+    **options
+        As `signal_quality` takes them.
+
+    Returns
+    -------
+    quality, share : ndarray of shape (n_windows,)
+        As `signal_quality` returns them.
+
+    Examples
+    --------
+    >>> X = np.random.default_rng(0).normal(size=(1, 2, 1000))
+    >>> X[:, 1] = 0.0
+    >>> quality_of_outputs(X, ["left", "right"])
+    (array(['constant in right'], dtype='<U21'), array([1.]))
+    """
+    if len(outputs) == 1:
+        return signal_quality(X, return_share=True, **options)
+    found = [
+        signal_quality(X[:, s:], return_share=True, **options)
+        for s in range(len(outputs))
+    ]
+    qualities, shares = map(np.array, zip(*found, strict=True))
+    named = np.char.add(qualities, [[f" in {name}"] for name in outputs])
+    named = np.where(qualities == "good", "good", named)
+    first = (named != "good").argmax(axis=0), np.arange(len(X))
+    return named[first], shares[first]
+
+
+def _quality_of_batch(windows, sampling_rate, shaft_frequency):
+    """Return the first criterion that each window fails, and the share of the window affected."""
+    not_finite = (~np.isfinite(windows)).reshape(len(windows), -1).mean(axis=1)
+    output = np.asarray(
+        windows if windows.ndim == 2 else windows[:, 0], dtype=np.float64
+    )
+    output = np.where(not_finite[:, np.newaxis] > 0, 0.0, output)
+    # In units of the largest value, so that no range overflows.
+    peak = largest(output)
+    scaled = output / np.where(peak == 0, 1.0, peak)
+    highest, lowest = (
+        scaled.max(axis=1, keepdims=True),
+        scaled.min(axis=1, keepdims=True),
+    )
+    n_windows, n_samples = scaled.shape
+    span = (highest - lowest)[:, 0]
+    steps = np.abs(np.diff(scaled, axis=1))
+    leaps = np.count_nonzero(steps > _LEAP * span[:, np.newaxis], axis=1)
+    # Steps below the rounding of the largest value are lost, for instance next to one
+    # huge sample.
+    still = _STILL * np.sqrt(np.einsum("wk,wk->w", steps, steps) / n_samples)
+    stays = steps <= np.maximum(still, ROUNDING)[:, np.newaxis]
+    steps[stays] = np.inf
+    step = steps.min(axis=1, initial=np.inf)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        coarse = np.nan_to_num(step / span, posinf=0.0)
+    held, run = stays.sum(axis=1) / n_samples, _longest_runs(stays)
+    n_extreme = (scaled == highest).sum(axis=1) + (scaled == lowest).sum(axis=1)
+    clipped = n_extreme / n_samples
+    saturates = (clipped > _CLIPPED) & (n_extreme > 2)
+    some = np.flatnonzero(saturates)
+    n_near = _near_extremes(scaled[some], coarse[some]) - n_extreme[some]
+    saturates[some] = n_extreme[some] > _PILED_UP * n_near
+    checks = {
+        "not finite": (not_finite > 0, not_finite),
+        "constant": (span <= ROUNDING, np.ones(n_windows)),
+        "held": (held > _HELD, held),
+        "stuck": (
+            (run > _STUCK * n_samples) & (run > _SHORTEST_STUCK),
+            run / n_samples,
+        ),
+        "coarse": (
+            (coarse * (_FEWEST_LEVELS - 1.5) > 1) & (n_samples >= _SHORTEST_COARSE),
+            coarse,
+        ),
+        "clipped": (saturates, clipped),
+    }
+    quality, share = _first_failed(checks, n_windows)
+    # The other criteria cost more, and only make sense for a signal that moves.
+    rest = np.flatnonzero(quality == "good")
+    if len(rest) > 0:
+        scaled, leaps = scaled[rest], leaps[rest]
+        checks = {"wrapped": (_wrapped(scaled, leaps), leaps / n_samples)}
+        trendless = _without_trend(scaled)
+        checks["ramp"] = (_ramps(scaled, trendless), np.ones(len(rest)))
+        if n_samples >= _SEGMENT:
+            empty = _empty_bands(trendless)
+            checks["band missing"] = (empty > _MOST_EMPTY, empty)
+        if sampling_rate is not None:
+            hum = _hum(trendless, sampling_rate, shaft_frequency[rest])
+            checks["hum"] = (hum > _HUM, hum)
+        quality[rest], share[rest] = _first_failed(checks, len(rest))
+    return quality, share
+
+
+def _first_failed(checks, n_windows):
+    quality, share = np.full(n_windows, "good", dtype="<U12"), np.zeros(n_windows)
+    for name, (fails, share_of_check) in reversed(checks.items()):
+        quality[fails], share[fails] = name, share_of_check[fails]
+    return quality, share
+
+
+def _ramps(windows, trendless):
+    """Return whether signals are straight lines, but for two of their steps."""
+    step = np.ptp(windows, axis=1) / (windows.shape[1] - 1)
+    is_straight = np.abs(trendless).max(axis=1) <= _RAMP_STEPS * step
+    return is_straight & (windows.shape[1] >= _SHORTEST_COARSE)
+
+
+def _near_extremes(windows, step):
+    """Count the samples at and near the extremes of windows, whose steps are a share of the range.
+
+    A step of half of the range, as in a square wave, is not near.
+    """
+    highest, lowest = (
+        windows.max(axis=1, keepdims=True),
+        windows.min(axis=1, keepdims=True),
+    )
+    width = np.maximum(_NEAR, np.minimum(1.5 * step, 0.25))[:, np.newaxis] * (
+        highest - lowest
+    )
+    is_near = (windows >= highest - width) | (windows <= lowest + width)
+    return is_near.sum(axis=1)
+
+
+def _longest_runs(stays):
+    """Samples of the longest run of equal samples in each row, from whether each step is zero."""
+    place = np.arange(1, stays.shape[1] + 1, dtype=np.int32)
+    last_move = np.maximum.accumulate(np.where(stays, 0, place), axis=1)
+    return (place - last_move).max(axis=1, initial=0) + 1
+
+
+def _wrapped(windows, leaps):
+    """Whether signals stop abruptly at both ends of their range and jump without a trend."""
+    found = np.zeros(len(windows), dtype=bool)
+    for i in np.flatnonzero(
+        (leaps >= _FEWEST_LEAPS) & (windows.shape[1] >= _SHORTEST_COARSE)
+    ):
+        signal = windows[i] - windows[i].mean()
+        span, highest, lowest = np.ptp(signal), signal.max(), signal.min()
+        at_ends = signal > highest - _EDGE * span, signal < lowest + _EDGE * span
+        past = np.lib.stride_tricks.sliding_window_view(signal, _ORDER)[:-1]
+        coef, *_ = np.linalg.lstsq(past, signal[_ORDER:], rcond=None)
+        errors = np.abs(signal[_ORDER:] - past @ coef)
+        is_leap = np.abs(np.diff(signal[_ORDER - 1 :])) > _LEAP * span
+        n_unforeseen = np.count_nonzero(errors[is_leap] > _UNFORESEEN * span)
+        n_at_ends = min(map(np.count_nonzero, at_ends))
+        fewest = max(_FEWEST_LEAPS, _LEAST_LEAPS * len(signal))
+        fewest_at_ends = max(_FEWEST_AT_ENDS, _LEAST_AT_ENDS * len(signal))
+        found[i] = n_at_ends >= fewest_at_ends and n_unforeseen >= fewest
+    return found
+
+
+def _empty_bands(windows):
+    """Return the share of the bands of each window that hold no power."""
+    taper, empty = np.kaiser(_SEGMENT, _KAISER), np.zeros(len(windows))
+    n_rows = max(_SAMPLES_AT_A_TIME // windows.shape[1], 1)
+    for first in range(0, len(windows), n_rows):
+        rows = slice(first, first + n_rows)
+        spectra = fft.rfft(windowed_segments(windows[rows], taper, _SEGMENT))[..., 1:]
+        density = np.mean(spectra.real**2 + spectra.imag**2, axis=1)
+        empty[rows] = np.mean(
+            density < _EMPTY * density.mean(axis=1, keepdims=True), axis=1
+        )
+    return empty
+
+
+def _without_trend(windows):
+    place = np.linspace(-1, 1, windows.shape[-1])
+    basis = np.linalg.qr(np.stack([np.ones_like(place), place], axis=1))[0]
+    return windows - windows @ basis @ basis.T
+
+
+def _hum(windows, sampling_rate, shaft_frequency):
+    """Return the share of energy that a sine of 50 or 60 Hz has in windows without a trend.
+
+    It is 0 if the shaft has its first or second order there.
+    """
+    n_rows, n_samples = windows.shape
+    n_pieces = max(int(n_samples / (_HUM_SECONDS * sampling_rate)), 1)
+    if n_pieces > 1:
+        n_samples //= n_pieces
+        windows = windows[:, : n_pieces * n_samples].reshape(-1, n_samples)
+        shaft_frequency = np.repeat(shaft_frequency, n_pieces)
+    seconds = (np.arange(n_samples) - (n_samples - 1) / 2) / sampling_rate
+    duration = n_samples / sampling_rate
+    energy = np.einsum("wk,wk->w", windows, windows)
+    fitted = np.zeros(len(windows))
+    # The steps of a sine have at most the power of its angular frequency, and those of
+    # the rest at most twice its amplitude. Windows with larger steps need no closer
+    # look.
+    steps = np.diff(windows, axis=1)
+    steps = np.einsum("wk,wk->w", steps, steps)
+    most = 2 * np.pi * (max(_MAINS) + _DEVIATION) / sampling_rate + 2 * np.sqrt(
+        1 - _HUM
+    )
+    slow = np.flatnonzero(steps <= 1.2 * most**2 * energy)
+    pieces = windows if n_pieces == 1 else np.empty_like(windows)
+    if n_pieces > 1:
+        pieces[slow] = _without_trend(windows[slow])
+        energy[slow] = np.einsum("wk,wk->w", pieces[slow], pieces[slow])
+    for mains in _MAINS:
+        if (
+            duration * mains < _FEWEST_PERIODS
+            or mains > sampling_rate / 4
+            or len(slow) == 0
+        ):
+            continue
+        with np.errstate(divide="ignore", invalid="ignore"):
+            order = np.round(mains / shaft_frequency[slow]).clip(1, _LAST_ORDER)
+            distance = np.abs(order * shaft_frequency[slow] - mains)
+        # The window does not resolve closer lines.
+        is_of_shaft = distance <= max(_DEVIATION, _SPEED_ERROR * mains, 1 / duration)
+        candidates = slow[~is_of_shaft]
+        # With its derivative, a sine fits frequencies that differ by a quarter of the
+        # resolution.
+        n_steps = int(np.ceil(2 * _DEVIATION * duration))
+        for frequency in mains + np.arange(-n_steps, n_steps + 1) / (2 * duration):
+            phase = 2 * np.pi * frequency * seconds
+            sine = np.stack([np.cos(phase), np.sin(phase)])
+            basis = np.linalg.qr(
+                _without_trend(np.concatenate([sine, seconds * sine])).T
+            )[0]
+            of_sine = np.sum((pieces[candidates] @ basis) ** 2, axis=1)
+            fitted[candidates] = np.maximum(fitted[candidates], of_sine)
+    fitted, energy = (
+        each.reshape(n_rows, n_pieces).sum(axis=1) for each in (fitted, energy)
+    )
+    return np.divide(fitted, energy, out=np.zeros(n_rows), where=energy > 0).clip(
+        max=1.0
+    )

@@ -1,0 +1,1 @@
+"""From windows to innovations, and from innovations to levels and log spectra."""

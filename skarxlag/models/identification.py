@@ -1,0 +1,529 @@
+"""ARX-Laguerre identification: from windows to innovations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from numbers import Integral
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.utils import Bunch, check_scalar
+
+from ..core.base import ArrayTransformer, SignalEstimator
+from ..core.on_demand import rows_computed_by
+from ..core.parallel import map_batches
+from ..core.state import WINDOWS, Labels, Values, expect, finish_fit, uses_fitted
+from ..core.validation import (
+    UP_TO_1,
+    check_flag,
+    check_input_names,
+    check_labels,
+    check_networks,
+    check_real,
+    validate_signals,
+    weighted_windows,
+)
+from ..kernels import arx_laguerre, pole_search
+from ..kernels.laguerre import network_matrices, settling_length
+from ..kernels.least_squares import distinct_windows, solve_sums
+from ..kernels.scaling import fit_percentage, unit_rms_windows
+
+#: Name of a model of all windows.
+_OF_ALL = "model"
+#: Order that windows of any length may have. Beyond it, a window has at least as many
+#: samples.
+_ORDER_OF_ANY_WINDOW = 64
+
+
+@dataclass(kw_only=True, eq=False, repr=False)
+class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None):
+    r"""Identify ARX-Laguerre models of windows and return what they cannot predict.
+
+    The one-step prediction of the output is linear in the states of Laguerre networks,
+    one on the output and one on each measured input (Eqs. 4 and 11 of Piltan and Kim
+    2019, as repaired):
+
+    .. math::
+
+        x(k+1) = A x(k) + b_y y(k) + b_u u(k), \qquad \hat y_c(k) = g_c^T x(k), \qquad
+        \varepsilon_c(k) = y(k) - \hat y_c(k).
+
+    All conditions share the networks. Each condition c in `y` has its own coefficients
+    :math:`g_c` (a residual bank), found by ridge least squares over the windows of that
+    condition. Every window is first centred and divided by the root mean square of its
+    output. The states start from zero in every window, so the samples in which the
+    slowest network settles (`n_transient`, at most half a window) are dropped.
+
+    `Laguerre` in SysIdentPy is a polynomial basis; here it is this orthonormal filter
+    network.
+
+    Parameters
+    ----------
+    order : int or sequence of int, default=32
+        Number N of Laguerre filters, at least 1, and at most the samples of a window,
+        or 64 if it has fewer. One number for all channels; two, of the output and of
+        all inputs, if there are any; or one for each channel, output first.
+    pole : float, "optimise" or a sequence of these, default=0.3
+        Pole of the networks in (-1, 1), given like `order`. With 0 the model is a plain
+        ARX model. "optimise" searches the pole with the smallest prediction error,
+        summed over all models. `partial_fit` searches in its first call and keeps the
+        poles.
+    alpha : float, default=1e-6
+        Ridge parameter, at least 0, which is added to the sum of squares. It
+        corresponds to the start :math:`P_0 = I/\alpha` of recursive least squares.
+    bank : bool, default=True
+        Whether each condition in `y` has its own model. If False, there is one model of
+        all windows.
+    healthy : label or None, default=None
+        Condition in `y`. If given, one model is identified, on the windows of this
+        condition.
+    unit_rms : bool, default=True
+        Whether innovations are those of windows of unit root mean square. If False,
+        they are in the sensor's unit, for detection by physical amplitude.
+    forgetting_factor : float, default=1.0
+        Factor in (0, 1] on the weight of a window for each later window of its
+        condition.
+    n_jobs : int or None, default=None
+        Number of threads. Results do not depend on it.
+
+    Attributes
+    ----------
+    classes_ : ndarray of shape (n_models,)
+        The condition of each model, sorted; ["model"] for one model of all windows.
+    coef_ : ndarray of shape (n_models, n_states)
+        Fourier coefficients, those of the output's network first.
+    orders_ : ndarray of shape (n_channels,)
+        Order of each channel's network.
+    poles_ : ndarray of shape (n_channels,)
+        Pole of each channel's network.
+    noise_level_ : ndarray of shape (n_models,)
+        Root mean square of a model's innovations on its own windows of unit root mean
+        square.
+    sums_ : ndarray of shape (n_models, n_states + 1, n_states + 1)
+        Sums of squares and products that `partial_fit` adds to.
+    weights_ : ndarray of shape (n_models,)
+        Weighted number of samples in each model's sums.
+    n_features_in_ : int
+        Number of samples in a window, or of channels if windows have several.
+    window_shape_ : ndarray of int
+        Shape of a window in `fit`. Later windows of several channels may have another
+        length: at least twice the `n_transient` of `fit`.
+    feature_names_in_ : ndarray of str
+        Column names, if fitted on a table.
+
+    See Also
+    --------
+    PIObserver : Turns innovations into residual levels.
+
+    References
+    ----------
+    F. Piltan and J.-M. Kim (2019), "Nonlinear Extended-state ARX-Laguerre PI Observer
+    Fault Diagnosis of Bearings", Applied Sciences 9(5), 888.
+
+    K. Bouzrara, T. Garna, J. Ragot and H. Messaoud (2012), "Decomposition of an ARX
+    model on Laguerre orthonormal bases", ISA Transactions 51, 848-860.
+
+    Examples
+    --------
+    A known system, recovered from its output and its input:
+
+    >>> import numpy as np
+    >>> from scipy.signal import lfilter
+    >>> rng = np.random.default_rng(0)
+    >>> u = rng.normal(size=12_000)
+    >>> y = lfilter([0, 0.5, 0.3], [1, -1.5, 0.7], u)   # y(k) = 1.5 y(k-1) - 0.7 y(k-2) + ...
+    >>> windows = np.stack([y.reshape(10, 1200), u.reshape(10, 1200)], axis=1)
+    >>> model = ARXLaguerre(order=2, pole=0.0).fit(windows)
+    >>> model.coef_.round(3)
+    array([[ 1.5, -0.7,  0.5,  0.3]])
+    >>> model.transform(windows).shape
+    (10, 1, 1198)
+    """
+
+    order: int | Sequence[int] = 32
+    pole: float | str | Sequence[float | str] = 0.3
+    alpha: float = 1e-6
+    bank: bool = True
+    healthy: Any = None
+    unit_rms: bool = True
+    forgetting_factor: float = 1.0
+    n_jobs: int | None = None
+
+    _state = WINDOWS | {
+        "orders_": Values(
+            lambda e: (1, *e.window_shape_.tolist())[-2:-1], "at least 1", "i"
+        ),
+        "poles_": Values(
+            lambda e: e.orders_.shape, (lambda p, e: np.abs(p) < 1, "in (-1, 1)")
+        ),
+        "classes_": Labels(),
+        "noise_level_": Values(lambda e: (len(e.classes_),), "at least 0"),
+        "weights_": Values(lambda e: (len(e.classes_),), "at least 0"),
+        "coef_": Values(lambda e: (len(e.classes_), e.orders_.sum()), "within 1e150"),
+        "sums_": Values(
+            lambda e: (len(e.classes_), e.orders_.sum() + 1, e.orders_.sum() + 1),
+            (
+                # They follow from an equation, so those of a state at rest are 0 but
+                # for rounding.
+                lambda a, e: np.einsum("mii->mi", a) >= -1e-6 * np.abs(a).max(),
+                "sums of squares, at least 0, on the diagonal",
+            ),
+        ),
+    }
+
+    #: Metadata routing hands weights over without a call of `set_fit_request`.
+    __metadata_request__fit: ClassVar = {"sample_weight": True}
+
+    def fit(
+        self,
+        X: ArrayLike,
+        y: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+    ) -> Self:
+        """Identify the models.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows; of several channels the output is the first.
+        y : array-like of shape (n_windows,) or None, default=None
+            Condition of each window. None: all windows belong to one model.
+        sample_weight : array-like of shape (n_windows,) or None, default=None
+            Weight of each window in the sums, at least 0. A window of weight 2 counts
+            as two windows, one of weight 0 as none. None: all weigh 1.
+
+        Returns
+        -------
+        ARXLaguerre
+            The fitted estimator.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of its range, `healthy` is not in `y`, or a weight is
+            negative.
+        TypeError
+            If a parameter is of another type.
+        """
+        return self._identify(X, y, sample_weight, start_afresh=True)
+
+    def partial_fit(
+        self,
+        X: ArrayLike,
+        y: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+    ) -> Self:
+        """Add windows to the sums and solve again.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Further windows.
+        y : array-like of shape (n_windows,) or None, default=None
+            Their conditions; a condition not seen before gets a model. None goes on
+            with one model of all windows.
+        sample_weight : array-like of shape (n_windows,) or None, default=None
+            As in `fit`. A window fades once with each later window, whatever their
+            weights.
+
+        Returns
+        -------
+        ARXLaguerre
+            The fitted estimator, with the coefficients of one `fit` on all windows so
+            far.
+
+        Raises
+        ------
+        ValueError
+            As in `fit`; also if `order` or `pole` are not those of the models so far.
+        """
+        return self._identify(
+            X, y, sample_weight, start_afresh="sums_" not in vars(self)
+        )
+
+    def _identify(self, X, y, sample_weight, *, start_afresh):
+        windows, y = self._validate_windows(X, y, reset=start_afresh)
+        if not start_afresh:
+            self._check_conditions_go_on(y)
+            self._check_relations()
+        windows, y, weights = weighted_windows(windows, y, sample_weight)
+        windows, labels, weights = self._windows_by_model(windows, y, weights)
+        self._check_parameters()
+        models = {}
+        for name in np.unique(labels).tolist():
+            rows = np.flatnonzero(labels == name)
+            models[name] = rows, weights[rows]
+            if self.forgetting_factor == 1:
+                models[name] = distinct_windows(windows, rows, weights[rows])
+        if start_afresh:
+            self._choose_networks(windows, models.values())
+            self.classes_: NDArray[Any] = labels[:0]
+            self.sums_: NDArray[Any] = np.empty(0)
+            self.weights_: NDArray[Any] = np.empty(0)
+        check_labels([*self.classes_.tolist(), *models])
+        so_far = zip(self.sums_, self.weights_, strict=True)
+        found = dict(zip(self.classes_.tolist(), so_far, strict=True))
+        for name, (rows, weights) in models.items():
+            fading = (
+                self.forgetting_factor ** np.arange(len(rows) - 1, -1, -1.0) * weights
+            )
+            kept = self.forgetting_factor ** len(rows)
+            sums, weight = found.get(name, (0.0, 0.0))
+            more, counted = self._sums(windows, rows, fading)
+            found[name] = kept * sums + more, kept * weight + counted
+        self.classes_ = np.union1d(self.classes_, labels)
+        sums, weights = zip(
+            *(found[name] for name in self.classes_.tolist()), strict=True
+        )
+        self.sums_, self.weights_ = np.array(sums), np.array(weights)
+        coef, error = zip(
+            *(solve_sums(sums, self.alpha) for sums in self.sums_), strict=True
+        )
+        self.coef_: NDArray[Any] = np.array(coef)
+        n_counted = np.where(self.weights_ > 0, self.weights_, 1.0)
+        self.noise_level_: NDArray[Any] = np.sqrt(np.array(error) / n_counted)
+        return finish_fit(self)
+
+    def _check_parameters(self):
+        check_flag(self.bank, "bank")
+        check_flag(self.unit_rms, "unit_rms")
+        check_real(self.alpha, "alpha", min_val=0)
+        check_real(self.forgetting_factor, "forgetting_factor", **UP_TO_1)
+
+    def _choose_networks(self, windows, models):
+        """Set orders and poles of the networks; search the poles that are not given."""
+        _, n_channels, n_samples = windows.shape
+        orders, poles = check_networks(self.order, self.pole, n_channels)
+        name = f"order for windows of {n_samples} samples"
+        most = max(n_samples, _ORDER_OF_ANY_WINDOW)
+        check_scalar(orders.max(), name, Integral, max_val=most)
+        self.orders_: NDArray[Any] = orders
+        if None in poles:
+            found = [
+                self._over_batches(_weighted_spectra, windows, *each) for each in models
+            ]
+            poles = pole_search.search_poles(
+                np.concatenate(found), orders, poles, self.alpha
+            )
+        self.poles_: NDArray[Any] = np.asarray(poles, dtype=np.float64)
+
+    def _sums(self, windows, rows, weights):
+        """Return the sums for least squares over some windows, and the samples in them."""
+        n_transient = self._n_transient(windows.shape[-1])
+
+        def of_batch(scaled, weights):
+            networks = self.orders_, self.poles_
+            parts = arx_laguerre.accumulate_sums(
+                scaled, weights, *networks, n_transient
+            )
+            return *parts, weights.sum() * (scaled.shape[-1] - n_transient)
+
+        *parts, counted = self._over_batches(of_batch, windows, rows, weights)
+        return arx_laguerre.sums_of_products(*parts, self.orders_, self.poles_), counted
+
+    def _over_batches(self, function, windows, rows, weights):
+        """Add up what a function returns of scaled windows and their weights, batch by batch."""
+
+        def of_batch(batch):
+            scaled, _ = unit_rms_windows(windows[rows[batch]])
+            # Windows with a constant output do not count, whatever their inputs are.
+            return function(scaled, weights[batch] * np.any(scaled[:, 0] != 0, axis=-1))
+
+        parts = map_batches(of_batch, len(rows), self.n_jobs)
+        return [sum(part) for part in zip(*parts, strict=True)]
+
+    def _check_conditions_go_on(self, y):
+        """Check that `y` is None if and only if the models so far were fitted without it."""
+        is_of_all = self.classes_.tolist() == [_OF_ALL]
+        if self.bank and self.healthy is None:
+            wanted = (
+                "None" if is_of_all else f"conditions, as those so far: {self.classes_}"
+            )
+            expect(
+                (y is None) == is_of_all, "y", y, f"{wanted}; call fit to start afresh"
+            )
+
+    @uses_fitted
+    def transform(self, X: ArrayLike) -> NDArray[Any]:
+        """Compute the innovations of every model on every window.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_models, n_samples - n_transient)
+            Innovations of windows of unit root mean square or, with ``unit_rms=False``,
+            in the sensor's unit.
+        """
+        windows, _ = self._validate_windows(X, None, reset=False)
+        return rows_computed_by(
+            lambda rows: self._innovations(windows[rows], self.unit_rms), len(windows)
+        )
+
+    def _innovations(self, windows, unit_rms):
+        n_windows, _, n_samples = windows.shape
+        n_transient = self._n_transient(n_samples)
+        shape = n_windows, len(self.coef_), n_samples - n_transient
+        innovations = np.empty(shape, dtype=windows.dtype)
+        models = self.orders_, self.poles_, self.coef_
+
+        def of_batch(batch):
+            scaled, rms = unit_rms_windows(windows[batch])
+            found = arx_laguerre.innovations(
+                scaled, *models, n_transient, innovations[batch]
+            )
+            if not unit_rms:
+                found *= rms[:, np.newaxis, np.newaxis]
+
+        map_batches(of_batch, n_windows, self.n_jobs)
+        return innovations
+
+    @uses_fitted
+    def state_space(self) -> Bunch:
+        """Return the networks and the coefficients as one state-space model.
+
+        Returns
+        -------
+        Bunch
+            ``A`` of shape (n_states, n_states), ``b_y`` of shape (n_states,), ``b_u``
+            of shape (n_states, n_inputs), shared by all models, and ``coef`` of shape
+            (n_models, n_states). All of them apply to centred windows.
+        """
+        A, b = network_matrices(self.orders_, self.poles_)
+        return Bunch(A=A, b_y=b[:, 0], b_u=b[:, 1:], coef=self.coef_)
+
+    @uses_fitted
+    def predict_output(self, X: ArrayLike, *, free_run: bool = False) -> NDArray[Any]:
+        """Predict the output with every model, in the sensor's unit.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        free_run : bool, default=False
+            If False, predict each sample from all measured samples before it. If True,
+            simulate the output from the inputs and from the samples of the transient.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_models, n_samples - n_transient)
+            Predicted output, with the mean of the window's output.
+
+        Raises
+        ------
+        ValueError
+            If `free_run` is True and a model is unstable when it is fed its own output.
+        """
+        windows, _ = self._validate_windows(X, None, reset=False)
+        windows = windows.astype(np.float64, copy=False)
+        n_transient = self._n_transient(windows.shape[-1])
+        if not free_run:
+            return windows[:, :1, n_transient:] - self._innovations(
+                windows, unit_rms=False
+            )
+        A, b = network_matrices(self.orders_, self.poles_)
+        loops = A + b[:, :1] * self.coef_[:, np.newaxis]
+        radii = np.abs(np.linalg.eigvals(loops)).max(axis=1)
+        name = f"Spectral radius of the model {str(self.classes_[radii.argmax()])!r} in free run"
+        wanted = "below 1; use free_run=False, a lower order or a larger alpha"
+        expect(radii < 1, name, float(radii.max()), wanted)
+        scaled, rms = unit_rms_windows(windows)
+        models = self.orders_, self.poles_, self.coef_
+        predicted = arx_laguerre.free_run(scaled, *models, n_transient)[
+            ..., n_transient:
+        ]
+        mean = np.mean(windows[:, :1], axis=-1, keepdims=True)
+        return predicted * rms[:, np.newaxis, np.newaxis] + mean
+
+    def fit_percentage(self, X: ArrayLike, *, free_run: bool = False) -> NDArray[Any]:
+        r"""Compute the fit of each model to each window, as usual in system identification.
+
+        The fit is :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)` over the samples
+        after the transient. It is 100 for an exact prediction, 0 for one that is no
+        better than the mean, and negative for a worse one.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        free_run : bool, default=False
+            As in `predict_output`.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_models)
+            Percentages; 100 for a window whose output is constant.
+        """
+        predicted = self.predict_output(X, free_run=free_run)
+        windows, _ = self._validate_windows(X, None, reset=False)
+        return fit_percentage(windows[:, :1, -predicted.shape[-1] :], predicted)
+
+    @uses_fitted
+    def get_feature_names_out(
+        self, input_features: ArrayLike | None = None
+    ) -> NDArray[Any]:
+        """Return the name of each model, which is its condition.
+
+        Parameters
+        ----------
+        input_features : array-like of str or None, default=None
+            Compared with the names of `fit`. The names of the models do not depend on
+            it.
+
+        Returns
+        -------
+        ndarray of str of shape (n_models,)
+            Names along axis 1 of the output of `transform`.
+        """
+        check_input_names(self, input_features)
+        return np.array([str(name) for name in self.classes_], dtype=object)
+
+    def _validate_windows(self, X, y, *, reset):
+        X, y = validate_signals(self, X, y, reset=reset, any_length=True)
+        windows = X[:, np.newaxis] if X.ndim == 2 else X
+        wanted = "(n_windows, 1 + n_inputs, n_samples); transpose the last two axes"
+        expect(windows.shape[1] <= windows.shape[2], "X.shape", X.shape, wanted)
+        if not reset:
+            least = 2 * self._n_transient(int(self.window_shape_[-1]))
+            # In shorter ones, the networks do not settle as in `fit`.
+            check_scalar(
+                windows.shape[2], "Samples in a window of X", int, min_val=least
+            )
+        return windows, y
+
+    def _windows_by_model(self, windows, y, weights):
+        """Return the windows to identify on, the name of each one's model, and the weights."""
+        if self.healthy is not None:
+            chosen = y == self.healthy
+            wanted = f"one of the conditions in y: {np.unique(y)}"
+            expect(np.any(chosen), "healthy", self.healthy, wanted)
+            return windows[chosen], y[chosen], weights[chosen]
+        if y is None or not self.bank:
+            return windows, np.full(len(windows), _OF_ALL), weights
+        return windows, y, weights
+
+    def _n_transient(self, n_samples):
+        settled = max(map(settling_length, self.orders_.tolist(), self.poles_.tolist()))
+        return min(settled, n_samples // 2)
+
+    def _check_relations(self):
+        orders, poles = check_networks(self.order, self.pole, len(self.orders_))
+        kept = [
+            pole in (None, found)
+            for pole, found in zip(poles, self.poles_, strict=True)
+        ]
+        wanted = f"those of fit, {self.orders_} and {self.poles_}, or another fit"
+        fits = all(orders == self.orders_) and all(kept)
+        expect(fits, "(order, pole)", (self.order, self.pole), wanted)
+
+
+def _weighted_spectra(scaled, weights):
+    # Cross-spectra are squares of the signal, so a weight counts by its root.
+    return [
+        pole_search.cross_spectra(scaled * np.sqrt(weights)[:, np.newaxis, np.newaxis])
+    ]

@@ -1,0 +1,594 @@
+"""Proportional-integral observers, one or a bank: from innovations to levels and log spectra."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.base import clone
+from sklearn.utils import Bunch
+
+from ..core.base import GroupTransformer, InnovationsTransformer
+from ..core.parallel import BATCH, map_batches
+from ..core.state import INNOVATIONS, Values, expect, uses_fitted
+from ..core.validation import (
+    ABOVE_0,
+    UP_TO_1,
+    WITHIN_1,
+    check_count,
+    check_real,
+    validate_innovations,
+)
+from ..kernels import observer, residual_levels, spectra
+from ..kernels.lanes import LANES
+from ..kernels.observer_bank import bank_levels, member_gains
+
+#: Exponent of the cepstral norm, half-way between the plain norm (0) and Martin's
+#: metric (1).
+_QUEFRENCY_EXPONENT = 0.5
+#: Step of the logarithm of K per sample: K crosses a decade in 46 samples, and so
+#: settles in short windows.
+_ADAPTATION_STEP = 0.05
+
+
+class ResidualEvaluation(NamedTuple):
+    """Way to turn an observer's output error of one window and one model into a number.
+
+    Parameters
+    ----------
+    levels : callable
+        Function of innovations of shape (n_windows, n_models, n_samples) and of the
+        fitted observer. It returns levels of shape (n_windows, n_models).
+    trajectory : str or None
+        Trajectory of `Observer.observe` whose size the level measures, in its unit.
+        None if the level does not depend on the scale of the innovations.
+    """
+
+    levels: Callable[[NDArray[Any], Any], NDArray[Any]]
+    trajectory: str | None
+
+
+def _power(innovations, fitted):
+    return residual_levels.power_levels(innovations, fitted._loop())
+
+
+def _switching_gain(innovations, fitted):
+    error = observer.observe(innovations, fitted._loop())[0]
+    surface = residual_levels.sliding_surface(error, fitted.sliding_slope)
+    surface = surface.reshape(-1, surface.shape[-1])
+    gain = residual_levels.switching_gain(surface, fitted.adaptation_step)
+    return residual_levels.settled_level(gain).reshape(error.shape[:2])
+
+
+def _whiteness(innovations, fitted):
+    error = observer.observe(innovations, fitted._loop())[0]
+    signals = spectra.unit_peak(error.reshape(-1, error.shape[-1]))
+    n_cells = spectra.LOG_SPECTRUM_CELLS
+    found = spectra.autoregressive_log_spectrum(signals, fitted.spectrum_order, n_cells)
+    found -= 2 * np.log(
+        np.abs(_small_signal_response(fitted, spectra.frequency_grid(n_cells)))
+    )
+    return residual_levels.cepstral_norm(found, _QUEFRENCY_EXPONENT).reshape(
+        error.shape[:2]
+    )
+
+
+def _small_signal_response(fitted, frequency):
+    """Compute the response of the error to the innovations for small faults."""
+    pole, kp, ki_a, _, gain, _, _ = fitted._loop()
+    z = np.exp(1j * frequency)
+    return (z - pole) * (z - 1) / ((z - pole + kp) * (z - 1) + ki_a * gain)
+
+
+RESIDUAL_EVALUATIONS = {
+    "power": ResidualEvaluation(_power, "error"),
+    "switching_gain": ResidualEvaluation(_switching_gain, "residual"),
+    "whiteness": ResidualEvaluation(_whiteness, None),
+}
+
+
+@dataclass(kw_only=True, eq=False, repr=False)
+class Observer(InnovationsTransformer):
+    """Transformer from innovations to residual levels by a recursion on the innovations.
+
+    A subclass checks its gains in `_certify`, and returns the parameters of the
+    compiled loop in `_loop`, see `skarxlag.kernels.observer.observe`.
+    """
+
+    pole: float = 0.3
+    kp: float = 0.1
+    evaluation: str = "power"
+    sliding_slope: float = 10.0
+    adaptation_step: float = 0.005
+    boundary_layer: float = 0.0
+    spectrum_order: int = 64
+    n_jobs: int | None = None
+
+    @uses_fitted
+    def transform(self, X: ArrayLike) -> NDArray[Any]:
+        """Compute one residual level for each window and model.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_models)
+            Residual levels.
+        """
+        innovations, _ = validate_innovations(self, X, reset=False)
+
+        def of_batch(batch):
+            rows = np.require(
+                innovations[batch], dtype=np.float64, requirements=["C", "W"]
+            )
+            return RESIDUAL_EVALUATIONS[self.evaluation].levels(rows, self)
+
+        # The trajectories of a batch stay in the processor's caches.
+        together = max(LANES, BATCH // innovations.shape[1])
+        parts = map_batches(of_batch, len(innovations), self.n_jobs, together)
+        return np.concatenate(parts).astype(innovations.dtype, copy=False)
+
+    @uses_fitted
+    def observe(self, X: ArrayLike) -> Bunch:
+        r"""Compute the trajectories that the levels are made of.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations.
+
+        Returns
+        -------
+        Bunch
+            Arrays with the shape and unit of X: ``error`` e, ``fault_estimate`` before
+            each sample, ``sliding_surface`` :math:`S = \lambda e + (e(k) - e(k-1))`,
+            ``switching_gain`` K_s, and ``residual``, :math:`r = K_s\,\mathrm{sgn}(S)`
+            or, with a boundary layer, :math:`r = K_s\,\mathrm{sat}(S / (\phi K_s))`.
+        """
+        innovations, _ = validate_innovations(self, X, reset=False)
+        shape = np.shape(X)
+        innovations = np.require(innovations, dtype=np.float64, requirements=["C", "W"])
+        paths = observer.observe(innovations, self._loop())
+        error, fault_estimate = (path.reshape(-1, shape[-1]) for path in paths)
+        surface = residual_levels.sliding_surface(error, self.sliding_slope)
+        gain = residual_levels.switching_gain(surface, self.adaptation_step)
+        layer = self.boundary_layer * gain
+        saturated = np.divide(surface, layer, out=np.sign(surface), where=layer > 0)
+        trajectories = {
+            "error": error,
+            "fault_estimate": fault_estimate,
+            "sliding_surface": surface,
+            "switching_gain": gain,
+            "residual": gain * np.clip(saturated, -1, 1),
+        }
+        return Bunch(
+            **{name: path.reshape(shape) for name, path in trajectories.items()}
+        )
+
+    @uses_fitted
+    def get_feature_names_out(
+        self, input_features: ArrayLike | None = None
+    ) -> NDArray[Any]:
+        """Return the names of the levels, made of model and evaluation.
+
+        Parameters
+        ----------
+        input_features : array-like of str or None, default=None
+            Names of the models, as `ARXLaguerre.get_feature_names_out` returns them.
+
+        Returns
+        -------
+        ndarray of str
+            One name for each column of the output of `transform`.
+        """
+        prefixes = self._model_prefixes(input_features, least=1)
+        return np.array([prefix + self.evaluation for prefix in prefixes], dtype=object)
+
+    def _check_parameters(self):
+        check_real(self.pole, "pole", **WITHIN_1)
+        check_real(self.kp, "kp")
+        known = str(self.evaluation) in RESIDUAL_EVALUATIONS
+        expect(
+            known, "evaluation", self.evaluation, f"one of {[*RESIDUAL_EVALUATIONS]}"
+        )
+        check_real(self.sliding_slope, "sliding_slope", min_val=0)
+        check_real(self.adaptation_step, "adaptation_step", **UP_TO_1)
+        check_real(self.boundary_layer, "boundary_layer", min_val=0)
+        check_count(self.spectrum_order, "spectrum_order")
+
+    def _check_relations(self):
+        # The loops run on the parameters, and all else that `fit` found follows from
+        # these.
+        afresh = clone(self)
+        afresh._certify()
+        for name in filter(lambda name: name.endswith("_"), vars(afresh)):
+            expected, found = vars(afresh)[name], vars(self).get(name)
+            Values(np.shape(expected)).check(self, name, found)
+            is_of_parameters = np.allclose(found, expected, rtol=1e-6)
+            expect(
+                is_of_parameters, name, found, f"{expected!r}, as the parameters give"
+            )
+
+
+@dataclass(kw_only=True, eq=False, repr=False)
+class PIObserver(Observer):
+    r"""Linear proportional-integral observer, the baseline (equations 17 and 18).
+
+    With fault direction and output correction of the full-state observer chosen so that
+    both reach the output through :math:`1/(z-\zeta)`, its output error e obeys a
+    recursion on the innovations alone:
+
+    .. math::
+
+        e = \varepsilon - c, \qquad c^+ = \zeta c + k_p e + \hat\delta, \qquad
+        \hat\delta^+ = \hat\delta + k_i e .
+
+    With a = pole - kp it is stable if and only if a + ki < 1 and 2 (1 + a) + ki > 0
+    with ki > 0, or ki = 0 and -1 < a < 1 (Jury).
+
+    Parameters
+    ----------
+    pole : float, default=0.3
+        Pole :math:`\zeta` of the output's Laguerre network, in (-1, 1).
+    kp : float, default=0.1
+        Proportional gain :math:`k_p`, any for which the observer is stable.
+    ki : float, default=0.05
+        Integral gain :math:`k_i`, at least 0.
+    evaluation : {"power", "switching_gain", "whiteness"}, default="power"
+        Residual level of a window, computed from its error e. "power": the root mean
+        square of e. "switching_gain": the adapted gain of the sliding-mode residual,
+        which settles at the median size of the sliding surface. "whiteness": the
+        weighted cepstral norm of the log spectrum of e, that is its distance from white
+        noise of any power (Mehra and Peschon 1971). The observer's own response is
+        removed.
+    sliding_slope : float, default=10.0
+        Slope :math:`\lambda` of the sliding surface, at least 0.
+    adaptation_step : float, default=0.005
+        Step of the logarithm of the switching gain per sample, in (0, 1].
+    boundary_layer : float, default=0.0
+        Half-width of the boundary layer in units of the switching gain, at least 0. It
+        affects the residual that `observe` returns, and no level.
+    spectrum_order : int, default=64
+        Order of the autoregressive model whose log spectrum is used for "whiteness", at
+        least 1.
+    n_jobs : int or None, default=None
+        Number of threads. Results do not depend on it.
+
+    Attributes
+    ----------
+    closed_loop_ : ndarray of shape (2, 2)
+        Closed loop of correction and fault estimate.
+    spectral_radius_ : float
+        Largest modulus of its eigenvalues. If ki = 0, that of the correction alone.
+    n_models_ : int
+        Number of models that the innovations are from; 0 for plain windows.
+    n_features_in_ : int
+        Number of models, or samples in a plain window.
+    feature_names_in_ : ndarray of str
+        Column names, if fitted on a table.
+
+    See Also
+    --------
+    ExtendedStatePIObserver : Its gain grows with the fault.
+
+    References
+    ----------
+    B. Shafai, S. Beale, H. H. Niemann and J. Stoustrup (1996), "LTR design of
+    discrete-time proportional-integral observers", IEEE Transactions on Automatic
+    Control 41(7), 1056-1062.
+
+    Examples
+    --------
+    A constant fault on white innovations is estimated without bias:
+
+    >>> import numpy as np
+    >>> observer = PIObserver(pole=0.0, kp=0.2, ki=0.05)
+    >>> fault = np.full((1, 400), 0.5)
+    >>> innovations = np.concatenate([np.zeros((1, 1)), fault], axis=1)
+    >>> estimate = observer.fit(innovations).observe(innovations).fault_estimate
+    >>> round(float(estimate[0, -1]), 6)
+    0.5
+    """
+
+    ki: float = 0.05
+
+    def _certify(self):
+        check_real(self.ki, "ki", min_val=0)
+        self.closed_loop_: NDArray[Any] = observer.loop_matrix(
+            self.pole, self.kp, self.ki
+        )
+        states = self.closed_loop_ if self.ki > 0 else self.closed_loop_[:1, :1]
+        self.spectral_radius_: float = float(np.abs(np.linalg.eigvals(states)).max())
+        name = f"Spectral radius with pole={self.pole}, kp={self.kp} and ki={self.ki}"
+        wanted = "below 1: pole - kp + ki < 1 and 2 (1 + pole - kp) + ki > 0"
+        expect(self.spectral_radius_ < 1, name, self.spectral_radius_, wanted)
+
+    def _loop(self):
+        return float(self.pole), float(self.kp), float(self.ki), 0.0, 1.0, 1.0, 0.0
+
+
+@dataclass(kw_only=True, eq=False, repr=False)
+class ExtendedStatePIObserver(Observer):
+    r"""Extended-state proportional-integral observer, whose gain grows with the fault (Form A).
+
+    Eq. (20) as printed feeds its estimate back twofold and diverges. Here the
+    integrator is a state of its own and the square keeps its sign, which is A-1 and A-2
+    of the paper:
+
+    .. math::
+
+        p^+ = p + k_{Ia} e, \qquad S = p + k_{Ib} e, \qquad
+        \hat\delta^+ = K_c\,(1 + \min(|S|, M)^\kappa)\, p^+,
+
+    with :math:`e = \varepsilon - c` and :math:`c^+ = \zeta c + k_p e + \hat\delta` as
+    in `PIObserver`. A constant fault is estimated without bias. S is in the unit of the
+    innovations: the nonlinearity needs them in units of unit root-mean-square, or M in
+    the sensor's unit.
+
+    The gain from p to the estimate lies between :math:`K_c` and :math:`K_c(1 +
+    M^\kappa)`. `fit` finds one quadratic Lyapunov function for the loops at both ends,
+    which certifies every sequence of gains between them, or raises.
+
+    Parameters
+    ----------
+    pole : float, default=0.3
+        Pole :math:`\zeta` of the output's Laguerre network, in (-1, 1).
+    kp : float, default=0.1
+        Proportional gain :math:`k_p`, any for which the observer is certified.
+    ki_a : float, default=0.025
+        Integral gain :math:`k_{Ia}`, above 0.
+    ki_b : float, default=0.025
+        Weight :math:`k_{Ib}` of the present error in S, any finite number.
+    gain : float, default=2.0
+        Gain :math:`K_c`, above 0; the small-signal integral gain is ki_a times it.
+    exponent : float, default=1.0
+        Exponent :math:`\kappa`, above 0.
+    saturation : float, default=1.0
+        Bound M on the size of S, at least 0; at 0 the observer is linear.
+    evaluation : {"power", "switching_gain", "whiteness"}, default="switching_gain"
+        As in `PIObserver`.
+    sliding_slope : float, default=10.0
+        As in `PIObserver`.
+    adaptation_step : float, default=0.005
+        As in `PIObserver`.
+    boundary_layer : float, default=0.0
+        As in `PIObserver`.
+    spectrum_order : int, default=64
+        As in `PIObserver`.
+    n_jobs : int or None, default=None
+        Number of threads. Results do not depend on it.
+
+    Attributes
+    ----------
+    lyapunov_ : ndarray of shape (2, 2)
+        Certificate P: A'PA - P is negative definite for both matrices A of
+        `closed_loops_`.
+    closed_loops_ : ndarray of shape (2, 2, 2)
+        Closed loop at the smallest and at the largest gain.
+    n_models_ : int
+        Number of models that the innovations are from; 0 for plain windows.
+    n_features_in_ : int
+        Number of models, or samples in a plain window.
+    feature_names_in_ : ndarray of str
+        Column names, if fitted on a table.
+
+    See Also
+    --------
+    PIObserver : The linear observer.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> innovations = np.random.default_rng(0).normal(size=(3, 2, 500))
+    >>> ExtendedStatePIObserver().fit_transform(innovations).shape
+    (3, 2)
+    >>> ExtendedStatePIObserver(ki_a=2.0).fit(innovations)
+    Traceback (most recent call last):
+        ...
+    ValueError: No common quadratic Lyapunov function certifies the observer with pole=0.3, ...
+    """
+
+    ki_a: float = 0.025
+    ki_b: float = 0.025
+    gain: float = 2.0
+    exponent: float = 1.0
+    saturation: float = 1.0
+    evaluation: str = "switching_gain"
+
+    def _certify(self):
+        check_real(self.ki_a, "ki_a", **ABOVE_0)
+        check_real(self.ki_b, "ki_b")
+        check_real(self.gain, "gain", **ABOVE_0)
+        check_real(self.exponent, "exponent", **ABOVE_0)
+        check_real(self.saturation, "saturation", min_val=0)
+        with np.errstate(over="ignore"):
+            largest = self.gain * (1 + np.float64(self.saturation) ** self.exponent)
+        check_real(largest, "gain * (1 + saturation ** exponent)")
+        self.closed_loops_: NDArray[Any] = np.array(
+            [
+                observer.loop_matrix(self.pole, self.kp, self.ki_a, g)
+                for g in (self.gain, largest)
+            ]
+        )
+        certificate = observer.common_lyapunov(*self.closed_loops_)
+        if certificate is None:
+            radii = np.abs(np.linalg.eigvals(self.closed_loops_)).max(axis=1)
+            raise ValueError(
+                "No common quadratic Lyapunov function certifies the observer with "
+                f"pole={self.pole}, kp={self.kp}, ki_a={self.ki_a} and gains from {self.gain} to "
+                f"{largest:.6g}: spectral radii {radii[0]:.6g} and {radii[1]:.6g}, expected below "
+                "1 with room between; lower ki_a, gain or saturation."
+            )
+        self.lyapunov_: NDArray[Any] = certificate
+
+    def _loop(self):
+        gains = self.ki_a, self.ki_b, self.gain, self.exponent, self.saturation
+        return tuple(map(float, (self.pole, self.kp, *gains)))
+
+
+# A search over other parameters fits the same bank many times.
+@lru_cache(maxsize=4096)
+def _certificate(pole, kp, ki, bound):
+    slow, fast = (
+        observer.loop_matrix(pole, kp, ki, gain) for gain in (1.0, 1.0 + bound)
+    )
+    return observer.common_lyapunov(slow, fast)
+
+
+@dataclass(kw_only=True, eq=False, repr=False)
+class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
+    r"""Bank of extended-state observers, each tuned to one frequency.
+
+    The paper's fault is a vector. One observer of one output can estimate one component
+    of it, so a vector takes one observer for each component. Member m of M observes the
+    component at the frequency :math:`\omega_m = \pi (m + 1/2) / M`. It has the
+    nonlinearity of `ExtendedStatePIObserver`: the gain from the integral p to the fault
+    estimate d grows with the fault,
+
+    .. math::
+
+        e = \varepsilon - c, \qquad c^+ = \zeta c + k_p e + d, \qquad p^+ = p + k_i e, \qquad
+        d^+ = (1 + \min(|p^+|, M_m))\,p^+ .
+
+    The gains place the closed-loop poles for small faults at :math:`\rho\,e^{\pm
+    j\omega_m}`:
+
+    .. math::
+
+        k_p = 1 + \zeta - 2\rho\cos\omega_m, \qquad k_i = \rho^2 - \zeta + k_p, \qquad
+        \rho = e^{-b\pi/2M} .
+
+    The bound :math:`M_m` of a member is 1/2, 1/4, 1/8 or 1/16 of the range in which a
+    constant gain leaves its loop stable, and at most `saturation`. It is the largest of
+    these for which one quadratic Lyapunov function exists for the loops with the
+    smallest and with the largest gain. That certifies every sequence of gains between
+    them. With ``saturation=0`` the members are linear, and ``bandwidth=1`` suits them
+    better.
+
+    Three levels describe the fault estimates d of a window: the power :math:`P =
+    \ln\overline{d^2}`; :math:`2\ln K` with the gain K of a sliding-mode residual whose
+    surface is d, :math:`\ln K^+ = \ln K + 0.05\,\mathrm{sgn}(|d| - K)`; and the
+    steadiness :math:`2\ln K - P`. K settles at the median of :math:`|d|`, which the
+    impacts of a fault hardly change, while they raise P. K runs over the first 256
+    samples to settle, and then over the whole window, where it is averaged.
+
+    Innovations have to be in units of their root mean square, as `ARXLaguerre` returns
+    them, because the bound is in their unit.
+
+    Parameters
+    ----------
+    pole : float, default=0.3
+        Pole :math:`\zeta` of the output's Laguerre network, in (-1, 1).
+    n_members : int, default=64
+        Number M of observers, at least 2.
+    bandwidth : float, default=1.5
+        Bandwidth b of a member, above 0, in units of the distance between two
+        neighbours. A narrow loop has a small stable range.
+    saturation : float, default=1.0
+        Largest bound that a member may have, at least 0.
+    n_jobs : int or None, default=None
+        Number of threads. Results do not depend on it.
+
+    Attributes
+    ----------
+    kp_, ki_ : ndarray of shape (n_members,)
+        Gains of each member.
+    bounds_ : ndarray of shape (n_members,)
+        The bounds :math:`M_m`.
+    lyapunov_ : ndarray of shape (n_members, 2, 2)
+        Certificates P: A'PA - P is negative definite for both loops A of a member.
+    frequencies_ : ndarray of shape (n_members,)
+        Frequency that each member is tuned to, in radians per sample.
+    n_models_ : int
+        Number of models that the innovations are from; 0 for plain windows.
+    n_features_in_ : int
+        Number of models, or samples in a plain window.
+    feature_names_in_ : ndarray of str
+        Column names, if fitted on a table.
+
+    See Also
+    --------
+    ExtendedStatePIObserver : One observer, with one level for each model.
+    SpectralDistance : Compares the groups with those of each condition.
+
+    Examples
+    --------
+    A tone is strongest in the member that is tuned to it:
+
+    >>> import numpy as np
+    >>> tone = np.sin(1.0 * np.arange(1200))[np.newaxis]
+    >>> bank = ExtendedStatePIObserverBank(saturation=0.0, bandwidth=1.0).fit(tone)
+    >>> loudest = bank.transform(tone)[0, 0].argmax()
+    >>> float(bank.frequencies_[loudest].round(2))
+    1.01
+    >>> bool((ExtendedStatePIObserverBank().fit(tone).bounds_ > 0).all())
+    True
+    """
+
+    pole: float = 0.3
+    n_members: int = 64
+    bandwidth: float = 1.5
+    saturation: float = 1.0
+    n_jobs: int | None = None
+
+    _state: ClassVar = INNOVATIONS | {
+        "kp_": Values(lambda e: (e.n_members,)),
+        "ki_": Values(lambda e: (e.n_members,)),
+        "bounds_": Values(lambda e: (e.n_members,), "at least 0"),
+        "lyapunov_": Values(lambda e: (e.n_members, 2, 2)),
+    }
+
+    def _groups(self, signals):
+        # Another order in memory or another type would have the loop compiled once
+        # more.
+        signals = np.ascontiguousarray(signals, dtype=np.float64)
+        gains = float(self.pole), self.kp_, self.ki_, self.bounds_, _ADAPTATION_STEP
+        power, gain = bank_levels(signals, *gains)
+        return np.stack([power, gain, gain - power], axis=1)
+
+    @property
+    def frequencies_(self) -> NDArray[Any]:
+        """Frequency that each member is tuned to, in radians per sample."""
+        return spectra.frequency_grid(len(self.kp_))
+
+    def _group_names(self):
+        return ["power", "switching_gain", "steadiness"]
+
+    def _check_parameters(self):
+        check_real(self.pole, "pole", **WITHIN_1)
+        check_count(self.n_members, "n_members", 2)
+        check_real(self.bandwidth, "bandwidth", **ABOVE_0)
+        check_real(self.saturation, "saturation", min_val=0)
+
+    def _certify(self):
+        kp, ki = member_gains(self.pole, self.n_members, self.bandwidth)
+        self.kp_: NDArray[Any] = kp
+        self.ki_: NDArray[Any] = ki
+        self.bounds_: NDArray[Any] = np.zeros(self.n_members)
+        self.lyapunov_: NDArray[Any] = np.empty((self.n_members, 2, 2))
+        # Jury's first condition, a + k < 1, is the one that a larger gain breaks first.
+        # A member's bound is a share of the stable range, tried in turn.
+        for m, stable in enumerate((1 - (self.pole - kp)) / ki - 1):
+            for bound in np.minimum(self.saturation, stable * 0.5 ** np.arange(1, 5)):
+                certificate = _certificate(self.pole, kp[m], ki[m], bound)
+                if certificate is not None:
+                    break
+            else:
+                raise ValueError(
+                    f"No common quadratic Lyapunov function certifies member {m} of the bank with "
+                    f"pole={self.pole}, n_members={self.n_members} and bandwidth={self.bandwidth} "
+                    f"up to the gain {1 + bound:.6g}; a larger bandwidth has more room."
+                )
+            self.bounds_[m], self.lyapunov_[m] = bound, certificate
+
+    def _check_relations(self):
+        found, expected = [self.kp_, self.ki_], "the gains that pole and bandwidth give"
+        gains = member_gains(self.pole, self.n_members, self.bandwidth)
+        expect(np.allclose(found, gains, rtol=1e-6), "kp_ and ki_", found, expected)

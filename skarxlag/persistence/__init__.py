@@ -1,0 +1,1 @@
+"""Files of diagnosers and of monitors' states."""

@@ -1,0 +1,145 @@
+"""What a fitted estimator can answer, for our own decisions and for those of scikit-learn."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from sklearn.calibration import CalibratedClassifierCV
+from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+from sklearn.ensemble import BaggingClassifier, IsolationForest
+from sklearn.frozen import FrozenEstimator
+from sklearn.linear_model import LogisticRegression, RidgeClassifier
+from sklearn.model_selection import GridSearchCV
+from sklearn.pipeline import Pipeline, make_pipeline
+from sklearn.preprocessing import StandardScaler
+
+from skarxlag import (
+    ConditionMonitor,
+    OrderResidual,
+    ThresholdLadder,
+    make_alpio,
+    make_detector,
+    make_diagnoser,
+    make_known_conditions,
+    window_verdicts,
+)
+from skarxlag.core.capabilities import Capabilities, capabilities
+from skarxlag.core.pipelines import as_diagnosis_pipeline
+
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:rpm is not given:UserWarning", "ignore:.* rows of condition .* are too few:UserWarning",
+    "ignore:All rows of condition .* have one speed:UserWarning",
+)  # fmt: skip
+Y = np.repeat(["good", "worn"], 30)
+CONDITIONS = ("good", "worn")
+ROWS = {"window_length": 300}
+LADDER = {
+    "conditions": CONDITIONS,
+    "states_probabilities": True,
+    "healthy": "good",
+    "alarm": True,
+    "stated_rate": 0.01,
+}
+SPECIMENS = {
+    "states_unknown": True,
+    "places": ("healthy", None),
+    "n_specimens": (1, 1),
+    "n_healthy": 30,
+}
+FOREIGN = {"conditions": CONDITIONS, "states_probabilities": True}
+
+
+@pytest.fixture(scope="module")
+def X():
+    noise = np.random.default_rng(0).normal(size=(60, 300))
+    return np.concatenate(
+        [lfilter([1], [1, -0.9], noise[:30]), lfilter([1], [1, 0.9], noise[30:])]
+    )
+
+
+def calibrated(diagnoser):
+    return CalibratedClassifierCV(diagnoser, cv=2)
+
+
+def searched(diagnoser):
+    return GridSearchCV(diagnoser, {"decide__false_alarm_rate": [0.01]}, cv=2)
+
+
+@pytest.mark.parametrize(
+    ("model", "expected"),
+    [
+        (make_alpio(healthy="good"), LADDER | ROWS),
+        (make_diagnoser(healthy="good"), LADDER | ROWS | SPECIMENS),
+        (searched(make_alpio(healthy="good")), LADDER | ROWS),
+        (Pipeline([("outer", make_alpio(healthy="good"))]), LADDER | ROWS),
+        (calibrated(make_alpio(healthy="good")), FOREIGN | ROWS | {"healthy": "good"}),
+        (BaggingClassifier(make_alpio(), 2), FOREIGN | ROWS | {"healthy": None}),
+        (calibrated(searched(make_alpio(healthy="good"))), FOREIGN | ROWS | {"healthy": "good"}),
+        (make_pipeline(StandardScaler(), LogisticRegression()), FOREIGN | ROWS),
+        (make_pipeline(StandardScaler(), RidgeClassifier()), {"conditions": CONDITIONS} | ROWS),
+        (LinearDiscriminantAnalysis(), FOREIGN | ROWS),
+        (IsolationForest(random_state=0), {"alarm": True} | ROWS),
+    ],
+)  # fmt: skip
+def test_models_are_described(model, expected, X):
+    found = capabilities(model.fit(X, Y))
+    assert found == Capabilities(**expected)
+    assert capabilities(FrozenEstimator(model)) == found
+
+
+def test_detector_and_known_conditions_answer_different_questions(X):
+    rows = np.tile(X, (4, 1))
+    rpm = np.repeat([900, 1200], 120)
+    detector = capabilities(make_detector(false_alarm_rate=0.05).fit(rows, rpm=rpm))
+    asked = {"stated_rate": 0.05, "takes_rpm": True, "speeds": (900.0, 1200.0)} | ROWS
+    own = {"alarm": True, "n_healthy": 240, "healthy_p_value": True, "needs_rpm": True}
+    assert detector == Capabilities(**own, **asked)
+    known = make_known_conditions(false_rejection_rate=0.05).fit(
+        rows, np.tile(Y, 4), rpm=rpm
+    )
+    assert capabilities(known) == Capabilities(none_of_these=True, **asked)
+    without = capabilities(make_detector().fit(rows))
+    assert (without.takes_rpm, without.needs_rpm, without.speeds) == (False, False, ())
+
+
+@pytest.fixture(scope="module")
+def stretches():
+    rng = np.random.default_rng(0)
+    X = 0.1 * rng.normal(size=(40, 4000))
+    for i, period in enumerate(np.repeat([170, 110], 20)):
+        X[i, ::period] += 5
+    return X, np.repeat(CONDITIONS, 20)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rpm", [None, 600.0])
+def test_speed_is_taken_if_fit_knew_it(rpm, stretches):
+    X, y = stretches
+    steps = [
+        ("compare", OrderResidual(sampling_rate=10_000)),
+        ("decide", ThresholdLadder()),
+    ]
+    diagnoser = Pipeline(steps)
+    model = as_diagnosis_pipeline(diagnoser).fit(
+        X, y, **({} if rpm is None else {"rpm": rpm})
+    )
+    can = capabilities(model)
+    assert can.takes_rpm == (rpm is not None)
+    assert (can.is_stretch, can.sampling_rate, can.window_length) == (
+        True,
+        10_000,
+        4000,
+    )
+    # Windows, and the blocks of a running sensor, agree on whether a speed is used.
+    verdicts = window_verdicts(model, X, rpm=700.0)["verdict"].tolist()
+    monitor = ConditionMonitor(model, 10_000, window_length=4000)
+    of_monitor = [
+        v.window_verdict or "no signal" for v in monitor.update(X.ravel(), rpm=700.0)
+    ]
+    assert of_monitor == verdicts
+
+
+@pytest.mark.parametrize("wrap", [searched, lambda d: Pipeline([("outer", d)])])
+def test_models_around_a_diagnoser_give_its_verdicts_and_alarms(wrap, X):
+    model = wrap(make_alpio(healthy="good")).fit(X, Y)
+    found = window_verdicts(model, X)
+    assert found.equals(window_verdicts(make_alpio(healthy="good").fit(X, Y), X))

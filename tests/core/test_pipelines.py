@@ -1,0 +1,699 @@
+import tracemalloc
+from typing import ClassVar
+
+import joblib
+import numpy as np
+import pandas as pd
+import pytest
+import sklearn
+from scipy.signal import lfilter
+from sklearn.base import BaseEstimator, TransformerMixin, clone
+from sklearn.exceptions import FitFailedWarning
+from sklearn.metrics import confusion_matrix
+from sklearn.model_selection import GridSearchCV, StratifiedKFold, cross_val_score
+from sklearn.pipeline import Pipeline, make_pipeline
+
+from skarxlag import (
+    ARXLaguerre,
+    ConditionClassifier,
+    DiagnosisPipeline,
+    ExtendedStatePIObserver,
+    FaultOrderClassifier,
+    LogSpectra,
+    PIObserver,
+    SpectralDistance,
+    SpeedSplit,
+    StretchResidual,
+    ThresholdLadder,
+    make_alpio,
+    make_detector,
+    make_diagnoser,
+    make_extended_state_pio,
+    make_fault_order_classifier,
+    make_known_conditions,
+)
+from skarxlag.core.parallel import map_batches
+
+pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
+
+MAKERS = [make_alpio, make_extended_state_pio, make_diagnoser]
+#: Those whose last step decides on residuals; that of make_diagnoser computes them
+#: itself.
+LADDERS = MAKERS[:2]
+POLES = {"normal": (0.9, 0.4), "ball": (0.7, 1.2), "inner": (0.85, 2.2)}
+
+
+def simulate(n_windows, seed, length=400):
+    """Windows of noise through a resonance of its own for each condition."""
+    rng = np.random.default_rng(seed)
+    X, y = [], []
+    for name, (radius, angle) in POLES.items():
+        noise = rng.normal(size=(n_windows, length + 200))
+        X.append(
+            lfilter([1], [1, -2 * radius * np.cos(angle), radius**2], noise)[:, 200:]
+        )
+        y += [name] * n_windows
+    return np.concatenate(X), np.array(y)
+
+
+@pytest.fixture(scope="module")
+def data():
+    return simulate(12, seed=0)
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_diagnoser_distinguishes_conditions_on_windows_of_another_size(make, data):
+    diagnoser = make(healthy="normal").fit(*data)
+    fresh, truth = simulate(10, seed=1)
+    np.testing.assert_array_equal(
+        confusion_matrix(truth, diagnoser.predict(fresh)).sum(1), 10
+    )
+    assert diagnoser.score(fresh, truth) > 0.9
+    assert diagnoser.score(1e-3 * fresh + 5.0, truth) > 0.9
+    probability = diagnoser.predict_proba(fresh)
+    assert probability.shape == (30, 3)
+    np.testing.assert_allclose(probability.sum(axis=1), 1)
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_parameters_of_the_makers(make, tmp_path):
+    plain = make()
+    assert isinstance(plain, Pipeline)
+    assert plain["decide"].healthy is None
+    assert make(healthy="normal")["decide"].healthy == "normal"
+    assert make(memory=str(tmp_path)).memory == str(tmp_path)
+    assert plain.memory is None
+    with_jobs = [p for p in make(n_jobs=2).get_params() if p.endswith("__n_jobs")]
+    assert len(with_jobs) >= 2
+    assert all(make(n_jobs=2).get_params()[p] == 2 for p in with_jobs)
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_n_jobs_changes_no_bit(make):
+    # More windows than one unit of parallel work.
+    X, y = simulate(50, seed=0, length=150)
+    one, two = make(n_jobs=1).fit(X, y), make(n_jobs=2).fit(X, y)
+    np.testing.assert_array_equal(one["identify"].coef_, two["identify"].coef_)
+    np.testing.assert_array_equal(one.diagnose(X).levels, two.diagnose(X).levels)
+    np.testing.assert_array_equal(one.predict_proba(X), two.predict_proba(X))
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_order_and_batch_size_change_no_bit(make, data):
+    X, y = data
+    diagnoser = make().fit(X, y)
+    levels, probability = diagnoser[:-1].transform(X), diagnoser.predict_proba(X)
+    by_row = np.concatenate([diagnoser[:-1].transform(x[np.newaxis]) for x in X])
+    np.testing.assert_array_equal(by_row, levels)
+    order = np.random.default_rng(0).permutation(len(X))
+    np.testing.assert_array_equal(diagnoser[:-1].transform(X[order]), levels[order])
+    np.testing.assert_array_equal(diagnoser.predict_proba(X[order]), probability[order])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("make", LADDERS)
+@pytest.mark.parametrize("table", ["pandas", "polars"])
+def test_set_output_reaches_the_steps_that_return_tables(make, table, data):
+    diagnoser = make().set_output(transform=table).fit(*data)
+    frame = diagnoser[:-1].transform(data[0])
+    assert type(frame).__module__.startswith(table)
+    assert frame.shape == (36, 3)
+    np.testing.assert_array_equal(
+        frame.to_numpy(), make().fit(*data)[:-1].transform(data[0])
+    )
+    names = diagnoser[:-1].get_feature_names_out()
+    assert all(
+        condition in name for condition, name in zip(sorted(POLES), names, strict=True)
+    )
+    np.testing.assert_array_equal(
+        diagnoser.predict(data[0]), make().fit(*data).predict(data[0])
+    )
+
+
+class CountedARXLaguerre(ARXLaguerre):
+    """Counts how often it is fitted."""
+
+    n_fits = 0
+
+    def fit(self, X, y=None):
+        type(self).n_fits += 1
+        return super().fit(X, y)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("observer", "grid"),
+    [
+        (PIObserver(), {"kp": [0.0, 0.5, 1.0], "ki": [0.01, 0.2]}),
+        (ExtendedStatePIObserver(), {"kp": [0.0, 0.3, 0.9], "ki_a": [0.005, 0.05]}),
+    ],
+    ids=["PI", "extended"],
+)
+def test_search_over_gains_identifies_once_a_split(observer, grid, tmp_path):
+    X, y = simulate(12, seed=0, length=60)
+    # Hard enough that scores are neither 0 nor 1.
+    X = X + 3 * np.random.default_rng(5).normal(size=X.shape)
+    CountedARXLaguerre.n_fits = 0
+    steps = [
+        ("identify", CountedARXLaguerre(order=6)),
+        ("observe", observer),
+        ("decide", ThresholdLadder()),
+    ]
+    pipe = Pipeline(steps, memory=joblib.Memory(tmp_path, verbose=0))
+    grid = {f"observe__{name}": values for name, values in grid.items()}
+    search = GridSearchCV(pipe, grid, cv=3, error_score="raise", refit=False).fit(X, y)
+    assert len(search.cv_results_["params"]) == 6
+    assert CountedARXLaguerre.n_fits == 3
+    scores = search.cv_results_["mean_test_score"]
+    assert len(np.unique(scores.round(12))) > 1
+    # The same scores without memory, where identification is repeated.
+    again = GridSearchCV(
+        clone(pipe).set_params(memory=None), grid, cv=3, refit=False
+    ).fit(X, y)
+    assert CountedARXLaguerre.n_fits == 3 + 18
+    np.testing.assert_array_equal(again.cv_results_["mean_test_score"], scores)
+
+
+def test_unstable_gains_are_scored_as_failed(data):
+    X, y = data
+    pipe = make_pipeline(ARXLaguerre(order=4), PIObserver(), ThresholdLadder())
+    grid = {"piobserver__kp": [0.1, 5.0]}
+    search = GridSearchCV(pipe, grid, cv=2, error_score=-1.0)
+    with pytest.warns(FitFailedWarning, match="Spectral radius with pole"):
+        search.fit(X, y)
+    assert search.best_params_ == {"piobserver__kp": 0.1}
+    np.testing.assert_array_equal(search.cv_results_["mean_test_score"][1], -1.0)
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_cross_validation_across_speeds(make):
+    X, y = zip(*(simulate(6, seed, length=150) for seed in range(3)), strict=True)
+    rpm = np.repeat([300, 400, 500], 18)
+    recording = [
+        f"{speed}-{name}" for speed, name in zip(rpm, np.concatenate(y), strict=True)
+    ]
+    groups = list(zip(rpm, recording, strict=True))
+    splitter = SpeedSplit(train_rpm=500)
+    X, y = np.concatenate(X), np.concatenate(y)
+    scores = cross_val_score(make(), X, y, groups=groups, cv=splitter)
+    assert scores.shape == (2,)
+    assert scores.min() > 0.5
+
+
+def test_healthy_chooses_the_condition_that_gamma_is_for(data):
+    thresholds = [
+        make_alpio(healthy=h).fit(*data)["decide"].healthy_index_ for h in sorted(POLES)
+    ]
+    assert thresholds == [0, 1, 2]
+
+
+def test_detector_with_a_fixed_gain_flags_a_louder_bearing():
+    X, _ = simulate(40, seed=0)
+    detector = make_detector(false_alarm_rate=0.05, fixed_gain=True).fit(X[:40])
+    fresh, _ = simulate(40, seed=1)
+    assert np.mean(detector.predict(fresh[:40]) == -1) < 0.15
+    np.testing.assert_array_equal(detector.predict(20 * fresh[:40]), -1)
+
+
+METHODS = ["predict", "predict_proba", "predict_log_proba", "decision_function"]
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_batches_of_windows_in_threads_change_no_bit(make, data):
+    diagnoser = make(n_jobs=2).fit(*data)
+    plain = Pipeline(diagnoser.steps)
+    many = np.tile(data[0], (30, 1))[: 2 * 512 + 5]
+    for name in METHODS:
+        np.testing.assert_array_equal(
+            getattr(diagnoser, name)(many), getattr(plain, name)(many)
+        )
+    np.testing.assert_array_equal(
+        diagnoser.predict(pd.DataFrame(many)), plain.predict(many)
+    )
+    np.testing.assert_array_equal(diagnoser.predict(many.tolist()), plain.predict(many))
+
+
+@pytest.mark.filterwarnings(
+    "ignore:36 healthy rows",
+    "ignore:.* rows of condition .* are too few:UserWarning",
+    "ignore:y has 3 labels:UserWarning",
+)
+@pytest.mark.parametrize("make", [*MAKERS, make_detector, make_known_conditions])
+def test_results_are_those_of_scikit_learn_bit_for_bit(make, data):
+    """For windows with a signal and without: the quality of windows is no matter of a pipeline."""
+    X, y = data
+    model = make().fit(X, y)
+    plain = Pipeline(model.steps)
+    mixed = np.tile(X, (30, 1))[:1030]
+    mixed[::7], mixed[1::7], mixed[2::7, 50:] = 0, mixed[1::7].clip(-0.1, 0.1), 3
+    compared = 0
+    for name in [*METHODS, "score_samples"]:
+        if hasattr(plain, name):
+            np.testing.assert_array_equal(
+                getattr(model, name)(mixed), getattr(plain, name)(mixed)
+            )
+            compared += 1
+    assert compared == (4 if make in MAKERS else 3)
+    found = model.diagnose(mixed)
+    np.testing.assert_array_equal(found.verdict, plain.predict(mixed))
+    np.testing.assert_array_equal(found.score, plain.decision_function(mixed))
+    if "probability" in found:
+        np.testing.assert_array_equal(found.probability, plain.predict_proba(mixed))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_plain_array_of_one_row_is_refused_like_any_other(data, value):
+    X, y = data
+    diagnoser = make_diagnoser().fit(X, y)
+    row = X[:1].copy()
+    row[0, 7] = value
+    for refused in (row, row.astype(np.float32), row.astype(">f8"), row.tolist()):
+        with pytest.raises(ValueError, match=r"contains (NaN|infinity)"):
+            diagnoser.predict(refused)
+    for refused in (X[:1, 1:], X[:0], X[0], X[:1, np.newaxis], X[:1].astype(complex)):
+        with pytest.raises(ValueError):
+            diagnoser.predict(refused)
+
+
+def test_the_layout_of_an_array_does_not_change_the_result(data):
+    X, y = data
+    diagnoser = make_diagnoser().fit(X, y)
+    expected = diagnoser.predict_proba(X)
+    read_only = X.copy()
+    read_only.setflags(write=False)
+    for same in (
+        np.asfortranarray(X),
+        X.astype(">f8"),
+        read_only,
+        X[::-1][::-1],
+        X.tolist(),
+    ):
+        np.testing.assert_array_equal(diagnoser.predict_proba(same), expected)
+
+
+def test_batches_need_no_memory_for_all_innovations(data):
+    diagnoser = make_alpio().fit(*data)
+    many = np.tile(data[0], (200, 1))
+    innovations = diagnoser["identify"].transform(many).nbytes
+    tracemalloc.start()
+    diagnoser.predict(many)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < innovations / 4
+
+
+@pytest.mark.parametrize("make", MAKERS)
+@pytest.mark.parametrize("table", ["default", "pandas"])
+@pytest.mark.parametrize("routed", ["sample_weight", "identify__sample_weight"])
+def test_fit_by_batches_is_that_of_scikit_learn_bit_for_bit(
+    make, table, routed, data, monkeypatch
+):
+    monkeypatch.setattr(map_batches, "__defaults__", (20,))
+    monkeypatch.setattr("skarxlag.core.base.BATCH", 20)
+    monkeypatch.setattr(
+        "skarxlag.models.observers.BATCH", 3 * 20
+    )  # innovations of three models
+    seen, innovations = [], ARXLaguerre._innovations
+    monkeypatch.setattr(
+        ARXLaguerre,
+        "_innovations",
+        lambda self, X, unit_rms: seen.append(len(X)) or innovations(self, X, unit_rms),
+    )
+    params = {routed: np.arange(36) % 3}
+    model = make().set_output(transform=table).fit(*data, **params)
+    assert max(seen) == 20
+    plain = Pipeline(clone(model).steps)
+    with sklearn.config_context(enable_metadata_routing="__" not in routed):
+        plain.fit(*data, **params)
+    for (name, step), (_, expected) in zip(model.steps, plain.steps, strict=True):
+        assert vars(step).keys() == vars(expected).keys(), name
+        values = {key: value for key, value in vars(step).items() if key.endswith("_")}
+        for key in values.keys() - {"residual_"}:
+            np.testing.assert_array_equal(values[key], vars(expected)[key], err_msg=key)
+    np.testing.assert_array_equal(
+        model.predict_proba(data[0]), plain.predict_proba(data[0])
+    )
+
+
+def test_steps_that_may_need_all_rows_are_given_all_rows(data, tmp_path):
+    class Remembering(PIObserver):
+        def fit(self, X, y=None):
+            self.seen = X
+            return super().fit(X, y)
+
+    def fitted(observer, X=data[0], **options):
+        steps = [("i", ARXLaguerre()), ("o", observer), ("d", ThresholdLadder())]
+        return DiagnosisPipeline(steps, **options).fit(X, data[1])
+
+    assert np.shape(fitted(Remembering())["o"].seen)[:2] == (36, 3)
+    expected = fitted(PIObserver()).predict_proba(data[0])
+    of_lists = fitted(PIObserver(), data[0].tolist())
+    for other in (of_lists, fitted(PIObserver(), memory=str(tmp_path))):
+        np.testing.assert_array_equal(other.predict_proba(data[0]), expected)
+
+
+class Averages(TransformerMixin, BaseEstimator):
+    """Residual of windows that remembers what it was given."""
+
+    def fit(self, X, y):
+        self.seen, self.classes_ = X, np.unique(y)
+        return self
+
+    def transform(self, X):
+        return X.std(axis=(1, 2))[:, np.newaxis] * np.arange(1, 3)
+
+
+def test_parts_of_steps_that_may_need_all_rows_are_given_all_rows():
+    X, y = (
+        np.random.default_rng(0).normal(size=(40, 8000)),
+        np.repeat(["healthy", "inner"], 20),
+    )
+    compare = StretchResidual(window_residual=Averages(), window_length=2000)
+    steps = [("i", ARXLaguerre(bank=False)), ("c", compare), ("d", ThresholdLadder())]
+    model = DiagnosisPipeline(steps).fit(X, y)
+    assert np.shape(model["c"].window_residual_.seen)[:2] == (120, 1)
+    conditions = ConditionClassifier(residual=Averages())
+    decide = FaultOrderClassifier(
+        bearing="6205", sampling_rate=1e4, conditions=conditions
+    )
+    joint = DiagnosisPipeline([steps[0], ("d", decide)]).fit(X, y, rpm=1200)
+    assert np.shape(joint["d"].conditions_.residual_.seen)[:2] == (40, 1)
+
+
+def test_innovations_are_arrays_after_a_fit_that_failed(data):
+    model = make_alpio()
+    with pytest.raises(ValueError):
+        model.fit(data[0], data[1], decide__sample_weight=-np.ones(36))
+    assert type(model["identify"].transform(data[0])) is np.ndarray
+    assert model.fit(*data).predict(data[0]).shape == (36,)
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")  # Speeds are not known.
+@pytest.mark.parametrize("make", [make_alpio, make_detector, make_known_conditions])
+def test_fit_needs_no_memory_for_all_innovations(make):
+    many, y = np.random.default_rng(0).normal(size=(800, 4800)), np.arange(800) % 3
+    diagnoser = make().fit(many[:99], y[:99])
+    innovations = diagnoser["identify"].transform(many).nbytes
+    assert peak_of_fit(diagnoser, many, y) < innovations / 1.5
+
+
+def peak_of_fit(model, X, y, **metadata):
+    tracemalloc.start()
+    model.fit(X, y, **metadata)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    return peak
+
+
+STRETCHES = {
+    "diagnoser": lambda **options: make_diagnoser(sampling_rate=10_000, **options),
+    "joint": lambda **options: make_diagnoser(
+        sampling_rate=10_000, bearing="6205", healthy="healthy", **options
+    ),
+    "orders": lambda **options: make_fault_order_classifier(
+        bearing="6205", sampling_rate=10_000, **options
+    ),
+    "detector": make_detector,
+}
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")  # Too few rows.
+@pytest.mark.parametrize("make", STRETCHES.values(), ids=STRETCHES)
+def test_memory_of_a_fit_on_stretches_does_not_grow_with_their_number(make):
+    X = np.random.default_rng(0).normal(size=(200, 8000))
+    y = np.where(np.arange(200) % 2, "inner", "healthy")
+    rpm = np.where(np.arange(200) % 4 < 2, 1200, 1500)
+    make().fit(X[:8], y[:8], rpm=rpm[:8])
+    few, many = (peak_of_fit(make(), X[:n], y[:n], rpm=rpm[:n]) for n in (100, 200))
+    assert many - few < 0.1 * X[100:].nbytes
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")  # Too few rows.
+@pytest.mark.parametrize("make", STRETCHES.values(), ids=STRETCHES)
+@pytest.mark.parametrize("metadata", [{}, {"sample_weight": np.arange(40) % 3}])
+def test_fit_on_stretches_by_batches_is_that_of_scikit_learn_bit_for_bit(
+    make, metadata
+):
+    X, y = (
+        np.random.default_rng(0).normal(size=(40, 8000)),
+        np.repeat(["healthy", "inner"], 20),
+    )
+    metadata = metadata | {"rpm": np.where(np.arange(40) % 4 < 2, 1200, 1500)}
+    model = make(n_jobs=2).fit(X, y, **metadata)
+    with sklearn.config_context(enable_metadata_routing=True):
+        plain = Pipeline(clone(model).steps).fit(X, y, **metadata)
+    for (_, step), (_, expected) in zip(model.steps, plain.steps, strict=True):
+        assert joblib.hash(state(step)) == joblib.hash(state(expected))
+
+
+def state(estimator):
+    """Fitted attributes, also those of fitted estimators among them."""
+    found = {
+        name: value for name, value in vars(estimator).items() if name.endswith("_")
+    }
+    nested = {
+        name: value for name, value in found.items() if isinstance(value, BaseEstimator)
+    }
+    for name, value in nested.items():
+        steps = [each for _, each in getattr(value, "steps", [("", value)])]
+        found[name] = [state(step) for step in steps]
+    return found
+
+
+def test_a_diagnosis_pipeline_has_what_its_last_step_has(data):
+    identify = DiagnosisPipeline([("identify", ARXLaguerre())]).fit(*data)
+    detector = make_detector(false_alarm_rate=0.1).fit(data[0])
+    assert [hasattr(identify, name) for name in METHODS] == [False] * 4
+    assert [hasattr(detector, name) for name in METHODS] == [True, False, False, True]
+    assert isinstance(make_diagnoser(n_jobs=2)[:-1], DiagnosisPipeline)
+    with pytest.raises(ValueError, match="0 sample"):
+        make_alpio().fit(*data).predict(np.empty((0, 400)))
+
+
+class SpeedScaled(TransformerMixin, BaseEstimator):
+    """A step that divides each window by its speed, and remembers what `fit` was given."""
+
+    __metadata_request__fit: ClassVar = {"rpm": True}
+    __metadata_request__transform: ClassVar = {"rpm": True}
+
+    def fit(self, X, y=None, rpm=None):
+        self.rpm_ = rpm
+        return self
+
+    def fit_transform(self, X, y=None, rpm=None):
+        return self.fit(X, y, rpm=rpm).transform(X, rpm=rpm)
+
+    def transform(self, X, rpm=None):
+        return X if rpm is None else X / np.reshape(rpm, (-1, 1))
+
+    def adapt(self, X, y, rpm=None):
+        self.adapted_ = X, y, rpm
+        return self
+
+
+@pytest.fixture
+def speed_aware():
+    """Levels that separate the conditions only when they are divided by the speed."""
+    rng = np.random.default_rng(0)
+    rpm = rng.uniform(300, 3000, size=60)
+    y = np.repeat(["good", "worn"], 30)
+    X = rpm[:, np.newaxis] * (1 + (y == "worn") + 0.1 * rng.random(60))[:, np.newaxis]
+    return (
+        DiagnosisPipeline([("scale", SpeedScaled()), ("decide", ThresholdLadder())]),
+        X,
+        y,
+        rpm,
+    )
+
+
+@pytest.mark.parametrize("enabled", [False, True])
+def test_speeds_reach_the_steps_with_routing_on_or_off(speed_aware, enabled):
+    pipe, X, y, rpm = speed_aware
+    with sklearn.config_context(enable_metadata_routing=enabled):
+        pipe.fit(X, y, rpm=rpm)
+        np.testing.assert_array_equal(pipe["scale"].rpm_, rpm)
+        np.testing.assert_array_equal(pipe.predict(X, rpm=rpm), y)
+        assert np.mean(pipe.predict(X) == y) < 0.9
+        for name in METHODS:
+            expected = getattr(pipe[-1], name)(X / rpm[:, np.newaxis])
+            np.testing.assert_array_equal(getattr(pipe, name)(X, rpm=rpm), expected)
+        np.testing.assert_array_equal(
+            pipe[:-1].transform(X, rpm=rpm), X / rpm[:, np.newaxis]
+        )
+        np.testing.assert_array_equal(pipe.diagnose(X, rpm=rpm).verdict, y)
+        assert pipe.score(X, y, rpm=rpm) == 1.0
+        np.testing.assert_array_equal(
+            pipe.predict(X / 7, rpm=7.0), pipe.predict(X / 49)
+        )
+        assert not sklearn.get_config()["enable_metadata_routing"] or enabled
+
+
+def test_a_request_that_changes_after_a_prediction_counts():
+    rng = np.random.default_rng(0)
+    X, y, rpm = (
+        rng.normal(size=(20, 400)),
+        np.repeat(["a", "b"], 10),
+        np.tile([600.0, 900.0], 10),
+    )
+    compare = SpectralDistance()
+    steps = [
+        ("measure", LogSpectra()),
+        ("compare", compare),
+        ("decide", ThresholdLadder()),
+    ]
+    diagnoser = DiagnosisPipeline(steps).fit(X, y, rpm=rpm)
+    stated, unknown = (
+        diagnoser.decision_function(X, rpm=rpm),
+        diagnoser.decision_function(X),
+    )
+    assert np.any(stated != unknown)
+    with sklearn.config_context(enable_metadata_routing=True):
+        compare.set_transform_request(rpm="speed")
+    np.testing.assert_array_equal(diagnoser.decision_function(X, speed=rpm), stated)
+    np.testing.assert_array_equal(diagnoser.decision_function(X, speed=None), unknown)
+    with pytest.raises(TypeError, match="rpm"):
+        diagnoser.decision_function(X, rpm=rpm)
+    with sklearn.config_context(enable_metadata_routing=True):
+        compare.set_transform_request(rpm=True)
+    np.testing.assert_array_equal(diagnoser.decision_function(X, rpm=rpm), stated)
+
+
+@pytest.mark.parametrize("n_jobs", [None, 2])
+def test_batches_cut_metadata(speed_aware, n_jobs):
+    pipe, X, y, rpm = speed_aware
+    pipe.set_params(n_jobs=n_jobs).fit(X, y, rpm=rpm)
+    # 8000 bytes a row: some 130 rows are a batch.
+    wide, speeds, truth = np.tile(X, (10, 1000)), np.tile(rpm, 10), np.tile(y, 10)
+    pipe["decide"].n_features_in_ = 1000
+    np.testing.assert_array_equal(pipe.predict(wide, rpm=speeds), truth)
+    np.testing.assert_array_equal(pipe.predict(wide, rpm=speeds.tolist()), truth)
+    np.testing.assert_array_equal(
+        pipe.predict(wide, rpm=pd.Series(speeds, index=speeds)), truth
+    )
+    with pytest.raises(
+        ValueError, match="Length of rpm == 7, expected 600, the number of windows"
+    ):
+        pipe.predict(wide, rpm=speeds[:7])
+
+
+def test_searches_and_cross_validation_route_speeds(speed_aware):
+    pipe, X, y, rpm = speed_aware
+    cv = StratifiedKFold(3, shuffle=True, random_state=0)
+    with sklearn.config_context(enable_metadata_routing=True):
+        scores = cross_val_score(pipe, X, y, params={"rpm": rpm}, cv=cv)
+        search = GridSearchCV(
+            pipe, {"decide__false_alarm_rate": [0.01, 0.05]}, cv=cv
+        ).fit(X, y, rpm=rpm)
+        assert search.score(X, y, rpm=rpm) >= 0.95
+    assert scores.min() >= 0.95
+    assert cross_val_score(pipe, X, y, cv=cv).min() < 0.9
+    assert search.best_score_ >= 0.95
+
+
+def test_metadata_that_no_step_requests_are_refused(data):
+    with pytest.raises(TypeError, match="turns"):
+        make_alpio().fit(*data, turns=300)
+    with pytest.raises(TypeError, match="rpm"):
+        make_alpio().fit(*data).predict(data[0], rpm=300)
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_diagnose_gives_all_in_one_pass(make, data, monkeypatch):
+    X = np.tile(data[0], (10, 1))
+    diagnoser = make(n_jobs=2).fit(*data)
+    expected = {
+        "levels": diagnoser[-1].diagnose(diagnoser[:-1].transform(X)).levels
+        if make is make_diagnoser
+        else diagnoser[:-1].transform(X),
+        "verdict": diagnoser.predict(X),
+        "probability": diagnoser.predict_proba(X),
+        "score": diagnoser.decision_function(X),
+        "alarm": diagnoser[-1].detect(diagnoser[:-1].transform(X)),
+    }
+    seen = []
+    original = ARXLaguerre.transform
+    monkeypatch.setattr(
+        ARXLaguerre,
+        "transform",
+        lambda self, X: seen.append(len(X)) or original(self, X),
+    )
+    found = diagnoser.diagnose(X)
+    assert sum(seen) == len(X)
+    further = {"log_probability", "recorded"} if make is make_diagnoser else set()
+    assert set(found) == set(expected) | further
+    for name, value in expected.items():
+        np.testing.assert_array_equal(found[name], value)
+
+
+def test_diagnose_of_a_detector():
+    X, _ = simulate(40, seed=0)
+    detector = make_detector(false_alarm_rate=0.05, fixed_gain=True).fit(X[:40])
+    found = detector.diagnose(20 * X[:40])
+    assert found.alarm.all() and (found.verdict == -1).all()
+    np.testing.assert_array_equal(found.score, detector.decision_function(20 * X[:40]))
+    assert "probability" not in found
+
+
+def test_adapt_reaches_its_step_through_the_steps_before(data):
+    diagnoser = make_diagnoser().fit(*data)
+    by_hand = clone(diagnoser).fit(*data)
+    healthy = data[1] == "normal"
+    X, y = 0.5 * data[0][healthy] ** 3, data[1][healthy]
+    assert diagnoser.adapt(X, y) is diagnoser
+    step = next(step for _, step in by_hand.steps if hasattr(step, "adapt"))
+    before = by_hand.predict_proba(data[0])
+    i = [each for _, each in by_hand.steps].index(step)
+    step.adapt(by_hand[:i].transform(X), y)
+    np.testing.assert_array_equal(
+        diagnoser.predict_proba(data[0]), by_hand.predict_proba(data[0])
+    )
+    assert np.abs(diagnoser.predict_proba(data[0]) - before).max() > 1e-6
+    assert not hasattr(make_alpio(), "adapt")
+    first = DiagnosisPipeline([("scale", SpeedScaled()), ("decide", ThresholdLadder())])
+    first.fit(*data).adapt(X, y)
+    assert first["scale"].adapted_[0] is X
+    first.adapt(X, y, rpm=900.0)
+    assert first["scale"].adapted_[2] == 900.0
+
+
+@pytest.mark.slow
+def test_batches_are_counted_in_bytes(data, monkeypatch):
+    seen = []
+    original = ARXLaguerre.transform
+    monkeypatch.setattr(
+        ARXLaguerre,
+        "transform",
+        lambda self, X: seen.append(X.nbytes) or original(self, X),
+    )
+    diagnoser = make_alpio().fit(*data)
+    short, long = np.tile(data[0], (40, 1)), np.tile(data[0], (2, 400))[:, np.newaxis]
+    seen.clear()
+    diagnoser.predict(short)
+    assert 2**21 < seen[0] <= 2**22
+    stretches = make_alpio().fit(long[:36:6], data[1][::6])
+    seen.clear()
+    assert stretches.predict(long).shape == (72,)
+    # 1.28 MB a row: up to sixteen of them go together, in batches of one size.
+    assert [n // long[0].nbytes for n in seen] == [15] * 4 + [12]
+    monkeypatch.setattr("skarxlag.core.pipelines._MOST_BYTES", 3 * long[0].nbytes)
+    seen.clear()
+    stretches.predict(long[:7])
+    assert [n // long[0].nbytes for n in seen] == [3, 3, 1]
+
+
+@pytest.mark.parametrize(
+    "index",
+    [
+        np.linspace(0, 1, 90),
+        np.arange(90) / 1e4,
+        np.arange(90.0)[::-1],
+        np.arange(90)[::-1],
+    ],
+)
+def test_rows_of_a_table_are_positions_whatever_its_index(data, monkeypatch, index):
+    monkeypatch.setattr("skarxlag.core.pipelines._BATCH_BYTES", 1)
+    monkeypatch.setattr("skarxlag.core.pipelines._ROWS_TOGETHER", 7)
+    diagnoser = make_alpio().fit(*data)
+    X = np.tile(data[0], (3, 1))[:90]
+    table = pd.DataFrame(X, index=index)
+    np.testing.assert_array_equal(diagnoser.predict(table), diagnoser.predict(X))

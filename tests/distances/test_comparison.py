@@ -1,0 +1,456 @@
+import numpy as np
+import pytest
+from scipy.fft import dct
+from scipy.spatial.distance import cdist
+
+from skarxlag import (
+    LogSpectra,
+    SpectralDistance,
+    ThresholdLadder,
+    make_extended_state_pio,
+)
+from skarxlag.kernels.drift import scaled_frequency
+
+N_FREQUENCIES = 24
+
+
+def spectra(n_windows=30, n_groups=3, seed=0, tilt=0.0):
+    """Log spectra of three conditions: each group has another ripple in each condition."""
+    rng = np.random.default_rng(seed)
+    frequency = (np.arange(N_FREQUENCIES) + 0.5) / N_FREQUENCIES
+    y = np.repeat(["a", "b", "c"], n_windows)
+    ripple = np.array(
+        [
+            [np.cos(np.pi * (3 + 2 * c + g) * frequency) for g in range(n_groups)]
+            for c in range(3)
+        ]
+    )
+    X = np.repeat(0.3 * ripple, n_windows, axis=0) + tilt * frequency
+    return X + 0.2 * rng.normal(size=X.shape), y
+
+
+def cosines(X):
+    return dct(X, type=2, norm="ortho", axis=-1)[..., 1:] * np.sqrt(2 / X.shape[-1])
+
+
+def literal_distance(X_train, y, X, smooth=0.1, rough=0.01, scaled=0.1):
+    """The docstring's formula for the groups in X, joined, with general-purpose tools."""
+
+    def joined(array):
+        return cosines(array).reshape(len(array), -1)
+
+    means = np.stack([X_train[y == c].mean(axis=0) for c in np.unique(y)])
+    deviations = joined(X_train) - joined(means)[np.unique(y, return_inverse=True)[1]]
+    n = np.tile(np.arange(1, X.shape[-1]), X.shape[1])
+    moved = [
+        [scaled_frequency(m) for m in condition[:, np.newaxis]] for condition in means
+    ]
+    shifts = joined(np.concatenate(np.transpose(moved, (0, 2, 1, 3))))
+    covariance = (
+        np.cov(deviations.T, bias=True)
+        + np.diag(smooth / n**2 + rough)
+        + scaled * shifts.T @ shifts / len(shifts)
+    )
+    distance = cdist(
+        joined(X), joined(means), "mahalanobis", VI=np.linalg.inv(covariance)
+    )
+    return distance / np.sqrt(len(n))
+
+
+@pytest.mark.parametrize("weight", [0.0, 0.3, 1.0])
+def test_residual_is_the_formula_of_the_docstring(weight):
+    X, y = spectra()
+    fresh, _ = spectra(5, seed=1)
+    groups = [literal_distance(X[:, [g]], y, fresh[:, [g]]) for g in range(3)]
+    joint = literal_distance(X, y, fresh)
+    expected = np.prod(groups, axis=0) ** ((1 - weight) / 3) * joint**weight
+    fitted = SpectralDistance(joint_weight=weight).fit(X, y)
+    np.testing.assert_allclose(fitted.transform(fresh), expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("groups", [(0, 2), (1,), [2, 0, 1]])
+def test_joint_distance_of_chosen_groups(groups):
+    X, y = spectra()
+    fresh, _ = spectra(5, seed=1)
+    fitted = SpectralDistance(joint_weight=1.0, joint_groups=groups).fit(X, y)
+    expected = literal_distance(X[:, groups], y, fresh[:, groups])
+    np.testing.assert_allclose(fitted.transform(fresh), expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "literal"),
+    [
+        ({"smooth_drift": 1.0}, {"smooth": 1.0}),
+        ({"rough_drift": 0.2}, {"rough": 0.2}),
+        ({"frequency_drift": 3.0}, {"scaled": 3.0}),
+    ],
+)
+def test_each_drift_enters_the_covariance(parameters, literal):
+    X, y = spectra(n_groups=1)
+    fitted = SpectralDistance(**parameters).fit(X, y)
+    np.testing.assert_allclose(
+        fitted.transform(X), literal_distance(X, y, X, **literal), rtol=1e-9
+    )
+
+
+def test_two_axes_are_one_group_whatever_the_joint_weight():
+    X, y = spectra(n_groups=1)
+    flat = SpectralDistance(joint_weight=0.7).fit(X[:, 0], y)
+    np.testing.assert_allclose(
+        flat.transform(X[:, 0]), SpectralDistance().fit(X, y).transform(X), rtol=1e-12
+    )
+    assert flat.axes_.shape == (1, N_FREQUENCIES - 1, N_FREQUENCIES - 1)
+
+
+def test_a_gain_of_each_group_does_not_count():
+    X, y = spectra()
+    fitted = SpectralDistance(joint_weight=0.5).fit(X, y)
+    shifted = X + np.array([3.0, -20.0, 100.0])[:, np.newaxis]
+    np.testing.assert_allclose(
+        fitted.transform(shifted), fitted.transform(X), rtol=1e-9
+    )
+
+
+def test_one_group_that_speed_has_moved_does_not_outvote_the_others():
+    X, y = spectra()
+    broken = X.copy()
+    broken[:, 1] = 3 * X[np.roll(np.arange(len(X)), 30), 1]
+    verdicts = {
+        weight: np.unique(y)[
+            SpectralDistance(joint_weight=weight)
+            .fit(X, y)
+            .transform(broken)
+            .argmin(axis=1)
+        ]
+        for weight in (0.0, 1.0)
+    }
+    assert np.mean(verdicts[0.0] == y) > 0.9
+    assert np.mean(verdicts[0.0] == y) > np.mean(verdicts[1.0] == y) + 0.2
+
+
+def test_drift_discounts_what_is_smooth_over_frequency():
+    X, y = spectra()
+    tilted, _ = spectra(tilt=2.0)
+    own = np.unique(y, return_inverse=True)[1]
+
+    def moved(smooth):
+        fitted = SpectralDistance(smooth_drift=smooth).fit(X, y)
+        index = np.arange(len(X))
+        return np.mean(
+            fitted.transform(tilted)[index, own] / fitted.transform(X)[index, own]
+        )
+
+    assert moved(1.0) < moved(0.1) < moved(0.0)
+
+
+@pytest.mark.parametrize("weight", [0.0, 0.5, 1.0])
+def test_adapt_moves_all_references_by_what_the_healthy_windows_say(weight):
+    X, y = spectra()
+    tilted, _ = spectra(tilt=2.0, seed=1)
+    own, index = np.unique(y, return_inverse=True)[1], np.arange(len(X))
+    fitted = SpectralDistance(joint_weight=weight).fit(X, y)
+    before = fitted.transform(tilted)[index, own]
+    assert fitted.adapt(tilted[y == "a"], y[y == "a"]) is fitted
+    after = fitted.transform(tilted)[index, own]
+    for condition in "abc":
+        assert after[y == condition].mean() < 0.8 * before[y == condition].mean()
+
+
+def test_adapt_by_the_formula_of_the_docstring():
+    X, y = spectra(n_groups=1)
+    fresh, _ = spectra(4, n_groups=1, seed=3, tilt=1.0)
+    fitted = SpectralDistance().fit(X, y)
+    V, before = fitted.axes_[0], fitted.references_[0, :, 0]
+    covariance_inverse = V @ np.diag(1 / (fitted.variances_[0] + 1)) @ V.T
+    healthy = np.repeat("a", 4)
+    moved = cosines(fresh[:4, 0]).mean(axis=0) - np.linalg.solve(V.T, before[0])
+    C = np.diag(0.1 / np.arange(1.0, N_FREQUENCIES) ** 2)
+    expected = before + C @ covariance_inverse @ moved @ V
+    fitted.adapt(fresh[:4], healthy)
+    np.testing.assert_allclose(
+        fitted.references_[0, :, 0], expected, rtol=1e-9, atol=1e-12
+    )
+
+
+def test_adapt_to_the_training_windows_changes_nothing():
+    X, y = spectra()
+    fitted = SpectralDistance(joint_weight=0.5).fit(X, y)
+    before = fitted.transform(X)
+    np.testing.assert_allclose(fitted.adapt(X, y).transform(X), before, rtol=1e-9)
+
+
+def test_adapt_refuses_conditions_that_were_not_in_fit():
+    X, y = spectra(4)
+    with pytest.raises(
+        ValueError, match=r"'worn'\], expected conditions of fit, \['a', 'b', 'c'\]"
+    ):
+        SpectralDistance().fit(X, y).adapt(X[:2], ["worn", "a"])
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_fit_transform_is_fit_and_transform(dtype):
+    X, y = spectra()
+    X = X.astype(dtype)
+    X.flags.writeable = False
+    together = SpectralDistance(joint_weight=0.5).fit_transform(X, y)
+    fitted = SpectralDistance(joint_weight=0.5).fit(X, y)
+    np.testing.assert_array_equal(together, fitted.transform(X))
+    assert together.dtype == dtype
+    alone = np.concatenate([fitted.transform(x[np.newaxis]) for x in X[::7]])
+    np.testing.assert_array_equal(alone, together[::7])
+    np.testing.assert_array_equal(fitted.transform(np.asfortranarray(X)), together)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value"),
+    [
+        ("joint_weight", -0.1),
+        ("joint_weight", 1.1),
+        ("smooth_drift", -0.1),
+        ("smooth_drift", np.nan),
+        ("rough_drift", 0.0),
+        ("rough_drift", np.inf),
+        ("frequency_drift", -1.0),
+        ("joint_groups", ()),
+        ("joint_groups", (0, 0)),
+        ("joint_groups", (0, 3)),
+    ],
+)
+def test_parameters_out_of_range_are_named(parameter, value):
+    X, y = spectra(4)
+    with pytest.raises(ValueError, match=parameter):
+        SpectralDistance(**{parameter: value}).fit(X, y)
+
+
+def test_spectra_of_another_shape_are_refused():
+    X, y = spectra(4)
+    fitted = SpectralDistance().fit(X, y)
+    with pytest.raises(ValueError, match=r"shape \(3, 23\), but .* of shape \(3, 24\)"):
+        fitted.transform(X[..., :-1])
+    with pytest.raises(
+        ValueError,
+        match=r"Largest size in X == 100000\..*, expected natural logarithms",
+    ):
+        fitted.transform(X + 1e5)
+
+
+def test_a_group_that_is_the_same_everywhere_leaves_the_verdict_to_the_others():
+    X, y = spectra()
+    constant = np.concatenate([X, np.zeros_like(X[:, :1])], axis=1)
+    with_it, without = (
+        SpectralDistance().fit(a, y).transform(a) for a in (constant, X)
+    )
+    np.testing.assert_array_equal(with_it.argmin(axis=1), without.argmin(axis=1))
+
+
+def test_a_single_frequency_has_no_information():
+    X, y = spectra(4)
+    residuals = SpectralDistance(joint_weight=0.5).fit_transform(X[..., :1], y)
+    np.testing.assert_allclose(residuals, np.full((12, 3), 1e-6))
+
+
+def test_names_are_those_of_the_conditions():
+    X, y = spectra(4)
+    names = SpectralDistance().fit(X, y).get_feature_names_out()
+    assert names.tolist() == ["a_distance", "b_distance", "c_distance"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "axes_",
+        "variances_",
+        "references_",
+        "joint_axes_",
+        "joint_variances_",
+        "joint_references_",
+    ],
+)
+@pytest.mark.parametrize("change", [lambda a: a[..., 1:], lambda a: a + np.nan])
+def test_a_state_that_is_not_possible_is_named(name, change):
+    X, y = spectra(4)
+    fitted = SpectralDistance(joint_weight=0.5).fit(X, y)
+    setattr(fitted, name, change(getattr(fitted, name)))
+    for use in (lambda: fitted.transform(X), lambda: fitted.adapt(X, y)):
+        with pytest.raises(ValueError, match=name):
+            use()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("speeds_", np.array([900.0, 600.0])),
+        ("recorded_", np.array([[1, 1, 0], [1, 1, 0]])),
+        ("variances_", np.full((3, N_FREQUENCIES - 1), -1.0)),
+    ],
+)
+def test_a_state_over_speeds_that_is_not_possible_is_named(name, value):
+    X, y = spectra(4)
+    fitted = SpectralDistance().fit(X, y, rpm=np.tile([600.0, 900.0], 6))
+    setattr(fitted, name, value)
+    with pytest.raises(ValueError, match=name):
+        fitted.transform(X)
+
+
+def over_speeds(rpm, seed=0):
+    """Log spectra whose tilt follows the speed, those of condition c twice as much."""
+    X, y = spectra(12, seed=seed)
+    rpm = np.resize(np.asarray(rpm, dtype=float), len(X))
+    frequency = (np.arange(N_FREQUENCIES) + 0.5) / N_FREQUENCIES
+    slope = np.where(y == "c", 2.0, 1.0) * np.log(rpm / 900)
+    return X + slope[:, np.newaxis, np.newaxis] * frequency, y, rpm
+
+
+def literal_residual(X_train, y, rpm, row, speed, weight):
+    """The docstring's formulas for one window, speed by speed and condition by condition."""
+    classes, known = np.unique(y), np.unique(rpm)
+    n = X_train.shape[-1] - 1
+
+    def mean(c, s, groups):
+        return (
+            cosines(X_train[(y == c) & (rpm == s)][:, groups])
+            .reshape(-1, n * len(groups))
+            .mean(0)
+        )
+
+    def reference(c, q, speeds, groups):
+        values = np.array([mean(c, s, groups) for s in speeds])
+        return np.array(
+            [np.interp(np.log(q), np.log(speeds), each) for each in values.T]
+        )
+
+    def factor(q, speeds):
+        below, above = speeds[speeds <= q], speeds[speeds >= q]
+        if len(below) == 0 or len(above) == 0:
+            return max(np.abs(np.log(q / speeds)).min() / 0.4, 0.2)
+        parts = np.log(q / below.max()), np.log(above.min() / q)
+        return max(parts[0] * parts[1] / max(sum(parts), 1e-300) / 0.4, 0.2)
+
+    def distances(groups):
+        own = np.array([mean(c, s, groups) for c, s in zip(y, rpm, strict=True)])
+        rows = cosines(X_train[:, groups]).reshape(len(X_train), -1)
+        scatter = (rows - own).T @ (rows - own) / len(rows)
+        overall = np.array([X_train[y == c].mean(axis=0) for c in classes])[:, groups]
+        moved = [[scaled_frequency(g[np.newaxis]) for g in each] for each in overall]
+        shifts = np.concatenate([cosines(np.stack(each, axis=1)) for each in moved])
+        shifts = shifts.reshape(len(shifts), -1)
+        drift = np.diag(np.tile(0.1 / np.arange(1, n + 1) ** 2 + 0.01, len(groups)))
+        drift += 0.1 * shifts.T @ shifts / len(shifts)
+        missed = []
+        for s in known:
+            others = known[known != s]
+            for c in classes:
+                e = mean(c, s, groups) - reference(c, s, others, groups)
+                missed.append(e / np.sqrt(factor(s, others)))
+        drift += np.mean([np.outer(e, e) for e in missed], axis=0)
+        inverse = np.linalg.inv(scatter + factor(speed, known) * drift)
+        here = cosines(row[groups]).ravel()
+        differences = [here - reference(c, speed, known, groups) for c in classes]
+        return np.array([np.sqrt(d @ inverse @ d / len(d)) for d in differences])
+
+    single = np.prod([distances([g]) for g in range(X_train.shape[1])], axis=0)
+    joint = distances(list(range(X_train.shape[1])))
+    return single ** ((1 - weight) / X_train.shape[1]) * joint**weight
+
+
+@pytest.mark.parametrize("speed", [450.0, 600.0, 700.0, 1200.0, 2000.0])
+def test_references_over_speed_are_the_formulas_of_the_docstring(speed):
+    X, y, rpm = over_speeds([600, 900, 1200])
+    row = over_speeds([speed], seed=1)[0][0]
+    fitted = SpectralDistance(joint_weight=0.3).fit(X, y, rpm=rpm)
+    expected = literal_residual(X, y, rpm, row, speed, 0.3)
+    np.testing.assert_allclose(
+        fitted.transform(row[np.newaxis], rpm=speed)[0], expected, rtol=1e-8
+    )
+
+
+def test_a_stated_speed_helps_and_an_unknown_one_is_searched():
+    X, y, rpm = over_speeds([600, 1200])
+    fresh, truth, _ = over_speeds([850], seed=1)
+    fitted = SpectralDistance().fit(X, y, rpm=rpm)
+    own, index = np.unique(truth, return_inverse=True)[1], np.arange(len(fresh))
+    stated = fitted.transform(fresh, rpm=850)
+    assert np.mean(stated.argmin(axis=1) == own) > 0.95
+    searched = fitted.transform(fresh)
+    assert np.mean(searched.argmin(axis=1) == own) > 0.95
+    # Without a speed the drift counts in full, as at a distance of .4 outside.
+    pooled = SpectralDistance().fit(X, y).transform(fresh)
+    assert searched[index, own].mean() < pooled[index, own].mean()
+
+
+def test_one_speed_known_or_not_is_the_same_but_for_the_distance():
+    X, y = spectra(6)
+    fresh, _ = spectra(3, seed=1)
+    known = SpectralDistance().fit(X, y, rpm=1000)
+    np.testing.assert_allclose(
+        known.transform(fresh, rpm=1000 * np.exp(0.4)),
+        SpectralDistance().fit(X, y).transform(fresh),
+        rtol=1e-12,
+    )
+    np.testing.assert_allclose(
+        known.transform(fresh), known.transform(fresh, rpm=1000 / np.exp(0.4))
+    )
+
+
+def test_a_condition_that_lacks_a_speed_is_interpolated_between_its_own():
+    X, y, rpm = over_speeds([600, 900, 1200])
+    kept = (y != "b") | (rpm != 900)
+    fitted = SpectralDistance().fit(X[kept], y[kept], rpm=rpm[kept])
+    assert fitted.recorded_.tolist() == [[1, 1, 1], [1, 0, 1], [1, 1, 1]]
+    fresh, truth, _ = over_speeds([900], seed=1)
+    verdicts = fitted.classes_[fitted.transform(fresh, rpm=900).argmin(axis=1)]
+    assert np.mean(verdicts == truth) > 0.95
+
+
+def test_speed_of_each_sample_counts_by_its_mean():
+    X, y, rpm = over_speeds([600, 1200])
+    fitted = SpectralDistance().fit(X, y, rpm=rpm)
+    varying = 900 + np.linspace(-50, 50, 11) * np.ones((len(X), 1))
+    np.testing.assert_allclose(
+        fitted.transform(X, rpm=varying), fitted.transform(X, rpm=900)
+    )
+
+
+def test_rows_do_not_depend_on_the_batch():
+    X, y, rpm = over_speeds([600, 900, 1200])
+    fitted = SpectralDistance(joint_weight=0.5).fit(X, y, rpm=rpm)
+    alone = [fitted.transform(X[[i]], rpm=rpm[[i]]) for i in range(len(X))]
+    np.testing.assert_array_equal(fitted.transform(X, rpm=rpm), np.concatenate(alone))
+
+
+def test_a_speed_must_be_in_fit_and_above_zero():
+    X, y = spectra(4)
+    with pytest.raises(ValueError, match="rpm was given, but not in fit"):
+        SpectralDistance().fit(X, y).transform(X, rpm=900)
+    with pytest.raises(ValueError, match="expected revolutions per minute above 0"):
+        SpectralDistance().fit(X, y, rpm=0)
+
+
+def test_verdicts_through_measures_and_ladder():
+    rng = np.random.default_rng(0)
+    X = rng.normal(size=(60, 600)) + np.cumsum(rng.normal(size=(60, 600)), axis=1) * (
+        0.1 * (np.arange(60) % 2)[:, np.newaxis]
+    )
+    y = np.arange(60) % 2
+    residuals = SpectralDistance().fit_transform(
+        LogSpectra().fit_transform(X[:30]), y[:30]
+    )
+    assert ThresholdLadder().fit(residuals, y[:30]).score(residuals, y[:30]) == 1.0
+    assert make_extended_state_pio().fit(X[:30], y[:30]).score(X[30:], y[30:]) > 0.9
+
+
+@pytest.mark.parametrize("rpm", [0.0, -900.0, np.nan, 15.0, 1e9])
+def test_windows_at_an_implausible_speed_name_no_condition(rpm):
+    rng = np.random.default_rng(0)
+    X, y = rng.normal(size=(40, 1, 12)), np.repeat(["a", "b"], 20)
+    X[20:, :, 3] += 2.0
+    distance = SpectralDistance().fit(X, y, rpm=np.tile([900.0, 1200.0], 20))
+    with pytest.warns(
+        UserWarning, match="1 of 3 rows are treated as rows without a"
+    ) as caught:
+        found = distance.transform(X[:3], rpm=[900.0, rpm, 1200.0])
+    assert len(caught) == 1
+    np.testing.assert_array_equal(found[1], 1.0)
+    np.testing.assert_array_equal(
+        found[[0, 2]], distance.transform(X[[0, 2]], rpm=[900.0, 1200.0])
+    )

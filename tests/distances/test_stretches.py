@@ -1,0 +1,357 @@
+import copy
+
+import numpy as np
+import pytest
+import sklearn
+from scipy.signal import lfilter
+from skarxlag.decisions.fault_locations import WITHOUT_COMB, comb_evidence
+from sklearn.base import clone
+from sklearn.model_selection import StratifiedKFold, cross_val_score
+
+from skarxlag import (
+    OrderResidual,
+    StretchResidual,
+    load_diagnoser,
+    make_diagnoser,
+    save_diagnoser,
+)
+from skarxlag.core.capabilities import capabilities
+from skarxlag.core.state import check_model_state
+from skarxlag.distances.stretches import order_comparison, window_comparison
+
+from .test_orders import ORDERS, RATE, stretches
+
+
+@pytest.fixture(scope="module")
+def data():
+    return stretches(900)
+
+
+@pytest.fixture(scope="module")
+def diagnoser(data):
+    return make_diagnoser(sampling_rate=RATE).fit(*data, rpm=900)
+
+
+@pytest.mark.parametrize("enabled", [False, True])
+def test_diagnoser_at_another_speed(diagnoser, enabled):
+    X, y = stretches(600, seed=1)
+    with sklearn.config_context(enable_metadata_routing=enabled):
+        np.testing.assert_array_equal(diagnoser.predict(X, rpm=np.full(8, 600)), y)
+        np.testing.assert_array_equal(diagnoser.predict(1e3 * X + 5, rpm=600), y)
+        assert diagnoser.score(X, y, rpm=600) == 1
+        found = diagnoser.diagnose(X, rpm=600)
+    np.testing.assert_array_equal(found.verdict, y)
+    np.testing.assert_array_equal(
+        found.probability, diagnoser.predict_proba(X, rpm=600)
+    )
+    assert found.probability.max(axis=1).min() > 0.5
+
+
+def test_diagnoser_without_any_speed():
+    X, y = map(
+        np.concatenate,
+        zip(*(stretches(900, seed=seed) for seed in (1, 2, 3)), strict=True),
+    )
+    # White noise with impacts: its spectra have no shape, only orders differ.
+    diagnoser = make_diagnoser(sampling_rate=RATE).set_params(
+        decide__residual__order_weight=1.0
+    )
+    diagnoser.fit(*stretches(1200))
+    assert np.mean(diagnoser.predict(X) == y) > 0.7
+
+
+def test_diagnoser_in_cross_validation(data):
+    X, y = np.concatenate([data[0], stretches(700, seed=5)[0]]), np.tile(data[1], 2)
+    rpm = np.repeat([900, 700], 8)
+    cv = StratifiedKFold(2, shuffle=True, random_state=0)
+    with sklearn.config_context(enable_metadata_routing=True):
+        diagnoser = make_diagnoser(sampling_rate=RATE)
+        scores = cross_val_score(diagnoser, X, y, cv=cv, params={"rpm": rpm})
+    np.testing.assert_array_equal(scores, 1)
+
+
+@pytest.mark.slow
+def test_batches_order_and_threads_change_no_bit(diagnoser, data):
+    X = np.concatenate([data[0]] * 3)
+    rpm = np.linspace(850, 950, len(X))
+    expected = diagnoser.diagnose(X, rpm=rpm).levels
+    rows = [diagnoser.diagnose(X[i : i + 1], rpm=rpm[i : i + 1]) for i in range(len(X))]
+    np.testing.assert_array_equal(
+        np.concatenate([row.levels for row in rows]), expected
+    )
+    threads = make_diagnoser(sampling_rate=RATE, n_jobs=2).fit(*data, rpm=900)
+    np.testing.assert_array_equal(threads.diagnose(X, rpm=rpm).levels, expected)
+    names = [name for name in threads.get_params() if name.endswith("n_jobs")]
+    assert len(names) >= 5 and all(threads.get_params()[name] == 2 for name in names)
+
+
+@pytest.mark.slow
+def test_residual_is_the_product_of_its_parts(data):
+    X, y = data
+    X = X[:, np.newaxis]
+    residual = StretchResidual(
+        order_residual=OrderResidual(sampling_rate=RATE),
+        window_length=3000,
+        order_weight=0.7,
+    ).fit(X, y, rpm=900)
+    windows = X[..., :6000].reshape(-1, 1, 3000)
+    of_windows = window_comparison().fit(windows, np.repeat(y, 2), rpm=900)
+    by_hand = of_windows.transform(windows, rpm=1000)
+    orders = OrderResidual(sampling_rate=RATE).fit(X, y, rpm=900).transform(X, rpm=1000)
+    expected = np.sqrt(by_hand[::2] * by_hand[1::2]) * orders**0.7
+    np.testing.assert_allclose(residual.transform(X, rpm=1000), expected)
+    unknown = clone(residual).set_params(order_residual=None).fit(X, y)
+    by_hand = window_comparison().fit(windows, np.repeat(y, 2)).transform(windows)
+    orders = OrderResidual().fit(X, y).transform(X)
+    np.testing.assert_allclose(
+        unknown.transform(X), np.sqrt(by_hand[::2] * by_hand[1::2]) * orders**0.7
+    )
+    fresh = clone(residual)
+    np.testing.assert_array_equal(
+        fresh.fit_transform(X, y, rpm=900), residual.transform(X, 900)
+    )
+    whole = (
+        clone(residual)
+        .set_params(window_length=10**6, order_weight=0.0)
+        .fit(X, y, rpm=900)
+    )
+    of_whole = window_comparison().fit(X, y, rpm=900).transform(X, rpm=900)
+    np.testing.assert_allclose(whole.transform(X, rpm=900), of_whole)
+    # Stretches of another length, where there is an axis of models.
+    assert residual.transform(X[..., :5000], rpm=900).shape == (8, 2)
+    with pytest.raises(ValueError, match="window_length"):
+        StretchResidual(window_length=0).fit(X, y)
+    with pytest.raises(ValueError, match="order_weight"):
+        StretchResidual(order_weight=-1.0).fit(X, y)
+
+
+def test_a_stretch_of_three_turns_has_them_after_the_model_settled():
+    """The innovations of a stretch are shorter than the stretch."""
+    X, y = stretches(600, n_samples=3 * RATE // 10)
+    diagnoser = make_diagnoser(sampling_rate=RATE).fit(X, y, rpm=600)
+    assert diagnoser["decide"].residual_.order_residual_ is not None
+    innovations = diagnoser["identify"].transform(X)
+    assert innovations.shape[-1] < X.shape[-1]
+    compare = diagnoser["decide"].residual_
+    alone = compare.window_residual_.transform(innovations, rpm=600)
+    of_orders = compare.order_residual_.transform(innovations, rpm=600)
+    weighted = alone * of_orders**compare.order_weight
+    np.testing.assert_allclose(compare.transform(innovations, rpm=600), weighted)
+
+
+def test_rows_of_less_than_three_turns_are_compared_by_their_windows_alone(data):
+    X, y = data[0][:, np.newaxis, :7000], data[1]
+    residual = StretchResidual(order_residual=OrderResidual(sampling_rate=RATE))
+    fitted = clone(residual).fit(X, y, rpm=800)
+    windows = fitted.window_residual_
+    slow = 2.8 * 60 * RATE / X.shape[-1]
+    alone, mixed = (
+        fitted.transform(X, rpm=slow),
+        fitted.transform(X, rpm=[slow] * 4 + [800.0] * 4),
+    )
+    first = X[..., : fitted.window_length]
+    if X.shape[-1] < 2 * fitted.window_length:
+        np.testing.assert_allclose(alone, windows.transform(first, rpm=slow))
+    np.testing.assert_allclose(mixed[:4], alone[:4])
+    np.testing.assert_allclose(mixed[4:], fitted.transform(X[4:], rpm=800))
+    # Fitted on such rows, also where their speed is not known.
+    assert clone(residual).fit(X, y, rpm=slow).order_residual_ is None
+    short = X[..., : int(0.28 * RATE)]
+    without = clone(residual).fit(short, y)
+    assert without.order_residual_ is None
+    assert without.transform(short).shape == (8, 2)
+    with pytest.raises(ValueError, match="rpm was given, but not in fit"):
+        without.transform(short, rpm=900)
+
+
+def test_windows_of_a_bank_keep_their_models():
+    X = np.arange(2 * 3 * 10).reshape(2, 3, 10)
+    windows, _, _ = StretchResidual(window_length=4)._windows(
+        X, None, None, "transform"
+    )
+    expected = [X[s, :, a : a + 4] for s in range(2) for a in (0, 4)]
+    np.testing.assert_array_equal(windows, expected)
+
+
+def test_adapt_moves_the_residual_of_windows_only(diagnoser):
+    adapted, other = copy.deepcopy(diagnoser), diagnoser["decide"].residual_
+    X, y = stretches(600, seed=1)
+    healthy = y == "inner"
+    adapted.adapt(0.3 * X[healthy] ** 3, y[healthy])
+    moved = adapted["decide"].residual_
+    before, after = (
+        each.window_residual_["compare"].references_ for each in (other, moved)
+    )
+    assert not np.allclose(np.concatenate(before), np.concatenate(after))
+    orders = moved.order_residual_.references_
+    np.testing.assert_array_equal(orders, other.order_residual_.references_)
+    with pytest.raises(ValueError, match="expected conditions of fit"):
+        adapted.adapt(X, np.full(8, "ball"))
+
+
+def test_saved_and_loaded(diagnoser, tmp_path):
+    save_diagnoser(diagnoser, tmp_path / "bearing.skops", sampling_rate=RATE)
+    loaded, _ = load_diagnoser(tmp_path / "bearing.skops")
+    X, _ = stretches(600, seed=1)
+    np.testing.assert_array_equal(
+        loaded.predict_proba(X, rpm=600), diagnoser.predict_proba(X, rpm=600)
+    )
+
+
+def test_healthy_chooses_the_condition_that_gamma_is_for(data):
+    for place, name in enumerate(sorted(ORDERS)):
+        fitted = make_diagnoser(sampling_rate=RATE, healthy=name).fit(*data, rpm=900)
+        assert fitted["decide"].healthy_index_ == place
+
+
+def test_state_of_the_parts_is_checked(diagnoser):
+    broken = copy.deepcopy(diagnoser)
+    broken["decide"].residual_.order_residual_.classes_ = np.array(["a", "b"])
+    with pytest.raises(ValueError, match=r"order_residual_ == .*expected a fitted est"):
+        check_model_state(broken)
+    broken = copy.deepcopy(diagnoser)
+    broken["decide"].residual_.order_residual_.variances_ *= -1
+    with pytest.raises(ValueError, match="variances_"):
+        check_model_state(broken)
+    check_model_state(diagnoser)
+
+
+@pytest.mark.parametrize("rpm", [0.0, -600.0, np.nan, 10.0, 1e9])
+@pytest.mark.parametrize("length", [200, 4000])
+def test_rows_at_an_implausible_speed_name_no_condition(rpm, length):
+    noise = np.random.default_rng(0).normal(size=(24, length))
+    noise[12:] = noise[12:].cumsum(axis=1)
+    y = np.repeat(["good", "worn"], 12)
+    diagnoser = make_diagnoser(sampling_rate=10_000).fit(
+        noise, y, rpm=np.tile([600.0, 900.0], 12)
+    )
+    assert capabilities(diagnoser).speeds == pytest.approx((600.0, 900.0))
+    with pytest.warns(
+        UserWarning, match="1 of 3 rows are treated as rows without a"
+    ) as caught:
+        found = diagnoser.predict_proba(noise[:3], rpm=[600.0, rpm, 900.0])
+    assert len(caught) == 1
+    np.testing.assert_allclose(found[1], [0.5, 0.5])
+    expected = diagnoser.predict_proba(noise[[0, 2]], rpm=[600.0, 900.0])
+    np.testing.assert_array_equal(found[[0, 2]], expected)
+
+
+BEARING = {"outer": ORDERS["outer"], "inner": ORDERS["inner"]}
+
+
+def remounted(X):
+    """Rows of another mounting: other resonances, and more noise."""
+    noise = np.random.default_rng(8).normal(size=X.shape)
+    return lfilter([1], [1, -0.9], X) + 8 * noise
+
+
+@pytest.fixture(scope="module")
+def with_bearing(data):
+    return make_diagnoser(sampling_rate=RATE, bearing=BEARING).fit(*data, rpm=900)
+
+
+def test_combs_name_the_place_after_another_mounting(diagnoser, with_bearing, tmp_path):
+    X, y = stretches(1100, seed=3)
+    moved = remounted(X)
+    found = {
+        model: model.predict_proba(moved, rpm=1100)
+        for model in (diagnoser, with_bearing)
+    }
+    right = {
+        model: np.mean(model.classes_[p.argmax(axis=1)] == y)
+        for model, p in found.items()
+    }
+    assert right[with_bearing] == 1 > right[diagnoser]
+    assert with_bearing.score(X, y, rpm=1100) == 1
+    save_diagnoser(with_bearing, tmp_path / "model.skops")
+    loaded, _ = load_diagnoser(tmp_path / "model.skops")
+    np.testing.assert_array_equal(
+        loaded.predict_proba(moved, rpm=1100), found[with_bearing]
+    )
+
+
+def test_combs_join_the_spectra(diagnoser, with_bearing, data):
+    X = np.concatenate([data[0], remounted(data[0])])
+    spectra = diagnoser.diagnose(X, rpm=900)
+    by_spectra, nearest = np.exp(spectra.log_probability), spectra.levels.min(axis=1)
+    assert nearest[:8].max() < 1 < nearest[8:].min()
+    scores = with_bearing["decide"].match(diagnoser[0].transform(X), rpm=900).scores
+    # An unknown condition counts as one without a comb.
+    by_place = np.exp(comb_evidence(scores - WITHOUT_COMB, np.array([1, 2, 3])))
+    assert by_place[np.arange(4), 0].min() > 0.9 and by_place[4:8, 1].min() > 0.9
+    joint = by_place * by_spectra
+    joint /= joint.sum(axis=1, keepdims=True)
+    found = with_bearing.diagnose(X, rpm=900)
+    np.testing.assert_allclose(np.exp(found.log_probability), joint, rtol=1e-6)
+    np.testing.assert_allclose(
+        found.probability, joint[:, :2] + joint[:, 2:] / 2, rtol=1e-6
+    )
+    np.testing.assert_array_equal(found.recorded, spectra.recorded)
+    np.testing.assert_allclose(found.comb, by_place[:, :2].max(axis=1))
+    assert all(sentence.startswith("impacts at 5.") for sentence in found.evidence[:4])
+    # Without a speed, or in rows of less than two turns, spectra decide alone.
+    innovations, decide = diagnoser[0].transform(X), with_bearing["decide"]
+    for rows, rpm in ((innovations, None), (innovations[..., :4800], 190)):
+        found = [
+            model.predict_proba(rows, rpm=rpm) for model in (decide, diagnoser[1:])
+        ]
+        np.testing.assert_allclose(*found)
+        assert np.isnan(decide.diagnose(rows, rpm=rpm).comb).all()
+
+
+def test_healthy_rows_alone_suffice_with_a_bearing(data):
+    healthy = np.random.default_rng(4).normal(size=(6, RATE))
+    fitted = make_diagnoser(sampling_rate=RATE, bearing=BEARING).fit(
+        healthy, ["N"] * 6, rpm=900
+    )
+    assert fitted.classes_.tolist() == ["N", "ball", "inner", "outer"]
+    X, y = data
+    assert fitted.predict(X, rpm=900).tolist() == y.tolist()
+    assert fitted.predict(
+        np.random.default_rng(5).normal(size=(3, RATE)), rpm=900
+    ).tolist() == [*("N" * 3)]
+    can = capabilities(fitted)
+    assert can.healthy == "N" and can.alarm and can.needs_rpm
+
+
+def test_a_bearing_keeps_adapt_and_the_display_of_orders(with_bearing, data):
+    X, y = data
+    learned = with_bearing["decide"].conditions_
+    assert order_comparison(with_bearing)[1] is learned.residual_.order_residual_
+    adapted = copy.deepcopy(with_bearing).adapt(lfilter([1], [1, -0.5], X), y)
+    assert not np.array_equal(adapted.predict_proba(X), with_bearing.predict_proba(X))
+
+
+def test_places_of_conditions_are_stated_or_named(data):
+    X, y = data
+    numbers = np.where(y == "inner", 7, 3)
+    stated = make_diagnoser(
+        sampling_rate=RATE, bearing=BEARING, places={7: "outer", 3: "inner"}
+    )
+    assert stated.fit(X, numbers, rpm=900)["decide"].class_places_.tolist() == [1, 2]
+    shown = make_diagnoser(sampling_rate=RATE, bearing=BEARING).fit(X, numbers, rpm=900)
+    assert shown["decide"].class_places_.tolist() == [2, 1]
+
+
+def test_bearing_needs_speeds_and_a_rate(data):
+    with pytest.raises(ValueError, match="rpm == None"):
+        make_diagnoser(sampling_rate=RATE, bearing=BEARING).fit(*data)
+    with pytest.raises(ValueError, match=r"bearing == .* needs a sampling_rate in Hz"):
+        make_diagnoser(bearing=BEARING)
+
+
+def test_damaged_conditions_are_refused(with_bearing, diagnoser):
+    for value in (diagnoser["identify"], make_diagnoser()):
+        damaged = copy.deepcopy(with_bearing)
+        damaged["decide"].conditions_ = value
+        with pytest.raises(ValueError, match="conditions_ =="):
+            check_model_state(damaged)
+
+
+def test_weights_of_rows_reach_combs_and_spectra(data):
+    X, y = data
+    rows, labels = np.concatenate([X, X[:1]]), [*y, "healthy"]
+    fitted = make_diagnoser(sampling_rate=RATE, bearing=BEARING)
+    fitted.fit(rows, labels, rpm=900, sample_weight=np.append(np.ones(8), 0.0))
+    assert fitted.classes_.tolist() == ["inner", "outer"]
+    assert fitted["decide"].conditions_.classes_.tolist() == ["inner", "outer"]

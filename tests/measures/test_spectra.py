@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+import sklearn
+
+from skarxlag import ARXLaguerre, ExtendedStatePIObserverBank, LogSpectra
+from skarxlag.kernels.measures import measure
+
+NAMES = ["spectral_shape", "floor", "steadiness"]
+
+
+@pytest.fixture(scope="module")
+def windows():
+    return np.random.default_rng(0).normal(size=(70, 300))
+
+
+def test_transform_is_the_kernel(windows):
+    spectra = LogSpectra(spectrum_order=16).fit_transform(windows)
+    np.testing.assert_array_equal(spectra, measure(windows, NAMES, 128, 16))
+
+
+def test_groups_of_several_models_follow_each_other(windows):
+    innovations = ARXLaguerre(order=4).fit_transform(windows, np.arange(70) % 2)
+    both = LogSpectra().fit(innovations)
+    for model in (0, 1):
+        own = LogSpectra().fit_transform(innovations[:, model])
+        np.testing.assert_array_equal(
+            both.transform(innovations)[:, 3 * model : 3 * model + 3], own
+        )
+    assert both.get_feature_names_out(["a", "b"]).tolist() == [
+        f"{model}_{name}" for model in "ab" for name in NAMES
+    ]
+    assert both.get_feature_names_out()[0] == "model0_colour"
+
+
+def test_names_of_one_model_are_those_of_the_measures(windows):
+    assert LogSpectra().fit(windows).get_feature_names_out().tolist() == NAMES
+    one = LogSpectra(measures="floor").fit(windows)
+    assert one.get_feature_names_out().tolist() == ["floor"]
+    assert one.transform(windows).shape == (70, 1, 63)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value"),
+    [
+        ("spectrum_order", 0),
+        ("measures", ()),
+        ("measures", ("spectral_shape", "spectral_shape")),
+        ("measures", ("spectral_shape", "loudness")),
+    ],
+)
+def test_parameters_out_of_range_are_named(windows, parameter, value):
+    with pytest.raises(ValueError, match=parameter):
+        LogSpectra(**{parameter: value}).fit(windows)
+
+
+def test_windows_shorter_than_a_segment(windows):
+    assert LogSpectra().fit_transform(windows[:, :40]).shape == (70, 3, 19)
+
+
+def test_type_layout_and_threads(windows):
+    single = windows.astype(np.float32)
+    single.flags.writeable = False
+    spectra = LogSpectra().fit_transform(single)
+    assert spectra.dtype == np.float32
+    np.testing.assert_array_equal(
+        LogSpectra().fit_transform(np.asfortranarray(single)), spectra
+    )
+    np.testing.assert_array_equal(LogSpectra(n_jobs=2).fit_transform(single), spectra)
+
+
+def test_a_state_that_is_not_possible_is_named(windows):
+    fitted = LogSpectra().fit(windows)
+    fitted.n_models_ = 3
+    with pytest.raises(
+        ValueError, match="n_models_ == 3, expected that of window_shape_"
+    ):
+        fitted.transform(windows)
+
+
+def test_a_setting_that_asks_for_tables_gives_arrays(windows):
+    with sklearn.config_context(transform_output="pandas"):
+        spectra = LogSpectra().fit_transform(windows)
+        groups = ExtendedStatePIObserverBank(n_members=8).fit_transform(windows)
+    assert isinstance(spectra, np.ndarray) and isinstance(groups, np.ndarray)

@@ -1,0 +1,269 @@
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from skarxlag import ExtendedStatePIObserver, PIObserver
+from skarxlag.models.observers import RESIDUAL_EVALUATIONS
+
+
+@pytest.fixture
+def innovations():
+    return np.random.default_rng(0).normal(size=(5, 3, 400))
+
+
+def transfer_function(observer, signals):
+    pole, kp, ki = observer.pole, observer.kp, observer.ki
+    return lfilter(
+        [1, -(1 + pole), pole], [1, -(1 + pole - kp), pole - kp + ki], signals
+    )
+
+
+def test_power_is_the_rms_of_the_filtered_innovations(innovations):
+    observer = PIObserver(pole=0.4, kp=0.3, ki=0.06).fit(innovations)
+    error = transfer_function(observer, innovations)
+    np.testing.assert_allclose(observer.observe(innovations).error, error, atol=1e-11)
+    np.testing.assert_allclose(
+        observer.transform(innovations), np.sqrt(np.mean(error**2, axis=-1)), rtol=1e-10
+    )
+
+
+def test_fault_estimate_is_the_sum_of_the_errors_so_far(innovations):
+    observer = PIObserver().fit(innovations)
+    estimate = lfilter(
+        [0, observer.ki], [1, -1], transfer_function(observer, innovations)
+    )
+    np.testing.assert_allclose(
+        observer.observe(innovations).fault_estimate, estimate, atol=1e-11
+    )
+    np.testing.assert_array_equal(
+        observer.get_feature_names_out(["a", "b", "c"]),
+        ["a_power", "b_power", "c_power"],
+    )
+
+
+def test_plain_windows_are_innovations_of_one_model(innovations):
+    observer = PIObserver().fit(innovations[:, 0])
+    np.testing.assert_array_equal(
+        observer.transform(innovations[:, 0]),
+        PIObserver().fit_transform(innovations[:, :1]),
+    )
+    np.testing.assert_array_equal(observer.get_feature_names_out(), ["power"])
+    with pytest.raises(ValueError, match="fitted on windows of shape"):
+        observer.transform(innovations)
+
+
+def test_extended_observer_without_nonlinearity_is_the_linear_one(innovations):
+    # Kc = 1 and no saturation, and the same with Kc = 2 and half the integral gain.
+    for evaluation in RESIDUAL_EVALUATIONS:
+        settings = {"pole": 0.4, "kp": 0.3, "evaluation": evaluation}
+        expected = PIObserver(ki=0.06, **settings).fit_transform(innovations)
+        for gain in (1.0, 2.0):
+            extended = ExtendedStatePIObserver(
+                ki_a=0.06 / gain, ki_b=0.5, gain=gain, saturation=0.0, **settings
+            )
+            np.testing.assert_allclose(
+                extended.fit_transform(innovations),
+                expected,
+                rtol=1e-9,
+                err_msg=evaluation,
+            )
+
+
+def test_pi_observer_is_accepted_exactly_where_its_eigenvalues_are_inside_the_circle():
+    rng = np.random.default_rng(0)
+    X = np.zeros((1, 4))
+    verdicts = []
+    for _ in range(400):
+        pole, kp, ki = rng.uniform(-0.99, 0.99), rng.uniform(-2, 3), rng.uniform(0, 4)
+        ki *= rng.random() < 0.8
+        # Simulated, not by the package's matrix: an impulse must have died.
+        closed_loop = [1, -(1 + pole - kp), pole - kp + ki] if ki else [1, -(pole - kp)]
+        radius = np.abs(np.roots(closed_loop)).max()
+        a = pole - kp
+        jury = (ki > 0 and a + ki < 1 and 2 * (1 + a) + ki > 0) or (
+            ki == 0 and abs(a) < 1
+        )
+        assert jury == (radius < 1)
+        observer = PIObserver(pole=pole, kp=kp, ki=ki)
+        if jury:
+            assert observer.fit(X).spectral_radius_ == pytest.approx(radius, abs=1e-7)
+        else:
+            with pytest.raises(
+                ValueError,
+                match=r"Spectral radius with pole=.*kp=.*ki=.* == .*, expected below 1",
+            ):
+                observer.fit(X)
+        verdicts.append(jury)
+    assert 0.1 < np.mean(verdicts) < 0.9
+
+
+def test_extended_observer_is_refused_where_the_circle_criterion_fails():
+    rng = np.random.default_rng(1)
+    X = np.zeros((1, 4))
+    z = np.exp(1j * np.linspace(0, np.pi, 2001))
+    verdicts = []
+    for _ in range(150):
+        pole, kp, ki_a = (
+            rng.uniform(-0.9, 0.9),
+            rng.uniform(-0.3, 1.2),
+            rng.uniform(0, 0.3),
+        )
+        gain, exponent, saturation = (
+            rng.uniform(0.3, 2),
+            rng.uniform(0.5, 2),
+            rng.uniform(0, 2),
+        )
+        low, high = gain * ki_a, gain * ki_a * (1 + saturation**exponent)
+        a = pole - kp
+        plant = (z - a) * (z - 1)
+        margin = np.real((plant + high) / (plant + low)).min()
+        if abs(margin) < 2e-3:
+            continue
+        stable = np.abs(np.roots([1, -(1 + a), a + low])).max() < 1 and margin > 0
+        observer = ExtendedStatePIObserver(
+            pole=pole,
+            kp=kp,
+            ki_a=ki_a,
+            gain=gain,
+            exponent=exponent,
+            saturation=saturation,
+        )
+        if stable:
+            P, loops = observer.fit(X).lyapunov_, observer.closed_loops_
+            assert np.linalg.eigvalsh(P)[0] > 0
+            assert all(np.linalg.eigvalsh(A.T @ P @ A - P)[-1] < 0 for A in loops)
+        else:
+            with pytest.raises(
+                ValueError, match=r"No common quadratic.*ki_a=.*spectral radii"
+            ):
+                observer.fit(X)
+        verdicts.append(stable)
+    assert 0.1 < np.mean(verdicts) < 0.9
+
+
+@pytest.mark.parametrize("amplitude", [1e-3, 1.0, 1e3])
+def test_certified_observer_stays_bounded(amplitude):
+    X = amplitude * np.random.default_rng(0).normal(size=(2, 20_000))
+    error = ExtendedStatePIObserver().fit(X).observe(X).error
+    assert np.abs(error).max() < 20 * amplitude
+
+
+def test_small_faults_see_the_small_signal_gain():
+    innovations = 1e-9 * np.random.default_rng(0).normal(size=(2, 300))
+    extended = ExtendedStatePIObserver(evaluation="power").fit_transform(innovations)
+    np.testing.assert_allclose(
+        extended, PIObserver(ki=0.05).fit_transform(innovations), rtol=1e-6
+    )
+
+
+@pytest.mark.parametrize("size", [0.05, -0.5, 5.0])
+def test_both_observers_estimate_a_constant_fault_without_bias(size):
+    fault = lfilter([0, 1], [1, -0.3], np.full((1, 3000), size))
+    for observer in (PIObserver(), ExtendedStatePIObserver()):
+        trajectory = observer.fit(fault).observe(fault)
+        assert trajectory.fault_estimate[0, -1] == pytest.approx(size, rel=1e-6)
+        assert abs(trajectory.error[0, -1]) < 1e-6 * abs(size)
+
+
+def test_trajectories_agree_with_their_definitions(innovations):
+    slope, layer, step = 0.5, 0.8, 0.05
+    observer = PIObserver(
+        sliding_slope=slope, boundary_layer=layer, adaptation_step=step
+    )
+    paths = observer.fit(innovations).observe(innovations)
+    assert set(paths) == {
+        "error", "fault_estimate", "sliding_surface", "switching_gain", "residual"
+    }  # fmt: skip
+    e = paths.error[1, 2]
+    S = np.array([slope * e[k] + e[k] - e[max(k - 1, 0)] for k in range(len(e))])
+    np.testing.assert_allclose(paths.sliding_surface[1, 2], S, atol=1e-12)
+    K, gains = np.sqrt(np.mean(S**2)), []
+    for size in np.abs(S):
+        K = K * np.exp(step * np.sign(size - K))
+        gains.append(K)
+    np.testing.assert_allclose(paths.switching_gain[1, 2], gains, rtol=1e-9)
+    r = [K * np.clip(s / (layer * K), -1, 1) for K, s in zip(gains, S, strict=True)]
+    np.testing.assert_allclose(paths.residual[1, 2], r, atol=1e-9)
+    sharp = (
+        observer.set_params(boundary_layer=0.0).fit(innovations).observe(innovations)
+    )
+    np.testing.assert_allclose(sharp.residual[1, 2], gains * np.sign(S), rtol=1e-9)
+    tail = gains[len(gains) // 2 :]
+    observer.set_params(evaluation="switching_gain")
+    assert observer.fit_transform(innovations)[1, 2] == pytest.approx(
+        np.exp(np.log(tail).mean())
+    )
+
+
+def test_trajectories_have_the_shape_of_what_they_are_of(innovations):
+    for X in (innovations, innovations[:, 0]):
+        for path in PIObserver().fit(X).observe(X).values():
+            assert path.shape == X.shape
+
+
+def test_switching_gain_is_the_median_of_the_surface_on_a_long_window():
+    X = np.random.default_rng(0).normal(size=(2, 100_000))
+    observer = PIObserver(evaluation="switching_gain", adaptation_step=0.01).fit(X)
+    surface = np.abs(observer.observe(X).sliding_surface)
+    np.testing.assert_allclose(
+        observer.transform(X)[:, 0], np.median(surface, axis=1), rtol=0.03
+    )
+
+
+def test_switching_gain_shrugs_strikes_off_and_power_does_not():
+    X = np.random.default_rng(0).normal(size=(1, 5000))
+    struck = X.copy()
+    struck[0, ::100] += 50
+    for evaluation, low, high in (("power", 2.0, 9.0), ("switching_gain", 0.9, 1.3)):
+        observer = PIObserver(evaluation=evaluation).fit(X)
+        assert low < (observer.transform(struck) / observer.transform(X)).item() < high
+
+
+def test_whiteness_is_lowest_for_white_innovations_whatever_their_size():
+    white = np.random.default_rng(0).normal(size=(4, 3000))
+    coloured = lfilter([1], [1, -0.5], white)
+    X = np.stack([white, coloured, 1e6 * white], axis=1)
+    for observer in (
+        PIObserver(evaluation="whiteness"),
+        PIObserver(evaluation="whiteness", ki=0),
+    ):
+        level = observer.fit_transform(X)
+        assert (level[:, 0] < 0.5 * level[:, 1]).all()
+        np.testing.assert_allclose(level[:, 2], level[:, 0], rtol=1e-6)
+
+
+BAD = {
+    "pole": [-1.0, 1.0, np.nan],
+    "kp": [np.nan, np.inf],
+    "evaluation": ["rms", None],
+    "sliding_slope": [-0.1, np.nan, np.inf],
+    "adaptation_step": [0.0, 1.1, np.nan],
+    "boundary_layer": [-1.0, np.inf],
+    "spectrum_order": [0],
+    "ki": [-0.1, np.nan],
+    "ki_a": [0.0, -0.1, np.nan],
+    "ki_b": [np.nan, np.inf],
+    "gain": [0.0, -1.0, np.nan],
+    "exponent": [0.0, np.inf],
+    "saturation": [-1.0, np.inf],
+}
+
+
+@pytest.mark.parametrize("observer", [PIObserver(), ExtendedStatePIObserver()], ids=str)
+def test_bad_parameters_are_named(observer):
+    for name in set(BAD) & set(observer.get_params()):
+        for value in BAD[name]:
+            bad = type(observer)(**{name: value})
+            with pytest.raises(ValueError, match=rf"^{name} == "):
+                bad.fit(np.zeros((1, 4)))
+        if name != "evaluation":
+            with pytest.raises(TypeError, match=name):
+                type(observer)(**{name: "much"}).fit(np.zeros((1, 4)))
+
+
+def test_a_gain_that_overflows_is_named():
+    observer = ExtendedStatePIObserver(saturation=1e200, exponent=3.0)
+    with pytest.raises(
+        ValueError, match=r"gain \* \(1 \+ saturation \*\* exponent\) == inf"
+    ):
+        observer.fit(np.zeros((2, 10)))
