@@ -10,6 +10,7 @@ place of the rows of the specimens that are left out.
 from typing import NamedTuple
 
 import numpy as np
+
 from skarxlag.decisions.fault_locations import location_of_label
 
 #: Names of the protocols: what training and test rows share.

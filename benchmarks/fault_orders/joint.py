@@ -19,6 +19,10 @@ import numpy as np
 import pandas as pd
 from scipy import fft
 from scipy.signal import oaconvolve
+
+from benchmarks.fault_orders.rigs import RIGS, recordings
+from benchmarks.pages.blocks import markdown, page_parser, publish
+from skarxlag import FaultOrderClassifier, make_diagnoser
 from skarxlag.decisions.fault_locations import (
     FAULT_LOCATIONS,
     ODDS,
@@ -26,10 +30,6 @@ from skarxlag.decisions.fault_locations import (
     WITHOUT_COMB,
     comb_evidence,
 )
-
-from benchmarks.fault_orders.rigs import RIGS, recordings
-from benchmarks.pages.blocks import markdown, page_parser, publish
-from skarxlag import FaultOrderClassifier, make_diagnoser
 
 #: Log odds for each neper, and probability of a visible comb.
 SETTINGS = list(product([3.0, 5.0, 8.0, 12.0], [0.05, 0.1, 0.2, 0.4]))

@@ -17,6 +17,7 @@ the first had its best smooth drift and model order at its edges.
 """
 
 import os
+from functools import cache, partial
 from itertools import product
 
 import numpy as np
@@ -24,6 +25,7 @@ import pandas as pd
 from scipy.special import log_softmax
 
 from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.pages.kept import kept_or_computed
 from benchmarks.recipe.calibration import expected_calibration_error
 from benchmarks.recipe.rigs import real_rigs, simulated_rigs
 from benchmarks.recipe.targets import ROWS, folds, rows_of
@@ -170,6 +172,11 @@ def score_rig(rig, kinds, grid, report=print):
     return accuracies, calibrations
 
 
+def _score_frames(rig, kinds, grid):
+    scores = zip(("accuracy", "calibration"), score_rig(rig, kinds, grid), strict=True)
+    return {what: pd.DataFrame(rows) for what, rows in scores}
+
+
 def _calibration_error(found, exponent):
     stated = [
         np.exp(log_softmax(-exponent * logs, axis=1).max(axis=1))
@@ -302,16 +309,17 @@ def main(arguments=None):
         (rig, [k for k in ROWS if ROWS[k] is not None]) for rig in simulated_rigs()
     ]
     for rig, kinds in sources:
-        paths = [
-            options.output / f"{name} {rig.name} {what}.csv"
-            for what in ("accuracy", "calibration")
-        ]
-        if not all(path.exists() for path in paths):
-            for path, rows in zip(
-                paths, score_rig(rig, kinds, GRIDS[name]), strict=True
-            ):
-                pd.DataFrame(rows).to_csv(path, index=False)
-        frames.append([pd.read_csv(path) for path in paths])
+        scores = cache(partial(_score_frames, rig, kinds, GRIDS[name]))
+        frames.append(
+            [
+                kept_or_computed(
+                    options.output / f"{name} {rig.name} {what}.csv",
+                    "constants",
+                    lambda scores=scores, what=what: scores()[what],
+                )
+                for what in ("accuracy", "calibration")
+            ]
+        )
     accuracies, calibrations = (pd.concat(each) for each in zip(*frames, strict=True))
     publish(options, {name: report(accuracies, calibrations, real)})
 

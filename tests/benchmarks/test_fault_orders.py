@@ -41,13 +41,14 @@ def rig():
 
 def test_tables_of_a_rig(rig):
     methods = ["FaultOrderClassifier", "largest peaks at the orders"]
-    rows = pd.DataFrame(whole(rig, methods)).assign(rig="rig")
+    frames = [whole("rig", rig, method) for method in methods]
+    rows = pd.concat(frames, ignore_index=True)
     table = counted(rows[rows["method"] == methods[0]])
     assert table["right"].tolist() == [1, 1, 1] and not table["wrong"].any()
     by_method = compared(rows).set_index("method")
     assert by_method.loc[methods[0], "mean of rigs"] == 1
     assert by_method["races right and above every healthy recording"].max() == 1
-    seconds = pd.DataFrame(stretches(rig)).assign(rig="rig")
+    seconds = stretches("rig", rig)
     assert len(seconds) == 9
     reference = with_reference(seconds)
     assert reference["races detected"].tolist() == [1]

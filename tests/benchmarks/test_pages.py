@@ -11,7 +11,17 @@ import pandas as pd
 import pytest
 
 from benchmarks.pages import __main__ as command
-from benchmarks.pages import blocks, canaries, cells, digests, modules, parts, states
+from benchmarks.pages import (
+    blocks,
+    canaries,
+    cells,
+    digests,
+    kept,
+    modules,
+    parts,
+    states,
+)
+from benchmarks.pages.kept import kept_or_computed
 
 PAGES = [*modules.ROOT.glob("*.md"), *modules.ROOT.glob("benchmarks/*.md")]
 PAGES += modules.ROOT.glob("docs/*.md")
@@ -94,7 +104,7 @@ def page(tmp_path, monkeypatch):
     (tmp_path / "data.sha256").write_text("1")
     part = parts.Part("-m benchmarks.program", {"page.md": ("a",)}, data=("*.sha256",))
     monkeypatch.setattr(parts, "PARTS", {"only": part._replace(canaries=("value",))})
-    for module in (command, blocks, states):
+    for module in (command, blocks, kept, states):
         monkeypatch.setattr(module, "PARTS", parts.PARTS)
     for module in (modules, digests, states, blocks, command):
         monkeypatch.setattr(module, "ROOT", tmp_path)
@@ -209,6 +219,25 @@ def test_what_is_outdated_is_run(page):
     assert (page.parent / "ran").exists() and states.outdated() == []
     with pytest.raises(SystemExit):
         command.main(["unknown"])
+
+
+def test_a_kept_table_is_computed_again_when_code_or_data_change(page):
+    path = page.parent / "kept.csv"
+    values = iter(range(9))
+
+    def kept():
+        frame = kept_or_computed(
+            path, "only", lambda: pd.DataFrame({"x": [next(values)]})
+        )
+        return frame["x"].tolist()
+
+    assert kept() == kept() == [0]
+    edit(page, "kernel.py", "2 * x", "3 * x")
+    assert kept() == kept() == [1]
+    (page.parent / "data.sha256").write_text("2")
+    assert kept() == [2]
+    (page.parent / "kept.digest").unlink()
+    assert kept() == [3]
 
 
 @pytest.mark.slow
