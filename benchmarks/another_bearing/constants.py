@@ -14,7 +14,6 @@ from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
-from skarxlag.decisions.fault_locations import FAULT_LOCATIONS, comb_evidence
 
 from benchmarks.another_bearing.arguments import parse
 from benchmarks.another_bearing.metrics import STATED
@@ -23,6 +22,7 @@ from benchmarks.another_bearing.protocol import BEARINGS, SAME_BEARING, folds
 from benchmarks.pages.blocks import markdown, publish
 from benchmarks.recipe.rigs import real_rigs
 from skarxlag import make_diagnoser
+from skarxlag.decisions.fault_locations import FAULT_LOCATIONS, comb_evidence
 from skarxlag.kernels import posterior
 
 #: Values of each constant, of which a setting takes one at random.
@@ -50,7 +50,7 @@ def compared(rig):
         train = fold.train
         bearing = BEARINGS[rig.name]
         diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, bearing=bearing)
-        diagnoser.fit(train.X, train.condition, rpm=train.rpm)
+        diagnoser.fit(train.X, train.condition, rpm=train.rpm, specimen=train.specimen)
         noise = np.stack(list(synthetic(rig.sampling_rate, n_samples, seed).values()))
         sets = [
             (name, rows.X, rows.rpm, rows.place) for name, rows in fold.tests.items()

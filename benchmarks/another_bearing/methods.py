@@ -1,7 +1,6 @@
 """Methods that name the place of rows: ours, with and without the bearing, and peers."""
 
 import numpy as np
-from skarxlag.decisions.fault_locations import FAULT_LOCATIONS
 from sklearn.calibration import CalibratedClassifierCV
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.pipeline import make_pipeline
@@ -11,12 +10,13 @@ from sklearn.svm import SVC
 from benchmarks.another_bearing.protocol import BEARINGS
 from benchmarks.cross_speed.peers import log_spectrum, unit_rms
 from skarxlag import make_diagnoser, make_fault_order_classifier
+from skarxlag.decisions.fault_locations import FAULT_LOCATIONS
 
 
-def fitted(rig, train, bearing=None, **metadata):
+def fitted(rig, train, bearing=None):
     """Fit make_diagnoser; return its function from rows and speeds to probabilities of places."""
     diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, bearing=bearing)
-    diagnoser.fit(train.X, train.condition, rpm=train.rpm, **metadata)
+    diagnoser.fit(train.X, train.condition, rpm=train.rpm, specimen=train.specimen)
     place = dict(zip(train.condition, train.place, strict=True))
     of_class = np.array([place[name] for name in diagnoser.classes_])
 
