@@ -207,8 +207,9 @@ def choose(accuracies):
     >>> rows = [(4, 128, 0.1, 0.5, 0.5, "a", 0.7), (4, 128, 0.1, 0.5, 0.5, "b", 1.0),
     ...         (8, 128, 0.1, 0.5, 0.5, "a", 0.5), (8, 128, 0.1, 0.5, 0.5, "b", 1.0)]
     >>> frame = pd.DataFrame(rows, columns=[*NAMES, "rig", "right"])
-    >>> choose(frame.assign(**{"rows": "w", "trained at": "one speed"}))[0]
-    (4, 128, 0.1, 0.5, 0.5)
+    >>> setting, _ = choose(frame.assign(**{"rows": "w", "trained at": "one speed"}))
+    >>> [float(value) for value in setting]
+    [4.0, 128.0, 0.1, 0.5, 0.5]
     """
     cells = accuracies.groupby([*NAMES, "rows", "trained at"])["right"].agg(
         ["min", "mean"]

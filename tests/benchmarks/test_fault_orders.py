@@ -3,7 +3,6 @@ import pandas as pd
 import pytest
 
 from benchmarks.fault_orders.command import (
-    area_under_curve,
     compared,
     counted,
     settings_left_out,
@@ -75,11 +74,6 @@ def test_wrong_names_and_abstaining_are_counted():
 def test_settings_are_chosen_without_the_rig(rig):
     found = settings_left_out({"one": rig, "other": rig})
     assert found["right"].tolist() == [1, 1]
-
-
-def test_area_under_the_curve():
-    assert area_under_curve([5, 6], [1, 2]) == 1
-    assert area_under_curve([1.0], [1.0]) == 0.5
 
 
 def test_largest_peaks_find_the_race(rig):

@@ -5,7 +5,6 @@ import pytest
 from benchmarks.cross_speed.intervals import mean_draws, rig_draws
 from benchmarks.cross_speed.overview import differences, overview
 from benchmarks.cross_speed.peers import BATCH, LEFT_OUT
-from benchmarks.cross_speed.plots import accuracy_figure
 from benchmarks.recipe.left_out import choices, diagnoser_without
 
 (BATCHED,) = BATCH
@@ -104,11 +103,3 @@ def test_constants_of_a_rig_are_those_that_the_others_chose():
             diagnoser["decide"].residual["compare"].smooth_drift == row["smooth drift"]
         )
     assert len(choices()) == 6
-
-
-def test_every_rig_has_a_marker_in_the_chart(tmp_path):
-    rigs = [f"rig {place}" for place in range(8)]
-    summary, _ = results({(rig, "make_diagnoser"): 0.5 for rig in rigs})
-    path = tmp_path / "chart.svg"
-    accuracy_figure(summary, path, ["make_diagnoser"])
-    assert all(f">{rig}<" in path.read_text() for rig in rigs)
