@@ -39,7 +39,10 @@ GRID = {
     "UNLIKE": (2.5, 3.2),
 }
 IN_USE = {name: vars(posterior)[name] for name in GRID}
-_N_SETTINGS, _WORST, _MOST_NOISE, _LEAST = 240, 0.3, 0.01, 1e-6
+_N_SETTINGS = 240
+_WORST = 0.3
+_MOST_NOISE = 0.01
+_LEAST = 1e-6
 
 
 def compared(rig):
@@ -87,7 +90,8 @@ def _compared(diagnoser, protocol, X, rpm, place):
 
 def losses(parts, setting):
     """Return the score of a rig with a setting, and the share of noise that is stated."""
-    by_protocol, noise = {}, []
+    by_protocol = {}
+    noise = []
     with patch.multiple(posterior, **setting):
         for part in parts:
             options = {"location_exponent": setting["PLACE_EXPONENT"]}
@@ -144,7 +148,8 @@ def left_out(scores, noise):
     scores, noise : DataFrame of shape (n_settings, n_rigs)
         Scores, and shares of noise that are stated.
     """
-    tried, rows = settings(), []
+    tried = settings()
+    rows = []
     for rig in scores:
         others = scores.drop(columns=rig)
         total = others.mean(axis=1) + _WORST * others.max(axis=1)
@@ -164,13 +169,15 @@ def left_out(scores, noise):
 def main(arguments=None):
     """Run the command."""
     options = parse(arguments, __doc__, "another_bearing_constants")
-    scores, noise = {}, {}
+    scores = {}
+    noise = {}
     for rig in real_rigs(options.rig, options.data_home):
         parts = compared(rig)
         found = [losses(parts, setting) for setting in settings()]
         scores[rig.name] = [loss for loss, _ in found]
         noise[rig.name] = [stated.mean() for _, stated in found]
-    scores, noise = pd.DataFrame(scores), pd.DataFrame(noise)
+    scores = pd.DataFrame(scores)
+    noise = pd.DataFrame(noise)
     scores.join(noise, rsuffix=" noise").to_csv(
         options.output / "constants.csv", index=False
     )

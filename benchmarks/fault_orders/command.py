@@ -291,7 +291,8 @@ def counted(rows):
         named = group[~group["verdict"].isin(["healthy", NOT_IDENTIFIABLE])]
         line = {"rig": rig, "place": place, "recordings": len(group)}
         if place == "healthy":
-            right, wrong = (group["verdict"] == "healthy").sum(), len(named)
+            right = (group["verdict"] == "healthy").sum()
+            wrong = len(named)
         else:
             right = (named["verdict"] == place).sum()
             wrong = len(named) - right
@@ -354,7 +355,8 @@ def with_reference(rows, rate=0.02):
     found = []
     for rig, group in rows[rows["place"] == "healthy"].groupby("rig", sort=False):
         half = group.groupby("recording")["second"].transform("max") / 2
-        early, late = group[group["second"] < half], group[group["second"] >= half]
+        early = group[group["second"] < half]
+        late = group[group["second"] >= half]
         alarms = [
             _alarms(group[group["rpm"] != rpm], group[group["rpm"] == rpm], rate)
             for rpm in group["rpm"].unique()

@@ -63,7 +63,8 @@ def _simulated(window_length=1200, n_windows=40):
 def _cell(make, rig, train_rpm, test_rpm, **speeds):
     """Accuracy and mean log residual of one pair of speeds."""
     first, second = first_and_second_half(rig.recording, rig.start, rig.data.shape[-1])
-    train, test = first & (rig.rpm == train_rpm), second & (rig.rpm == test_rpm)
+    train = first & (rig.rpm == train_rpm)
+    test = second & (rig.rpm == test_rpm)
     fit_speeds = {name: train_rpm for name in speeds}
     diagnoser = make().fit(rig.data[train], rig.target[train], **fit_speeds)
     X = rig.data[test]
@@ -136,7 +137,8 @@ def probabilities():
 def detector():
     """`make_detector` on windows of the simulated rig: false alarms, detections, mean score."""
     rig = _simulated()
-    is_healthy, is_known = rig.target == CONDITIONS[0], rig.rpm == SPEEDS[0]
+    is_healthy = rig.target == CONDITIONS[0]
+    is_known = rig.rpm == SPEEDS[0]
     detector = make_detector(false_alarm_rate=0.1)
     with warnings.catch_warnings(action="ignore"):
         # One speed of training, and a test speed far from it, are meant here.

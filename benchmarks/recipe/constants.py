@@ -81,7 +81,8 @@ class Fold:
             for half, speeds in enumerate((trained, tested))
         )
         model = ARXLaguerre(order=(order, INPUT_ORDER), bank=False).fit(X, self.y)
-        train, test = model.transform(X), model.transform(X_test)
+        train = model.transform(X)
+        test = model.transform(X_test)
         spectra = LogSpectra(spectrum_order=spectrum_order)
         self.train = spectra.fit_transform(_windows(train)).astype(np.float32)
         self.test = spectra.transform(_windows(test)).astype(np.float32)
@@ -94,7 +95,8 @@ class Fold:
 
     def log_residuals(self, smooth, joint):
         """Logarithms of the residuals of the windows, their mean over each row."""
-        n, n_test = len(self.train) // len(self.y), len(self.test) // len(self.y_test)
+        n = len(self.train) // len(self.y)
+        n_test = len(self.test) // len(self.y_test)
         distance = SpectralDistance(
             joint_weight=joint, joint_groups=(0, 2), smooth_drift=smooth
         )
@@ -127,7 +129,8 @@ def score_rig(rig, kinds, grid, report=print):
     calibrations : list of dict
         Setting, cell, exponent and calibration error.
     """
-    accuracies, calibrations = [], []
+    accuracies = []
+    calibrations = []
     orders, spectrum_orders, drifts, joint_weights = grid
     for kind, order, spectrum_order in product(kinds, orders, spectrum_orders):
         length = ROWS[kind] or int(rig.sampling_rate)
@@ -303,7 +306,8 @@ def main(arguments=None):
     parser.add_argument("--wide", action="store_true", help="score the second grid")
     options = parser.parse_args(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
-    name, frames = "constants wide" if options.wide else "constants", []
+    name = "constants wide" if options.wide else "constants"
+    frames = []
     sources = [(rig, list(ROWS)) for rig in real_rigs(home=options.data_home)]
     real = [rig.name for rig, _ in sources]
     sources += [

@@ -29,7 +29,8 @@ from skarxlag.kernels.evidence import SMALLEST_PROBABILITY
 
 #: Samples of a row; None means one second.
 ROWS = {"windows of 1200": 1200, "windows of 4800": 4800, "stretches of 1 s": None}
-STATED, UNSTATED = "make_diagnoser", "make_diagnoser, rpm not stated"
+STATED = "make_diagnoser"
+UNSTATED = "make_diagnoser, rpm not stated"
 VOTE = "make_diagnoser, windows of 4800 vote"
 PEERS = {
     "log spectrum + shrinkage LDA": peers.spectrum_shrinkage_lda,
@@ -63,7 +64,9 @@ def rows_of(rig, length, half, speeds):
     speeds : collection of float
         Speeds of the recordings.
     """
-    X, y, rpm = [], [], []
+    X = []
+    y = []
+    rpm = []
     for recording in rig.recordings:
         if recording.rpm not in speeds:
             continue

@@ -44,7 +44,8 @@ def test_folds_leave_one_specimen_of_each_place_out():
     found = list(protocol.folds(rig()))
     # All specimens, then two folds, at two speeds each.
     assert len(found) == 6
-    same, other = found[0], found[2]
+    same = found[0]
+    other = found[2]
     assert set(same.train.condition) == set(POLES) and list(same.tests) == [
         protocol.SAME_BEARING
     ]

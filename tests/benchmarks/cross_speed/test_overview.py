@@ -12,7 +12,8 @@ from benchmarks.recipe.left_out import choices, diagnoser_without
 
 def results(accuracies):
     """Summary and recordings of methods with these accuracies, by rig and method."""
-    summary, recordings = [], []
+    summary = []
+    recordings = []
     for (rig, method), accuracy in accuracies.items():
         key = {"rig": rig, "window_length": 4, "method": method}
         summary.append(

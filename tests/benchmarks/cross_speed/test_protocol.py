@@ -46,7 +46,8 @@ def test_groups_stay_within_a_recording_and_follow_time():
 
 
 def test_log_evidence_of_probabilities_is_floored():
-    X, y = np.zeros((4, 1)), np.array(["a", "a", "b", "b"])
+    X = np.zeros((4, 1))
+    y = np.array(["a", "a", "b", "b"])
     evidence, rule = log_evidence(
         DummyClassifier(strategy="prior").fit(X, y), X[:1], None
     )

@@ -47,7 +47,8 @@ def test_cells_of_the_paper(cell, percent):
 
 
 def test_averages_that_do_not_follow_from_their_rows():
-    wrong, n_printed = {}, 0
+    wrong = {}
+    n_printed = 0
     for number in (2, 3, 4, 5, 8, 9):
         table = load_tables().tables[number]
         n_printed += len(table.average)

@@ -107,7 +107,8 @@ class Timed(ClassifierMixin, BaseEstimator):
 
 def test_speeds_reach_what_requests_them():
     run_protocol(load, {"timed": lambda healthy: Timed()})
-    halves, whole = [500.0] * 6, [500.0] * 15
+    halves = [500.0] * 6
+    whole = [500.0] * 15
     of_crack = [
         ("fit", halves),
         ("predict", halves),

@@ -107,7 +107,8 @@ def alpio():
     found = []
     for crack_mm in CRACKS:
         kept = np.isin(rig.crack_mm, [0, crack_mm])
-        train, test = kept & (rig.rpm == 500), kept & (rig.rpm != 500)
+        train = kept & (rig.rpm == 500)
+        test = kept & (rig.rpm != 500)
         diagnoser = make_alpio(healthy="Normal").fit(rig.data[train], rig.target[train])
         found.append(100 * diagnoser.score(rig.data[test], rig.target[test]))
     return found
@@ -146,7 +147,8 @@ def test_crack_size_scores_faulty_windows_of_other_recordings(monkeypatch):
     frame = studies.crack_size((1,), N_SAMPLES)
     assert len(frame) == 3 * 2 * 2
     assert (frame.accuracy == 0).all()  # no window that is scored is normal
-    rig, fresh = standard_rig(1, N_SAMPLES), standard_rig(1001, N_SAMPLES)
+    rig = standard_rig(1, N_SAMPLES)
+    fresh = standard_rig(1001, N_SAMPLES)
     for diagnoser, sizes in zip(made, ([0, 3], [0, 6], [0, 3, 6]), strict=True):
         known = (rig.rpm == 500) & np.isin(rig.crack_mm, sizes)
         np.testing.assert_array_equal(diagnoser.seen, rig.data[known])

@@ -55,7 +55,8 @@ def test_runs():
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
-    folder, runs = tmp_path_factory.mktemp("paper-tables"), paper_tables.runs
+    folder = tmp_path_factory.mktemp("paper-tables")
+    runs = paper_tables.runs
     page = folder / "page.md"
     marks = [
         f"<!-- paper tables {name}: {end} -->"

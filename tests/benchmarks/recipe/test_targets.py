@@ -58,11 +58,9 @@ def test_orders_of_the_shaft_are_compared_at_another_speed():
 
 def test_the_speed_is_a_feature():
     rng = np.random.default_rng(0)
-    X, rpm, y = (
-        rng.normal(size=(40, LENGTH)),
-        np.repeat([600, 1200], 20),
-        np.repeat(["a", "b"], 20),
-    )
+    X = rng.normal(size=(40, LENGTH))
+    rpm = np.repeat([600, 1200], 20)
+    y = np.repeat(["a", "b"], 20)
     fitted = SpectrumWithSpeed().fit(X, y, rpm)
     assert (fitted.predict(X, rpm) == y).mean() > 0.9
     assert (fitted.predict(X, 600) != fitted.predict(X, 1200)).any()

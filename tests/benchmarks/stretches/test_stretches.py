@@ -25,7 +25,11 @@ ORDERS = bearing_orders(SKF_6205)
 @pytest.fixture(scope="module")
 def rig():
     """Six stretches of each of three conditions at two speeds."""
-    data, target, rpm, recording, start = [], [], [], [], []
+    data = []
+    target = []
+    rpm = []
+    recording = []
+    start = []
     for speed in (700.0, 900.0):
         for n, name in enumerate(["Normal", "IR", "OR"]):
             order = {"IR": ORDERS["inner"], "OR": ORDERS["outer"]}.get(name)
@@ -137,7 +141,8 @@ def test_training_on_few_stretches(rig):
 
 
 def test_tables_of_real_and_simulated_rigs_and_of_training():
-    ours, few = command._OURS, next(iter(command.TRAINING))
+    ours = command._OURS
+    few = next(iter(command.TRAINING))
     rows = [
         ("UESTC", 1.0, ours, 0, 1.0), ("UESTC", 1.0, ours, 0, 0.5), ("UESTC", 1.0, few, 0, 0.25),
         ("UESTC", 2.0, ours, 0, 1.0), ("simulated, 3 mm", 1.0, ours, 21, 0.5),
