@@ -16,10 +16,10 @@ from sklearn.model_selection import BaseCrossValidator
 from sklearn.utils import check_consistent_length, column_or_1d
 
 from .core.capabilities import requests
+from .core.fault_locations import location_of_label
 from .core.speeds import log_speeds
 from .core.state import expect
 from .core.validation import ABOVE_0, check_count, check_flag, check_real
-from .decisions.fault_locations import location_of_label
 from .kernels.speed_references import SAME_LOG_SPEED, group_speeds
 
 

@@ -18,6 +18,13 @@ from ..bearings import BearingLike, bearing_orders, listed
 from ..core.base import SignalEstimator
 from ..core.capabilities import capabilities
 from ..core.diagnosing_classifier import DiagnosingClassifier
+from ..core.fault_locations import (
+    FAULT_LOCATIONS,
+    FAULTS,
+    HEALTHY,
+    NOT_IDENTIFIABLE,
+    location_of_label,
+)
 from ..core.on_demand import TakesRowsOnDemand
 from ..core.parallel import map_rows
 from ..core.speeds import samples_per_revolution, speeds_of_rows
@@ -44,10 +51,10 @@ from ..kernels.posterior import decided
 from ..measures.envelope_spectra import (
     LEAST_REVOLUTIONS,
     best_combs,
+    impact_orders,
     samples_per_revolution_of_rows,
 )
-from . import fault_locations
-from .fault_locations import FAULT_LOCATIONS, FAULTS, HEALTHY, NOT_IDENTIFIABLE
+from . import comb_probabilities
 
 #: Logarithm of speed up to which rows count as rows of the same speed.
 _SAME_SPEED = 0.05
@@ -87,7 +94,7 @@ class FaultOrderClassifier(
     show it. If all rows are healthy and their label is a text, the places are added to
     the classes.
 
-    The probabilities are those of :func:`skarxlag.decisions.fault_locations.comb_evidence`
+    The probabilities are those of :func:`skarxlag.decisions.comb_probabilities.comb_evidence`
     for scores above the limit, and faults that show their comb with the probability .6.
     The probability of healthy is thus at most .45 if all places are classes.
 
@@ -320,7 +327,7 @@ class FaultOrderClassifier(
 
     def _place(self, label, scores):
         """Index of the place that a label stands for."""
-        named = (self.places or {}).get(label, fault_locations.location_of_label(label))
+        named = (self.places or {}).get(label, location_of_label(label))
         if named is not None:
             return FAULT_LOCATIONS.index(named)
         mean = scores.mean(axis=0)
@@ -333,9 +340,7 @@ class FaultOrderClassifier(
     def _stated_places(self, classes, places):
         """Place of each class; None for a class that shows no comb and is not named healthy."""
         for name, place in zip(classes.tolist(), places, strict=True):
-            named = (self.places or {}).get(
-                name, fault_locations.location_of_label(name)
-            )
+            named = (self.places or {}).get(name, location_of_label(name))
             yield (
                 named
                 if named is not None or FAULT_LOCATIONS[place] == HEALTHY
@@ -359,7 +364,7 @@ class FaultOrderClassifier(
         )
         self.healthy_scores_: NDArray[Any] = np.sort(rest)
         rate = self.false_alarm_rate
-        self.limit_: float = fault_locations.limit_of_healthy(
+        self.limit_: float = comb_probabilities.limit_of_healthy(
             self.healthy_scores_, rate
         )
 
@@ -536,7 +541,9 @@ class FaultOrderClassifier(
         distances = np.abs(np.log(found.rpm[:, np.newaxis] / self.healthy_speeds_))
         # The distance of an unknown speed is NaN.
         is_far = ~(distances.min(axis=1, initial=np.inf) <= _SAME_SPEED)
-        elsewhere = fault_locations.limit_elsewhere(self.limit_, self.false_alarm_rate)
+        elsewhere = comb_probabilities.limit_elsewhere(
+            self.limit_, self.false_alarm_rate
+        )
         limits = np.where(is_far, elsewhere, self.limit_)
         # Means scatter less about the reference, which is known at the speeds of
         # healthy rows.
@@ -547,9 +554,9 @@ class FaultOrderClassifier(
         best, second = np.take_along_axis(above, places, axis=1).T
         alarm = best > limits
         is_close = alarm & (
-            best - second < fault_locations.least_margin(self.wrong_name_rate)
+            best - second < comb_probabilities.least_margin(self.wrong_name_rate)
         )
-        p_value = fault_locations.p_values_of_healthy(
+        p_value = comb_probabilities.p_values_of_healthy(
             best, self.healthy_scores_, is_far
         )
         judged = Bunch(alarm=alarm, p_value=p_value)
@@ -558,8 +565,11 @@ class FaultOrderClassifier(
         sentences = [self._sentence(found, i, *row) for i, row in enumerate(rows)]
         judged.evidence = np.array(sentences, dtype=object)
         if spectra is None:
-            beyond, shown = above - limits[:, np.newaxis], fault_locations.VISIBLE_ALONE
-            scores = fault_locations.comb_evidence(
+            beyond, shown = (
+                above - limits[:, np.newaxis],
+                comb_probabilities.VISIBLE_ALONE,
+            )
+            scores = comb_probabilities.comb_evidence(
                 beyond, self.class_places_, visible=shown
             )
             scores[np.isnan(found.rpm)] = 0.0
@@ -586,12 +596,12 @@ class FaultOrderClassifier(
         without = (
             self.reference_
             if len(self.healthy_scores_) > 0
-            else fault_locations.WITHOUT_COMB
+            else comb_probabilities.WITHOUT_COMB
         )
         scores = gain * (found.scores - without)
         # An unknown condition need not show a comb.
         places = np.append(self.class_places_, FAULT_LOCATIONS.index(HEALTHY))
-        by_combs = fault_locations.comb_evidence(scores, places)
+        by_combs = comb_probabilities.comb_evidence(scores, places)
         is_fault = places != FAULT_LOCATIONS.index(HEALTHY)
         of_fault = np.exp(by_combs).max(axis=1, where=is_fault, initial=0.0)
         is_used = ~np.isnan(found.rpm)
@@ -613,7 +623,7 @@ class FaultOrderClassifier(
             return f"no comb exceeds its limit; the strongest is that of {strongest}"
         if is_close:
             return f"impacts of {size} fit {where} and {_WORDS[second]} nearly as well"
-        order = fault_locations.impact_orders(self.orders_)[bearing, best] * factor
+        order = impact_orders(self.orders_)[bearing, best] * factor
         error = f"{100 * (factor - 1):+.1f} % from the nominal order"
         if abs(np.log(factor)) > self.slip:
             error += (

@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from skarxlag.decisions.fault_locations import NOT_IDENTIFIABLE, limit_elsewhere
 from sklearn.base import clone
 from sklearn.utils import Bunch
 
@@ -15,6 +14,8 @@ from skarxlag import (
     save_diagnoser,
 )
 from skarxlag.core.capabilities import capabilities
+from skarxlag.core.fault_locations import NOT_IDENTIFIABLE
+from skarxlag.decisions.comb_probabilities import limit_elsewhere
 from skarxlag.measures.envelope_spectra import best_combs
 
 RATE = 10_000.0

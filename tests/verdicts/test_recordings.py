@@ -6,7 +6,6 @@ import pytest
 from scipy.signal import lfilter
 from scipy.special import softmax
 from scipy.stats import norm
-from skarxlag.decisions.fault_locations import NOT_IDENTIFIABLE
 from sklearn.linear_model import LogisticRegression, RidgeClassifier
 
 from skarxlag import (
@@ -17,6 +16,7 @@ from skarxlag import (
     recording_verdicts,
     window_verdicts,
 )
+from skarxlag.core.fault_locations import NOT_IDENTIFIABLE
 from skarxlag.kernels.evidence import (
     CORRELATION,
     NEAREST_CORRELATION,
