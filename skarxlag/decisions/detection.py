@@ -12,7 +12,6 @@ from sklearn.base import BaseEstimator, OutlierMixin
 from sklearn.utils import Bunch, check_scalar
 
 from ..core.base import SignalEstimator
-from ..core.on_demand import TakesRowsOnDemand, batch_size
 from ..core.parallel import BATCH, map_batches, one_thread
 from ..core.speeds import log_speeds, with_plausible_speeds
 from ..core.state import (
@@ -49,9 +48,7 @@ _LEAST_LOG_P = float(np.log(np.finfo(np.float32).tiny))
 _DRIFT_OF_FAULTS = 3.0
 
 
-class RowOutlierDetector(
-    TakesRowsOnDemand, SignalEstimator, OutlierMixin, BaseEstimator
-):
+class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
     """Outlier detector whose score is the logarithm of a p-value.
 
     A subclass sets `offset_`, the logarithm of the stated rate, and its other fitted
@@ -794,9 +791,7 @@ def measure(
         return [measure_rows(each, of_part, with_level=with_level) for each in some]
 
     few = max(BATCH // of_part, 1)
-    parts = map_batches(
-        of_batch, len(X), n_jobs, batch_size(X, max(BATCH // n_windows, 1))
-    )
+    parts = map_batches(of_batch, len(X), n_jobs, max(BATCH // n_windows, 1))
     found = [each for part in parts for each in part]
     return Rows(*(np.concatenate(part) for part in zip(*found, strict=True)))
 

@@ -18,7 +18,6 @@ from ..bearings import BearingLike, bearing_orders, listed
 from ..core.base import SignalEstimator
 from ..core.capabilities import capabilities
 from ..core.diagnosing_classifier import DiagnosingClassifier
-from ..core.on_demand import TakesRowsOnDemand
 from ..core.parallel import map_rows
 from ..core.speeds import samples_per_revolution, speeds_of_rows
 from ..core.state import (
@@ -59,9 +58,7 @@ _NO_COMBS = "combs need a plausible speed, and two turns of the shaft in a row"
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class FaultOrderClassifier(
-    TakesRowsOnDemand, SignalEstimator, DiagnosingClassifier, BaseEstimator
-):
+class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
     r"""Classifier that names the place of a bearing fault without recordings of faults.
 
     A fault of a race or a rolling element causes impacts at orders of the shaft that
