@@ -20,7 +20,9 @@ from ..kernels.fault_orders import (
     order_contrast,
 )
 from ..measures.envelope_spectra import LEAST_REVOLUTIONS
+from ..recordings.listing import ListedRecording
 from ..verdicts.names import NO_SIGNAL, NO_VERDICT
+from .channels import units_of
 from .figures import (
     COLUMNS,
     Axis,
@@ -199,6 +201,25 @@ def signal_figure(
     return Figure("Signal: smallest and largest values", x, y, marks)
 
 
+def stretch_of(
+    view: Overview, recording: ListedRecording, sampling_rate: float | None
+) -> Stretch:
+    """Return the stretch of an overview with its speed and its unit.
+
+    Raises
+    ------
+    FileNotFoundError, ImportError, ValueError
+        If the speed cannot be read.
+    """
+    recording = recording.with_speed()
+    rpm = recording.rpm
+    if recording.profile is not None and sampling_rate is not None:
+        n_samples = len(view.samples)
+        rpm = recording.speeds([view.first], n_samples, sampling_rate)[0]
+    unit = next(iter(units_of([recording])), None)
+    return Stretch(view.samples, sampling_rate, rpm, unit)
+
+
 def power_spectrum(stretch: Stretch) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return frequencies and the power density in dB, by Welch's method."""
     frequencies, power = welch(
@@ -212,7 +233,7 @@ def power_spectrum(stretch: Stretch) -> tuple[NDArray[Any], NDArray[Any]]:
 
 def spectrum_figure(
     stretch: Stretch, healthy: Sequence[Stretch], reason: str = "healthy"
-) -> Figure:
+) -> Figure | str:
     """Draw the spectrum of a stretch next to the range of healthy recordings.
 
     Parameters
@@ -223,7 +244,14 @@ def spectrum_figure(
         Parts of healthy recordings, of the same sampling rate.
     reason : str, default="healthy"
         Why they count as healthy, in the legend.
+
+    Returns
+    -------
+    Figure or str
+        The figure, or why there is none.
     """
+    if np.ptp(stretch.samples) == 0:
+        return "Spectrum: the signal is constant."
     frequencies, level = power_spectrum(stretch)
     x_label = (
         "Frequency (1/sample)" if stretch.sampling_rate is None else "Frequency (Hz)"
@@ -273,6 +301,8 @@ def orders_figure(stretch: Stretch, orders: dict[str, float] | None) -> Figure |
         The figure, or why there is none.
     """
     title = "Envelope spectrum over shaft orders"
+    if np.ptp(stretch.samples) == 0:
+        return f"{title}: the signal is constant."
     if stretch.rpm is None:
         return f"{title}: the speed of the shaft is not known; state it with --rpm."
     if stretch.sampling_rate is None:

@@ -17,7 +17,6 @@ from ..recordings.listing import ListedRecording
 from ..recordings.rates import rates_agree
 from ..verdicts.names import NO_SIGNAL
 from . import recording_views as views
-from .channels import units_of
 from .diagnosis import Diagnosis
 from .messages import CommandError, percent
 from .model_references import order_references_figure
@@ -187,12 +186,7 @@ class RunFigures:
         blocks, rate = model.windows(recording, self._resample)
         rate = self._diagnoses[place].sampling_rate or rate or model.sampling_rate
         view = views.overview(blocks, self._predictor(rate), at)
-        recording = recording.with_speed()
-        rpm = recording.speeds([view.first], len(view.samples), rate)
-        if recording.profile is not None:
-            rpm = rpm[0]
-        unit = next(iter(units_of([recording])), None)
-        return view, views.Stretch(view.samples, rate, rpm, unit)
+        return view, views.stretch_of(view, recording, rate)
 
     def _predictor(self, rate):
         """Return the predictions of the model's first step, if it is one that predicts."""
