@@ -217,6 +217,32 @@ PARTS = {
     "recordings-figure": Part(
         "-m benchmarks.pages.recordings_figure", {}, ("docs/images/recordings.svg",)
     ),
+    "pipeline-figure": Part(
+        "-m benchmarks.pages.pipeline_figure", {}, ("docs/images/pipeline.svg",)
+    ),
+    "cutting-figure": Part(
+        "-m benchmarks.pages.cutting_figure",
+        {},
+        ("docs/images/cutting.svg",),
+        downloads=True,
+        data=_CHECKSUMS,
+    ),
+    "comb-figure": Part(
+        "-m benchmarks.pages.comb_figure",
+        {},
+        ("docs/images/comb.svg",),
+        downloads=True,
+        data=_CHECKSUMS,
+        canaries=("fault_orders",),
+    ),
+    "speed-figure": Part(
+        "-m benchmarks.pages.speed_figure",
+        {},
+        ("docs/images/distances.svg",),
+        downloads=True,
+        data=_CHECKSUMS,
+        canaries=_WINDOWS,
+    ),
     "dot-plots": Part(
         "-m benchmarks.pages.dot_plots",
         {},
