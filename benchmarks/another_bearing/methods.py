@@ -10,7 +10,7 @@ from sklearn.svm import SVC
 from benchmarks.another_bearing.protocol import BEARINGS
 from benchmarks.cross_speed.peers import log_spectrum, unit_rms
 from skarxlag import make_diagnoser, make_fault_order_classifier
-from skarxlag.decisions.fault_locations import FAULT_LOCATIONS
+from skarxlag.core.fault_locations import FAULT_LOCATIONS
 
 
 def fitted(rig, train, bearing=None):

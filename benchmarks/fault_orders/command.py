@@ -18,14 +18,10 @@ from benchmarks.fault_orders.rigs import RIGS, recordings
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.pages.kept import is_current, kept_or_computed
 from skarxlag import FaultOrderClassifier
-from skarxlag.decisions.fault_locations import (
-    HEALTHY,
-    NOT_IDENTIFIABLE,
-    VISIBLE_ALONE,
-    comb_evidence,
-)
+from skarxlag.core.fault_locations import FAULTS as FAULT_LOCATIONS
+from skarxlag.core.fault_locations import HEALTHY, NOT_IDENTIFIABLE
+from skarxlag.decisions.comb_probabilities import VISIBLE_ALONE, comb_evidence
 from skarxlag.kernels.fault_orders import (
-    FAULT_LOCATIONS,
     contrast_parts,
     fault_comb,
     order_contrast,

@@ -23,8 +23,8 @@ from scipy.signal import oaconvolve
 from benchmarks.fault_orders.rigs import RIGS, recordings
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import FaultOrderClassifier, make_diagnoser
-from skarxlag.decisions.fault_locations import (
-    FAULT_LOCATIONS,
+from skarxlag.core.fault_locations import FAULT_LOCATIONS
+from skarxlag.decisions.comb_probabilities import (
     ODDS,
     VISIBLE,
     WITHOUT_COMB,

@@ -22,9 +22,11 @@ from benchmarks.cross_speed.protocol import leave_one_speed_in
 from benchmarks.fault_orders.runs import names_over_time
 from benchmarks.monitoring.soak import soak as soaked
 from benchmarks.pages.bearings import bearings_table
+from benchmarks.pages.dot_tables import TABLES, read_table
 from benchmarks.pages.formats import formats_table
 from benchmarks.pages.modules import ROOT
 from benchmarks.pages.parts import REPORT
+from benchmarks.pages.pipeline_figure import shapes
 from benchmarks.pages.recordings_figure import WAYS
 from benchmarks.quality.__main__ import damaged_rows, good_rows
 from benchmarks.quality.rigs import simulated_rig
@@ -232,6 +234,16 @@ def diagram():
     from benchmarks.pages.diagram_image import ensemble
 
     return _checksum(repr(ensemble()))
+
+
+def pipeline():
+    """Checksum of the shapes of the arrays between the steps."""
+    return _checksum(str(shapes()))
+
+
+def dots():
+    """Checksum of what the dot plots show of the tables."""
+    return _checksum("".join(read_table(name).to_csv() for name in TABLES))
 
 
 def report():

@@ -86,7 +86,7 @@ PARTS = {
             "docs/cross_speed.md": ("cross-speed tables", "cross-speed differences"),
         },
         ("docs/images/cross_speed*.svg",),
-        ("cross-speed tables", "cross-speed differences"),
+        ("cross-speed overview", "cross-speed tables", "cross-speed differences"),
         downloads=True,
         data=(
             *_CHECKSUMS,
@@ -98,7 +98,7 @@ PARTS = {
     "ablation": Part(
         "-m benchmarks.recipe ablation --write docs/cross_speed.md",
         {"docs/cross_speed.md": ("ablation overview", "ablation")},
-        tables=("ablation",),
+        tables=("ablation overview", "ablation"),
         downloads=True,
         data=_CHECKSUMS,
         canaries=(*_WINDOWS, "proposal", "baseline"),
@@ -114,6 +114,7 @@ PARTS = {
     "targets": Part(
         "-m benchmarks.recipe targets --write docs/cross_speed.md",
         {"docs/cross_speed.md": ("targets",)},
+        tables=("targets",),
         data=_CHECKSUMS,
         canaries=(*_WINDOWS, "stretches"),
     ),
@@ -124,7 +125,7 @@ PARTS = {
             "docs/another_bearing.md": ("another bearing", "another bearing measures"),
             "README.md": ("another bearing overview",),
         },
-        tables=("another bearing measures",),
+        tables=("another bearing", "another bearing measures"),
         data=_CHECKSUMS,
         canaries=("probabilities", "stretches"),
     ),
@@ -137,12 +138,14 @@ PARTS = {
     "another-bearing-curve": Part(
         "-m benchmarks.another_bearing curve --write docs/another_bearing.md",
         {"docs/another_bearing.md": ("another bearing curve",)},
+        tables=("another bearing curve",),
         data=_CHECKSUMS,
         canaries=("probabilities", "stretches"),
     ),
     "another-bearing-constants": Part(
         "-m benchmarks.another_bearing constants --write docs/another_bearing.md",
         {"docs/another_bearing.md": ("another bearing constants",)},
+        tables=("another bearing constants",),
         data=_CHECKSUMS,
         canaries=("probabilities", "stretches"),
     ),
@@ -155,7 +158,7 @@ PARTS = {
     "detection": Part(
         "-m benchmarks.detection rates --write docs/detection.md",
         {"docs/detection.md": ("detection", "detection families", "detection cost")},
-        tables=("detection families", "detection cost"),
+        tables=("detection", "detection families", "detection cost"),
         downloads=True,
         data=_CHECKSUMS,
         canaries=("detector",),
@@ -209,6 +212,7 @@ PARTS = {
     "quality": Part(
         "-m benchmarks.quality --write docs/signal_quality.md",
         {"docs/signal_quality.md": ("signal quality",)},
+        tables=("signal quality",),
         downloads=True,
         data=_CHECKSUMS,
         canaries=("quality",),
@@ -216,6 +220,7 @@ PARTS = {
     "bearings": Part(
         "-m benchmarks.pages.bearings --write docs/bearings.md",
         {"docs/bearings.md": ("bearings",)},
+        tables=("bearings",),
         data=("skarxlag/bearings/catalogue.csv",),
         canaries=("bearings",),
     ),
@@ -229,6 +234,43 @@ PARTS = {
         {},
         ("docs/images/recordings.svg",),
         canaries=("kept_windows",),
+    ),
+    "pipeline-figure": Part(
+        "-m benchmarks.pages.pipeline_figure",
+        {},
+        ("docs/images/pipeline.svg",),
+        canaries=("pipeline",),
+    ),
+    "cutting-figure": Part(
+        "-m benchmarks.pages.cutting_figure",
+        {},
+        ("docs/images/cutting.svg",),
+        downloads=True,
+        data=_CHECKSUMS,
+        canaries=("kept_windows",),
+    ),
+    "comb-figure": Part(
+        "-m benchmarks.pages.comb_figure",
+        {},
+        ("docs/images/comb.svg",),
+        downloads=True,
+        data=_CHECKSUMS,
+        canaries=("fault_orders",),
+    ),
+    "speed-figure": Part(
+        "-m benchmarks.pages.speed_figure",
+        {},
+        ("docs/images/distances.svg",),
+        downloads=True,
+        data=_CHECKSUMS,
+        canaries=_WINDOWS,
+    ),
+    "dot-plots": Part(
+        "-m benchmarks.pages.dot_plots",
+        {},
+        ("docs/images/dots_*.svg",),
+        data=("docs/tables/*.csv",),
+        canaries=("dots",),
     ),
     "report-image": Part(
         "-m benchmarks.pages.report_image",
@@ -247,7 +289,7 @@ PARTS = {
     "stretches": Part(
         "-m benchmarks.stretches --write docs/stretches.md",
         {"docs/stretches.md": ("stretches overview", "stretches training")},
-        tables=("stretches training",),
+        tables=("stretches overview", "stretches training"),
         downloads=True,
         data=_CHECKSUMS,
         canaries=("stretches",),
@@ -258,6 +300,7 @@ PARTS = {
         "'make_diagnoser, windows of 4800 vote' --output skarxlag-results/stretches-simulated "
         "--write docs/stretches.md",
         {"docs/stretches.md": ("stretches simulated",)},
+        tables=("stretches simulated",),
         canaries=("stretches",),
     ),
     "fault-orders": Part(
@@ -270,7 +313,12 @@ PARTS = {
                 for name in ("named", "stretches", "reference", "methods", "settings")
             )
         },
-        tables=("fault orders stretches", "fault orders settings"),
+        tables=(
+            "fault orders named",
+            "fault orders stretches",
+            "fault orders methods",
+            "fault orders settings",
+        ),
         downloads=True,
         data=_CHECKSUMS,
         canaries=("fault_orders",),
@@ -278,7 +326,7 @@ PARTS = {
     "fault-orders-joint": Part(
         "-m benchmarks.fault_orders joint --write docs/fault_orders.md",
         {"docs/fault_orders.md": ("fault orders joint", "fault orders joint settings")},
-        tables=("fault orders joint settings",),
+        tables=("fault orders joint", "fault orders joint settings"),
         downloads=True,
         data=_CHECKSUMS,
         canaries=("fault_orders", "stretches"),
@@ -293,6 +341,7 @@ PARTS = {
     "speed": Part(
         "-m benchmarks.speed --write benchmarks/README.md",
         {"benchmarks/README.md": ("speed",)},
+        tables=("speed",),
         canaries=("speed",),
         of_machine=True,
     ),
@@ -305,6 +354,7 @@ PARTS = {
     "fleet-scale": Part(
         "-m benchmarks.speed.fleet_scale --write docs/fleet.md",
         {"docs/fleet.md": ("fleet-scale",)},
+        tables=("fleet-scale",),
         canaries=("speed",),
         of_machine=True,
     ),

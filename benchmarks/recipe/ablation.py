@@ -27,7 +27,7 @@ from skarxlag import (
     ThresholdLadder,
     make_diagnoser,
 )
-from skarxlag.decisions.fault_locations import location_of_label
+from skarxlag.core.fault_locations import location_of_label
 from skarxlag.models.observers import RESIDUAL_EVALUATIONS
 
 EVALUATIONS = {name: name.replace("_", " ") for name in RESIDUAL_EVALUATIONS}

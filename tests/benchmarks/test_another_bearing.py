@@ -14,7 +14,7 @@ from benchmarks.another_bearing import (
 )
 from benchmarks.another_bearing.methods import METHODS, by_place
 from benchmarks.recipe.rigs import Recording, Rig
-from skarxlag.decisions.fault_locations import FAULT_LOCATIONS
+from skarxlag.core.fault_locations import FAULT_LOCATIONS
 from skarxlag.kernels import posterior
 
 RATE = 2000.0
