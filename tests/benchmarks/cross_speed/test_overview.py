@@ -55,6 +55,19 @@ def test_a_method_has_a_row_and_a_rig_a_column():
     assert "another protocol" in text
 
 
+def test_a_method_is_shown_with_the_windows_that_it_was_run_with_on_every_rig():
+    summary, recordings = results(
+        {(rig, name): 0.5 for rig in "rs" for name in ("make_diagnoser", "QUANT")}
+    )
+    longer = [
+        frame[(frame.rig == "r") | (frame.method != "QUANT")].assign(window_length=8)
+        for frame in (summary, recordings)
+    ]
+    text = overview(pd.concat([summary, longer[0]]), pd.concat([recordings, longer[1]]))
+    short, long = text.split("Windows of 8 samples:")
+    assert "| QUANT |" in short and "| QUANT |" not in long
+
+
 def test_differences_are_paired():
     accuracies = {("r", "make_diagnoser"): 0.5, ("s", "make_diagnoser"): 0.7}
     accuracies |= {("r", "QUANT"): 0.4, ("s", "QUANT"): 0.6}
