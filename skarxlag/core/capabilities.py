@@ -15,8 +15,9 @@ from sklearn.base import is_classifier, is_outlier_detector
 from sklearn.frozen import FrozenEstimator
 from sklearn.pipeline import Pipeline
 from sklearn.utils.metadata_routing import get_routing_for_object
+from sklearn.utils.validation import check_is_fitted
 
-from .state import CheckedEstimator, as_fitted, estimators_within, is_fitted
+from .state import CheckedEstimator, estimators_within, is_fitted
 
 #: Fields that describe the last step; other fields may come from any step.
 _OF_THE_DECISION = {
@@ -171,7 +172,10 @@ def unfolded_steps(model: Any) -> list[Any]:
 
 
 def _declared(step):
-    return as_fitted(step)._capabilities() if isinstance(step, CheckedEstimator) else {}
+    if not isinstance(step, CheckedEstimator):
+        return {}
+    check_is_fitted(step)
+    return step._capabilities()
 
 
 def _steps_within(decision):

@@ -22,7 +22,6 @@ from ..core.state import (
     Labels,
     Values,
     expect,
-    finish_fit,
     uses_fitted,
 )
 from ..core.validation import (
@@ -262,7 +261,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             self.place_exponent_ = location_exponent(
                 self._residual(), X, y, specimens, self._place_of_rows(y), metadata
             )
-        return finish_fit(self)
+        return self
 
     def _residual(self):
         return StretchResidual() if self.residual is None else self.residual

@@ -19,9 +19,8 @@ from ..core.state import (
     SPEEDS,
     Labels,
     Values,
-    as_fitted,
+    check_state,
     expect,
-    finish_fit,
     uses_fitted,
 )
 from ..core.validation import (
@@ -122,7 +121,6 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
         rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         X = X if len(rows) == len(X) else X[rows]
         sentences = self._learn(X, y, log_speed[rows], weights)
-        finish_fit(self)
         sentences = [*_said_of_labels(labels), *sentences]
         for sentence in sentences:
             warn_user(sentence)
@@ -699,7 +697,6 @@ class KnownConditions(RowOutlierDetector):
             detector._learn(X[own], None, log_speed[own], weights[own])
             if len(detector.speeds_) < 2:
                 detector.drift_scale_ = _DRIFT_OF_FAULTS
-            finish_fit(detector)
             self.detectors_.append(detector)
         name = (
             f"n_samples = {len(X)}: largest number of rows of one condition and speed"
@@ -763,10 +760,10 @@ class KnownConditions(RowOutlierDetector):
         if isinstance(detectors, list) and all(
             isinstance(d, FaultDetector) for d in detectors
         ):
-            rows = [
-                (each.window_shape_.tolist(), each.n_windows_, each.means_.shape[1])
-                for each in map(as_fitted, detectors)
-            ]
+            for detector in detectors:
+                check_state(detector)
+                shape = detector.window_shape_.tolist()
+                rows.append((shape, detector.n_windows_, detector.means_.shape[1]))
         own_shape = self.window_shape_.tolist()
         fits = len(rows) > 0 and rows == rows[:1] * n and rows[0][0] == own_shape
         wanted = f"{n} of FaultDetector by classes_, for rows of window_shape_ {own_shape}: {rows}"
