@@ -111,11 +111,11 @@ def capabilities(model: Any) -> Capabilities:
 
     Returns
     -------
-    Answers
+    Capabilities
         The description.
     """
+    steps = _all_steps(model)
     *before, decision = unfolded_steps(model)
-    steps = [*before, *_steps_within(decision)]
     declared = [_declared(step) for step in steps]
     own = _declared(decision)
     # A step that comes first takes precedence.
@@ -135,6 +135,12 @@ def capabilities(model: Any) -> Capabilities:
     elif not own:
         found["alarm"] = is_outlier_detector(decision)
     return Capabilities(**found)
+
+
+def training_speeds(model: Any) -> tuple[float, ...]:
+    """Return the field `speeds` of `capabilities`, which takes less time than all fields."""
+    declared = [_declared(step) for step in _all_steps(model)]
+    return next((each["speeds"] for each in declared if "speeds" in each), ())
 
 
 def offers(estimator: Any, method: str) -> bool:
@@ -176,6 +182,12 @@ def _declared(step):
         return {}
     check_is_fitted(step)
     return step._capabilities()
+
+
+def _all_steps(model):
+    """Return the steps of a model, and those within its last step."""
+    *before, decision = unfolded_steps(model)
+    return [*before, *_steps_within(decision)]
 
 
 def _steps_within(decision):

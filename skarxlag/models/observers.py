@@ -308,7 +308,9 @@ class PIObserver(Observer):
                 "the loop that the parameters give",
             ),
         ),
-        "spectral_radius_": Values((), "below 1"),
+        "spectral_radius_": Values(
+            (), (lambda radius, e: 0 <= radius < 1, "in [0, 1)")
+        ),
     }
 
     def _certify(self):
