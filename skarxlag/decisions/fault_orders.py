@@ -32,7 +32,6 @@ from ..core.state import (
     Labels,
     Values,
     expect,
-    finish_fit,
     uses_fitted,
 )
 from ..core.validation import (
@@ -297,7 +296,7 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
         classes, index = np.unique(labels, return_index=True)
         self.classes_: NDArray[Any] = classes
         self.class_places_: NDArray[Any] = np.asarray(locations)[index]
-        return finish_fit(self)
+        return self
 
     def _learn(self, X, y, rpm, sample_weight, specimen):
         """Learn limits and spectra from labelled rows, and return classes and their locations."""
