@@ -294,7 +294,8 @@ class FaultOrderClassifier(
         self.conditions_: Any = None
         self._calibrate(np.empty((0, len(FAULTS))), np.empty(0))
         if y is None:
-            labels, locations = FAULT_LOCATIONS, range(len(FAULT_LOCATIONS))
+            labels = FAULT_LOCATIONS
+            locations = range(len(FAULT_LOCATIONS))
         else:
             labels, locations = self._learn(X, y, rpm, sample_weight, specimen)
         classes, index = np.unique(labels, return_index=True)

@@ -116,7 +116,8 @@ class KnownConditions(RowOutlierDetector):
         labels = np.full(len(X), "known") if y is None else y
         self.offset_: float = float(np.log(self.false_rejection_rate))
         self.detectors_: list[FaultDetector] = []
-        classes, left_out = [], []
+        classes = []
+        left_out = []
         for name in np.unique(labels).tolist():
             rows = labels == name
             if np.bincount(group_speeds(log_speed[rows])[1]).max() < 2:
