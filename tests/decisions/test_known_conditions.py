@@ -62,7 +62,7 @@ def test_each_condition_has_the_p_values_of_its_detector(fitted):
     for place, name in enumerate(fitted.classes_):
         own = y == name
         alone = fit(FaultDetector(false_alarm_rate=RATE), X[own], rpm=rpm[own])
-        # Of the unsteadiness both sides count, so a p-value may be twice as large, or
+        # Of the impulsiveness both sides count, so a p-value may be twice as large, or
         # smaller.
         one_sided = alone.p_values(fresh, rpm=1000)
         assert np.all(found[:, place] <= 2 * one_sided * (1 + 1e-9))

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from skarxlag.kernels.healthy_rows import (
+    log_impulsiveness,
     log_spectra_cepstra,
-    log_unsteadiness,
     measure_rows,
     number_of_cepstra,
 )
@@ -46,9 +46,9 @@ def test_rows_are_means_over_their_windows(n_windows, length):
             )[0]
             np.testing.assert_allclose(rows.cepstra[r, w], expected, atol=1e-6)
         assert rows.cepstra.shape[2] == number_of_cepstra(length)
-        unsteadiness = np.log(max(-np.mean(steady) - 0.36, 0) + 0.02)
+        impulsiveness = np.log(max(-np.mean(steady) - 0.36, 0) + 0.02)
         np.testing.assert_allclose(
-            rows.values[r], [unsteadiness, np.log(cut.std())], rtol=1e-6
+            rows.values[r], [impulsiveness, np.log(cut.std())], rtol=1e-6
         )
 
 
@@ -59,8 +59,8 @@ def test_level_is_left_out_on_request_and_finite_for_silence():
     )
 
 
-def test_unsteadiness_by_hand():
-    found = log_unsteadiness(np.array([[-0.36, -0.36], [-1.0, -0.72], [0.0, 0.0]]))
+def test_impulsiveness_by_hand():
+    found = log_impulsiveness(np.array([[-0.36, -0.36], [-1.0, -0.72], [0.0, 0.0]]))
     np.testing.assert_allclose(found, np.log([0.02, 0.52, 0.02]))
 
 

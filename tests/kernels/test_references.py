@@ -662,7 +662,7 @@ def test_features_of_log_spectra(rng, n_rows, n_frequencies, n_bands):
         math.log(max(-math.fsum(row) / n_bands - 0.36, 0) + 0.02) for row in steadiness
     ]
     np.testing.assert_allclose(
-        healthy_rows.log_unsteadiness(steadiness), unsteady, atol=1e-9
+        healthy_rows.log_impulsiveness(steadiness), unsteady, atol=1e-9
     )
 
 
