@@ -160,7 +160,7 @@ def defect_frequencies(
     References
     ----------
     .. [1] R. B. Randall, J. Antoni, "Rolling element bearing diagnostics - a tutorial",
-       Mechanical Systems and Signal Processing 25 (2011), Eqs. 1-4.
+           Mechanical Systems and Signal Processing 25 (2011), Eqs. 1-4.
 
     Examples
     --------
