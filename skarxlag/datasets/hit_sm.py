@@ -48,9 +48,8 @@ def fetch_hit_sm(*, rig: str = "spectraquest") -> Source:
     References
     ----------
     .. [1] "Multisource cross-domain fault diagnosis of rolling bearing based on
-           subdomain
-       adaptation network", the paper that the repository hitwzc/Bearing-datasets
-       belongs to.
+           subdomain adaptation network", the paper that the repository
+           hitwzc/Bearing-datasets belongs to.
 
     Examples
     --------

@@ -45,8 +45,7 @@ def fetch_mfpt() -> Source:
     References
     ----------
     .. [1] E. Bechhoefer, "Condition Based Maintenance Fault Database for Testing
-           Diagnostics and
-       Prognostic Algorithms", MFPT Society, 2013.
+           Diagnostics and Prognostic Algorithms", MFPT Society, 2013.
 
     Examples
     --------

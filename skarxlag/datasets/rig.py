@@ -90,19 +90,17 @@ class Rig:
     References
     ----------
     .. [1] F. Piltan, J.-M. Kim, "Nonlinear Extended-state ARX-Laguerre PI Observer
-           Fault
-       Diagnosis of Bearings", Applied Sciences 9(5), 888, 2019.
+           Fault Diagnosis of Bearings", Applied Sciences 9(5), 888, 2019.
     .. [2] R. B. Randall, J. Antoni, "Rolling element bearing diagnostics - a tutorial",
        Mechanical Systems and Signal Processing 25, 2011.
     .. [3] T.A. Harris, M.N. Kotzalas, "Rolling Bearing Analysis", 5th ed., 2006.
     .. [4] N. Sawalhi, R. B. Randall, "Vibration response of spalled rolling element
-           bearings:
-       observations, simulations and signal processing techniques to track the spall
-       size", Mechanical Systems and Signal Processing 25, 2011.
+           bearings: observations, simulations and signal processing techniques to track
+           the spall size", Mechanical Systems and Signal Processing 25, 2011.
     .. [5] A. M. Al-Ghamd, D. Mba, "A comparative experimental study on the use of
-           acoustic
-       emission and vibration analysis for bearing defect identification and estimation
-       of defect size", Mechanical Systems and Signal Processing 20, 2006.
+           acoustic emission and vibration analysis for bearing defect identification
+           and estimation of defect size", Mechanical Systems and Signal Processing 20,
+           2006.
 
     Examples
     --------

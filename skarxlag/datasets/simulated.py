@@ -165,8 +165,7 @@ def simulate_rig(
     References
     ----------
     .. [1] F. Piltan, J.-M. Kim, "Nonlinear Extended-state ARX-Laguerre PI Observer
-           Fault
-       Diagnosis of Bearings", Applied Sciences 9(5), 888, 2019.
+           Fault Diagnosis of Bearings", Applied Sciences 9(5), 888, 2019.
 
     Examples
     --------

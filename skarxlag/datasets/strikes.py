@@ -179,11 +179,11 @@ def simulate_strikes(
     References
     ----------
     .. [1] J. Antoni, R. B. Randall, "A stochastic model for simulation and diagnostics
-           of
-       rolling element bearings with localized faults", J. Vib. Acoust. 125 (2003).
+           of rolling element bearings with localized faults", J. Vib. Acoust. 125
+           (2003).
     .. [2] P. D. McFadden, J. D. Smith, "Model for the vibration produced by a single
-           point
-       defect in a rolling element bearing", Journal of Sound and Vibration 96 (1984).
+           point defect in a rolling element bearing", Journal of Sound and Vibration 96
+           (1984).
 
     Examples
     --------

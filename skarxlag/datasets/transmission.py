@@ -102,8 +102,7 @@ class TransmissionPaths:
     References
     ----------
     .. [1] A. E. H. Love, "A Treatise on the Mathematical Theory of Elasticity", 4th
-           ed., 1927,
-       section 293.
+           ed., 1927, section 293.
 
     Examples
     --------

@@ -36,8 +36,8 @@ def fetch_uestc() -> Source:
     References
     ----------
     .. [1] C. Liu et al., "A New Target Domain One-Class Learning Bearing Fault
-           Detection
-       Framework", IEEE Sensors Journal, 2025, doi 10.1109/JSEN.2025.3635217.
+           Detection Framework", IEEE Sensors Journal, 2025, doi
+           10.1109/JSEN.2025.3635217.
 
     Examples
     --------
