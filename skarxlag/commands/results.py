@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ..core.fault_locations import location_of_label
 from ..core.files import write_atomically
-from ..decisions.fault_locations import location_of_label
 from ..recordings.formats.text import distinct
 from ..recordings.listing import ListedRecording
 from ..verdicts.names import NO_VERDICT

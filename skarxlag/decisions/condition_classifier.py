@@ -15,6 +15,7 @@ from sklearn.utils.metaestimators import available_if
 from ..core.base import SignalEstimator
 from ..core.capabilities import capabilities, offers, requests
 from ..core.diagnosing_classifier import DiagnosingClassifier
+from ..core.fault_locations import FAULT_LOCATIONS, location_of_label
 from ..core.on_demand import OnDemand, TakesRowsOnDemand
 from ..core.pipelines import DiagnosisPipeline
 from ..core.speeds import log_speeds, with_plausible_speeds
@@ -38,7 +39,6 @@ from ..distances.stretches import StretchResidual
 from ..kernels import ladder, posterior
 from ..kernels.coloured_noises import coloured_noises
 from ..kernels.speed_references import drift_factor, speed_distance
-from .fault_locations import FAULT_LOCATIONS, location_of_label
 from .left_out_specimens import location_exponent
 
 #: Log probability of an unknown condition in rows that name none.

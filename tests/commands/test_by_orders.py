@@ -164,7 +164,7 @@ def test_what_is_wrong_with_one_recording_is_reported(run, plant):
     code, out, err = run(
         "diagnose", plant / "inner.npy", "--bearing", "6205", *RATES, "--rpm", 15
     )
-    assert code == 1 and "two turns of the shaft" in out, err
+    assert code == 1 and "two revolutions of the shaft" in out, err
 
 
 @pytest.mark.slow
