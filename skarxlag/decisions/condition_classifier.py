@@ -16,8 +16,6 @@ from ..core.base import SignalEstimator
 from ..core.capabilities import capabilities, offers, requests
 from ..core.diagnosing_classifier import DiagnosingClassifier
 from ..core.fault_locations import FAULT_LOCATIONS, location_of_label
-from ..core.on_demand import OnDemand, TakesRowsOnDemand
-from ..core.pipelines import DiagnosisPipeline
 from ..core.speeds import log_speeds, with_plausible_speeds
 from ..core.state import (
     INNOVATIONS,
@@ -56,9 +54,7 @@ def _is_healthy(index, estimator):
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class ConditionClassifier(
-    TakesRowsOnDemand, SignalEstimator, DiagnosingClassifier, BaseEstimator
-):
+class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
     r"""Classifier of conditions by residuals, with a probability of an unknown condition.
 
     A diagnoser is trained on some specimens, such as bearings, and is used on others.
@@ -249,11 +245,6 @@ class ConditionClassifier(
         self.n_specimens_: NDArray[Any] = self._counted(numbers, target)
         metadata = self._metadata(rpm, sample_weight)
         residual = clone(self._residual())
-        if isinstance(X, OnDemand) and not isinstance(
-            residual, TakesRowsOnDemand | DiagnosisPipeline
-        ):
-            # Other estimators may use any method of an array.
-            X = np.asarray(X)
         self.residual_: Any = residual.fit(X, y, **metadata)
         levels = self._levels(X, rpm)[rows]
         self.detection_threshold_: float = 0.0

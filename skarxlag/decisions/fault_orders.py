@@ -25,7 +25,6 @@ from ..core.fault_locations import (
     NOT_IDENTIFIABLE,
     location_of_label,
 )
-from ..core.on_demand import TakesRowsOnDemand
 from ..core.speeds import samples_per_revolution, speeds_of_rows
 from ..core.state import (
     INNOVATIONS,
@@ -78,9 +77,7 @@ _NO_COMBS = "combs need a plausible speed, and two revolutions of the shaft in a
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class FaultOrderClassifier(
-    TakesRowsOnDemand, SignalEstimator, DiagnosingClassifier, BaseEstimator
-):
+class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
     r"""Classifier that names the location of a bearing fault without recordings of faults.
 
     A fault of a race or a rolling element causes impacts at orders of the shaft that

@@ -11,7 +11,6 @@ from sklearn.base import BaseEstimator, OutlierMixin
 from sklearn.utils import Bunch
 
 from ..core.base import SignalEstimator
-from ..core.on_demand import TakesRowsOnDemand, batch_size
 from ..core.parallel import BATCH, map_batches
 from ..core.speeds import log_speeds, with_plausible_speeds
 from ..core.state import finish_fit, uses_fitted
@@ -29,9 +28,7 @@ from ..kernels.ladder import rows_that_hold
 _LEAST_LOG_P = float(np.log(np.finfo(np.float32).tiny))
 
 
-class RowOutlierDetector(
-    TakesRowsOnDemand, SignalEstimator, OutlierMixin, BaseEstimator
-):
+class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
     """Outlier detector whose score is the logarithm of a p-value.
 
     A subclass sets `offset_`, the logarithm of the stated rate, and its other fitted
@@ -294,9 +291,7 @@ def features_of_rows(
             for start in range(0, len(parts), n_together)
         ]
 
-    batches = map_batches(
-        features, len(X), n_jobs, batch_size(X, max(BATCH // n_windows, 1))
-    )
+    batches = map_batches(features, len(X), n_jobs, max(BATCH // n_windows, 1))
     fields = zip(*chain.from_iterable(batches), strict=True)
     return Rows(*map(np.concatenate, fields))
 
