@@ -38,7 +38,11 @@ from ..core.validation import (
     validate_innovations,
     weighted_windows,
 )
-from ..kernels.evidence import COMB_CORRELATION, effective_number
+from ..kernels.evidence import (
+    COMB_CORRELATION,
+    SMALLEST_PROBABILITY,
+    effective_number,
+)
 from ..kernels.fault_orders import N_ORDERS, NEPER_IN_DB, order_contrast
 from ..kernels.posterior import decided
 from ..measures.envelope_spectra import (
@@ -447,10 +451,10 @@ class FaultOrderClassifier(
             it exceeds `slip`, the sentence asks to check the speed and the bearing.
             ``contrasts`` and ``rpm``: as in `match`. With `conditions`,
             ``log_probability`` are those of the conditions and, in the last column, of
-            an unknown one, ``spectra`` are the same by spectra alone, ``levels`` and
-            ``recorded`` are those of `ConditionClassifier.diagnose`, and ``comb`` is
-            the probability of a fault by combs alone, NaN for rows whose combs are not
-            used.
+            an unknown one, ``levels`` and ``recorded`` are those of
+            `ConditionClassifier.diagnose`, ``comb`` is the probability of a fault by
+            combs alone, NaN for rows whose combs are not used, and ``row_evidence`` is
+            that of which `join` takes the mean over the rows of a recording.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
         found = self._match(X, rpm)
@@ -460,8 +464,10 @@ class FaultOrderClassifier(
         else:
             learned = self.conditions_.diagnose(X, rpm=rpm)
             judged = self._judge(found, learned.log_probability)
-            judged.update(spectra=learned.log_probability, recorded=learned.recorded)
-            judged.update(levels=learned.levels)
+            judged.update(recorded=learned.recorded, levels=learned.levels)
+            # No row excludes a condition by its comb alone.
+            by_combs = np.maximum(judged.pop("by_combs"), np.log(SMALLEST_PROBABILITY))
+            judged.row_evidence = np.hstack([learned.row_evidence, by_combs])
             # The limits of combs do not belong to conditions that were learned.
             judged.pop("alarm")
             if "alarm" in learned:
@@ -469,13 +475,48 @@ class FaultOrderClassifier(
         judged.update(contrasts=found.contrasts, rpm=found.rpm)
         return judged
 
+    @available_if(lambda self: self.conditions is not None)
+    @uses_fitted
+    def join(self, evidence: ArrayLike, n_rows: float = 1.0) -> Bunch:
+        """Diagnose a recording by the mean evidence of its rows.
+
+        Spectra are joined as by `ConditionClassifier.join`. The log probabilities of
+        locations by combs count as often as the effective number of rows
+        (`skarxlag.kernels.evidence.effective_number`).
+
+        Parameters
+        ----------
+        evidence : array-like of shape (2 * n_classes + 2,)
+            Mean of ``row_evidence``, which `diagnose` returns with learned conditions.
+        n_rows : float, default=1.0
+            Number of rows, or the sum of their weights, above 0.
+
+        Returns
+        -------
+        Bunch
+            ``log_probability``, ``probability``, ``verdict`` and ``score``, as
+            `diagnose` returns them, for one row; ``recorded``: the probability of a
+            recorded specimen.
+        """
+        by_spectra, by_combs = np.split(np.asarray(evidence), 2)
+        learned = self.conditions_.join(by_spectra, n_rows)
+        scores = learned.log_probability + effective_number(n_rows) * by_combs
+        return Bunch(recorded=learned.recorded, **self._decided(scores))
+
+    def _decided(self, scores):
+        """Return log probabilities, probabilities, verdicts and scores of conditions."""
+        logs = log_softmax(scores, axis=1)
+        of_classes = decided(logs, self.classes_, *self.conditions_.questions())
+        return {"log_probability": logs} | of_classes
+
     @uses_fitted
     def diagnose_gathered(
         self,
         contrast: NDArray[Any],
         n_rows: float,
         rpm: float,
-        spectra: NDArray[Any] | None = None,
+        evidence: NDArray[Any] | None = None,
+        n_joined: float = 1.0,
     ) -> Bunch:
         """Diagnose the mean contrast of several rows of a machine.
 
@@ -494,9 +535,11 @@ class FaultOrderClassifier(
             Number of rows, or the sum of their weights.
         rpm : float
             Their speed. NaN: combs are not used.
-        spectra : ndarray of shape (n_classes + 1,) or None, default=None
-            Mean of ``spectra`` times the effective number of rows. Required with
+        evidence : ndarray of shape (2 * n_classes + 2,) or None, default=None
+            Mean of ``row_evidence``, of which spectra are used. Required with
             `conditions`, and not used without them.
+        n_joined : float, default=1.0
+            Number of rows of `evidence`, or the sum of their weights, above 0.
 
         Returns
         -------
@@ -509,7 +552,11 @@ class FaultOrderClassifier(
         combs = self._combs(contrast, n_turns)
         found = Bunch(**{name: of_row[np.newaxis] for name, of_row in combs.items()})
         found.rpm = np.array([rpm])
-        return self._judge(found, None if self.conditions_ is None else spectra, n_rows)
+        if self.conditions_ is None:
+            return self._judge(found, None, n_rows)
+        by_spectra, _ = np.split(np.asarray(evidence), 2)
+        learned = self.conditions_.join(by_spectra, n_joined)
+        return self._judge(found, learned.log_probability, n_rows)
 
     @available_if(lambda self: self.conditions is not None)
     def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
@@ -572,17 +619,12 @@ class FaultOrderClassifier(
             )
             judged.probability = np.exp(log_softmax(scores, axis=1))
             return judged
-        scores, judged.comb = self._joint_scores(found, spectra, gain)
-        judged.log_probability = log_softmax(scores, axis=1)
-        judged.update(
-            decided(
-                judged.log_probability, self.classes_, *self.conditions_.questions()
-            )
-        )
+        judged.by_combs, judged.comb = self._by_combs(found, gain)
+        judged.update(self._decided(spectra + judged.by_combs))
         return judged
 
-    def _joint_scores(self, found, spectra, gain):
-        """Return log probabilities by combs and spectra, and the probability of a comb."""
+    def _by_combs(self, found, gain):
+        """Return log probabilities of conditions by combs, and the probability of a comb."""
         without = (
             self.reference_
             if len(self.healthy_scores_) > 0
@@ -595,8 +637,8 @@ class FaultOrderClassifier(
         is_fault = places != FAULT_LOCATIONS.index(HEALTHY)
         of_fault = np.exp(by_combs).max(axis=1, where=is_fault, initial=0.0)
         is_used = ~np.isnan(found.rpm)
-        scores = spectra + np.where(is_used[:, np.newaxis], by_combs, 0.0)
-        return scores, np.where(is_used, of_fault, np.nan)
+        by_combs[~is_used] = 0.0
+        return by_combs, np.where(is_used, of_fault, np.nan)
 
     def _sentence(self, found, i, places, limit, alarm, is_close):
         """Describe the combs of row i, whose two largest scores are those of `places`."""
@@ -643,6 +685,8 @@ class FaultOrderClassifier(
             learned = vars(capabilities(self.conditions_))
             names = "alarm", "healthy", "stated_rate", "speeds", "is_stretch"
             names += "places", "n_specimens", "states_unknown", "n_healthy"
+            # Each condition, and an unknown one, by spectra and by combs.
+            own["n_evidence"] = 2 * (len(self.classes_) + 1)
             return own | {name: learned[name] for name in names}
         healthy = self.classes_[
             self.class_places_ == FAULT_LOCATIONS.index(HEALTHY)
