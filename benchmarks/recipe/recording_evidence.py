@@ -26,7 +26,7 @@ from benchmarks.recipe.calibration import expected_calibration_error
 from benchmarks.recipe.rigs import SAME_BEARING, real_rigs
 from benchmarks.recipe.targets import ROWS, folds, rows_of
 from skarxlag import make_diagnoser
-from skarxlag.decisions.fault_locations import location_of_label
+from skarxlag.core.fault_locations import location_of_label
 from skarxlag.kernels.evidence import (
     CORRELATION,
     SMALLEST_PROBABILITY,

@@ -15,8 +15,8 @@ from scipy.special import log_softmax
 from sklearn.utils import Bunch
 
 from ..core.capabilities import capabilities, offers
+from ..core.fault_locations import NOT_IDENTIFIABLE
 from ..core.pipelines import as_diagnosis_pipeline
-from ..decisions.fault_locations import NOT_IDENTIFIABLE
 from ..kernels.evidence import (
     NEAREST_CORRELATION,
     SMALLEST_PROBABILITY,

@@ -21,7 +21,7 @@ from skarxlag import (
     save_monitor_state,
     window_verdicts,
 )
-from skarxlag.decisions.fault_locations import comb_evidence
+from skarxlag.decisions.comb_probabilities import comb_evidence
 from skarxlag.kernels.evidence import P_VALUE_CORRELATION, effective_number
 from skarxlag.measures.envelope_spectra import best_combs
 

@@ -16,7 +16,7 @@ from skarxlag import (
     recording_verdicts,
     window_verdicts,
 )
-from skarxlag.decisions.fault_locations import NOT_IDENTIFIABLE
+from skarxlag.core.fault_locations import NOT_IDENTIFIABLE
 from skarxlag.kernels.evidence import (
     CORRELATION,
     NEAREST_CORRELATION,
@@ -580,7 +580,7 @@ def test_rows_without_two_turns_have_no_verdict_by_combs():
     rows = np.stack([signal_of(place) for place in ("healthy", "outer", "outer")])
     judge = Judge(classifier().fit(rows), train_rpm=[300])
     found = judge.window_results(rows, rpm=[900, 100, 900]).table()
-    reason = "combs need a plausible speed, and two turns of the shaft in a row"
+    reason = "combs need a plausible speed, and two revolutions of the shaft in a row"
     assert found["verdict"].tolist() == ["healthy", f"no verdict: {reason}", "outer"]
     assert found["probability of outer"].isna().tolist() == [False, True, False]
 
