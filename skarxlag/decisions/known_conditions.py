@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_scalar
 
-from ..core.state import INNOVATIONS, Labels, Values, as_fitted, expect, finish_fit
+from ..core.state import INNOVATIONS, Labels, Values, check_state, expect
 from ..core.validation import check_rate
 from ..kernels.speed_references import group_speeds
 from .fault_detector import FaultDetector
@@ -146,7 +146,7 @@ class KnownConditions(RowOutlierDetector):
         detector._learn(X, None, log_speed, weights)
         if len(detector.speeds_) < 2:
             detector.drift_scale_ = _DRIFT_OF_FAULTS
-        return finish_fit(detector)
+        return detector
 
     def _weak_points(self, left_out):
         """Yield sentences on a calibration that promises less than its user may think."""
@@ -207,10 +207,11 @@ class KnownConditions(RowOutlierDetector):
         if isinstance(detectors, list) and all(
             isinstance(detector, FaultDetector) for detector in detectors
         ):
-            rows = [
-                (d.window_shape_.tolist(), d.n_windows_, d.means_.shape[1])
-                for d in map(as_fitted, detectors)
-            ]
+            for detector in detectors:
+                check_state(detector)
+                shape_of_rows = detector.window_shape_.tolist()
+                n_measures = detector.means_.shape[1]
+                rows.append((shape_of_rows, detector.n_windows_, n_measures))
         n = len(self.classes_)
         fits = len(rows) > 0 and rows == rows[:1] * n and rows[0][0] == shape
         expected = f"{n} of FaultDetector by classes_, for rows of window_shape_ {shape}: {rows}"

@@ -20,7 +20,6 @@ from ..core.state import (
     Labels,
     Values,
     expect,
-    finish_fit,
     uses_fitted,
 )
 from ..core.validation import (
@@ -214,7 +213,7 @@ class ThresholdLadder(
             has_speeds = log_speed is not None and len(group_speeds(log_speed)[0]) > 1
             scale = np.broadcast_to(self.confidence_scale, 2)[int(has_speeds)]
         self.confidence_scale_: float = float(scale)
-        return finish_fit(self)
+        return self
 
     def _is_bank(self):
         return len(self.classes_) == self.n_features_in_ > 1

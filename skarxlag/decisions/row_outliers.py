@@ -12,7 +12,7 @@ from sklearn.utils import Bunch
 from ..core.base import SignalEstimator
 from ..core.parallel import BATCH, map_batches
 from ..core.speeds import log_speeds, with_plausible_speeds
-from ..core.state import finish_fit, uses_fitted
+from ..core.state import uses_fitted
 from ..core.validation import (
     of_one_model,
     validate_innovations,
@@ -106,7 +106,6 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
         if len(rows) < len(X):
             X = X[rows]
         weak_points = self._learn(X, conditions, log_speed[rows], weights)
-        finish_fit(self)
         if not self._has_conditions:
             weak_points = [*_ignored_labels(y), *weak_points]
         for sentence in weak_points:
