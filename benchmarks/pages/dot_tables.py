@@ -148,6 +148,40 @@ def _targets(table):
     )(accuracies)
 
 
+def _another_bearing(table):
+    return [
+        dot(
+            "",
+            cells["rig"],
+            cells["method"].replace("`", "").removesuffix(" (ours)"),
+            cells["right"],
+            cells["right"].partition("(")[2],
+        )
+        for cells in table.to_dict("records")
+    ]
+
+
+def _evidence(table):
+    return [
+        dot("", cells["rig"], name, cells[name])
+        for cells in table.to_dict("records")
+        for name in ("accuracy", "mean probability")
+    ]
+
+
+def _few_snapshots(table):
+    return [
+        dot(
+            "",
+            f"{cells['healthy snapshots']} snapshots",
+            name,
+            cells[f"{name}, share of the run"],
+        )
+        for cells in table.to_dict("records")
+        for name in ("earliest", "latest")
+    ]
+
+
 def _ablation(table):
     parts = table[table["part"] != "all parts"]
     return means_and_rigs(_title, "part", "90 % interval")(parts)
@@ -290,6 +324,9 @@ TABLES = {
         },
     ),
     "another_bearing_curve": _curve,
+    "another_bearing_overview": _another_bearing,
+    "recording_evidence": _evidence,
+    "few_healthy_snapshots": _few_snapshots,
     "bearings": series_of_columns(
         _untitled,
         lambda cells: cells["name"],

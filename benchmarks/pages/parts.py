@@ -119,7 +119,11 @@ PARTS = {
             "docs/another_bearing.md": ("another bearing", "another bearing measures"),
             "README.md": ("another bearing overview",),
         },
-        tables=("another bearing", "another bearing measures"),
+        tables=(
+            "another bearing",
+            "another bearing measures",
+            "another bearing overview",
+        ),
         data=_CHECKSUMS,
         canaries=("probabilities", "stretches"),
     ),
@@ -146,6 +150,7 @@ PARTS = {
     "recording-evidence": Part(
         "-m benchmarks.recipe recording-evidence --write docs/cross_speed.md",
         {"docs/cross_speed.md": ("recording evidence",)},
+        tables=("recording evidence",),
         data=_CHECKSUMS,
         canaries=(*_WINDOWS, "stretches"),
     ),
@@ -187,6 +192,7 @@ PARTS = {
         "--write docs/monitoring.md",
         {"docs/monitoring.md": ("runs to failure", "few healthy snapshots")},
         ("docs/images/runs_to_failure.svg",),
+        ("few healthy snapshots",),
         downloads=True,
         data=_CHECKSUMS,
         canaries=("detector",),
