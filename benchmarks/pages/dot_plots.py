@@ -58,6 +58,11 @@ LAYOUTS = {
         label="share of right fault locations, 90 % interval over bearings",
         limits=(0, 1.03),
     ),
+    "another_bearing_noise": Layout(
+        columns=1, label="rows that are named with a probability of at least 0.9, %"
+    ),
+    "fault_orders_runs": Layout(columns=1, label="seconds from the name to the end"),
+    "soak": Layout(columns=1, label="memory of the process (MiB)", limits=(0, 400)),
     "recording_evidence": Layout(columns=1, label="share of recordings, probability"),
     "few_healthy_snapshots": Layout(
         columns=1, label="time of the alarm, share of the run", limits=(0, 1.03)

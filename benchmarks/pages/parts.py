@@ -130,6 +130,7 @@ PARTS = {
     "another-bearing-noise": Part(
         "-m benchmarks.another_bearing noise --write docs/another_bearing.md",
         {"docs/another_bearing.md": ("another bearing noise",)},
+        tables=("another bearing noise",),
         data=_CHECKSUMS,
         canaries=("probabilities", "stretches"),
     ),
@@ -192,7 +193,7 @@ PARTS = {
         "--write docs/monitoring.md",
         {"docs/monitoring.md": ("runs to failure", "few healthy snapshots")},
         ("docs/images/runs_to_failure.svg",),
-        ("few healthy snapshots",),
+        ("runs to failure", "few healthy snapshots"),
         downloads=True,
         data=_CHECKSUMS,
         canaries=("detector",),
@@ -200,6 +201,7 @@ PARTS = {
     "soak": Part(
         "-m benchmarks.monitoring.soak --write docs/monitoring.md",
         {"docs/monitoring.md": ("soak",)},
+        tables=("soak",),
     ),
     "sensors": Part(
         "-m benchmarks.monitoring.sensors --write docs/plant.md",
@@ -322,6 +324,7 @@ PARTS = {
     "fault-orders-runs": Part(
         "-m benchmarks.fault_orders runs --write docs/fault_orders.md",
         {"docs/fault_orders.md": ("fault orders runs",)},
+        tables=("fault orders runs",),
         downloads=True,
         data=_CHECKSUMS,
         canaries=("fault_orders",),
