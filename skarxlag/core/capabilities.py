@@ -23,6 +23,7 @@ from .state import CheckedEstimator, estimators_within, is_fitted
 _OF_THE_DECISION = {
     "alarm",
     "healthy_p_value",
+    "n_evidence",
     "n_healthy",
     "none_of_these",
     "stated_rate",
@@ -52,6 +53,9 @@ class Capabilities:
         Whether it rejects rows that resemble none of the conditions.
     states_unknown : bool, default=False
         Whether it returns the probability of an unknown condition.
+    n_evidence : int, default=0
+        Values of the evidence of a row, of which its method ``join`` takes the mean
+        over the rows of a recording. 0 if rows cannot be joined.
     places : tuple of str or None, default=None
         Place of each condition: "healthy", "inner", "outer", "ball", or None for a
         condition that is a place of its own. None if places are not known.
@@ -88,6 +92,7 @@ class Capabilities:
     healthy_p_value: bool = False
     none_of_these: bool = False
     states_unknown: bool = False
+    n_evidence: int = 0
     places: tuple[str | None, ...] | None = None
     n_specimens: tuple[int, ...] | None = None
     stated_rate: float | None = None

@@ -37,7 +37,7 @@ class KnownConditions(RowOutlierDetector):
         p = \max_c p_c
 
     where :math:`p_c` is the probability that a row of condition c deviates at least as
-    much. The test of the unsteadiness is two-sided: a row with fewer impacts than
+    much. The test of the impulsiveness is two-sided: a row with fewer impacts than
     expected is rejected, too. A row is rejected if p is below the stated rate. Since
     :math:`p \ge p_c`, a row of a known condition c is rejected with a probability of at
     most the rate that the limits of c hold.
@@ -85,7 +85,7 @@ class KnownConditions(RowOutlierDetector):
 
     Examples
     --------
-    Two conditions of different colour, and noise that is like neither:
+    Two conditions of different spectral shape, and noise that is like neither:
 
     >>> import warnings
     >>> import numpy as np
@@ -116,7 +116,8 @@ class KnownConditions(RowOutlierDetector):
         labels = np.full(len(X), "known") if y is None else y
         self.offset_: float = float(np.log(self.false_rejection_rate))
         self.detectors_: list[FaultDetector] = []
-        classes, left_out = [], []
+        classes = []
+        left_out = []
         for name in np.unique(labels).tolist():
             rows = labels == name
             if np.bincount(group_speeds(log_speed[rows])[1]).max() < 2:
