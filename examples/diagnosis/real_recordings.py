@@ -1,6 +1,6 @@
 """
-Real recordings: one speed known, three speeds new
-==================================================
+Is a fault named at another speed?
+==================================
 
 A diagnoser is fitted on the recordings of the UESTC rig at 800 rpm and used on
 recordings at 1000, 1200 and 1400 rpm. It needs no speed. If it is not sure of the fault
