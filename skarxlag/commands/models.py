@@ -29,10 +29,11 @@ from ..verdicts.healthy_limits import FEW_HEALTHY, HOLD_FOR_RECORDED, LEAST_HEAL
 from ..verdicts.judge import Judge
 from ..verdicts.names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
 from ..verdicts.windows import HOLD, joined_tables
-from .channels import channel_remarks, channels_of_model
+from .channels import channel_remarks, channels_of_model, plain_unit
 from .diagnosis import Diagnosis, cancelled
 from .messages import CommandError, as_command_error, counted, listed, printable
 from .refused_rows import compares_orders, why_no_orders
+from .velocity import velocity_rms
 
 #: Titles and makers of the diagnosers that `evaluate` compares, in the order of its
 #: tables.
@@ -155,6 +156,9 @@ class SavedModel:
         asked, recording = recording.channel, self.with_channel(recording)
         if self.takes_rpm:
             recording = recording.with_speed()
+        channels = self._compared_channels(recording, asked)
+        unit = plain_unit(channels[0][1] or "") if channels else None
+        velocities = []
         blocks, sampling_rate = self.windows(recording, resample, old_rates.append)
         for X in blocks:
             if cancelled.is_set():
@@ -166,15 +170,22 @@ class SavedModel:
             if recording.profile is not None:
                 speeds.append(rpm.mean(axis=1))
             n_windows += len(X)
+            output = X if X.ndim == 2 else X[:, 0]
+            velocities.append(velocity_rms(output.ravel(), sampling_rate, unit))
         windows, evidence = joined_tables(parts)
         windows.insert(0, "start", np.concatenate(starts))
         if speeds:
             windows.insert(1, "rpm", np.concatenate(speeds))
         verdict = self.judge.recording(windows, evidence)
+        if velocities[0] is not None:
+            # Blocks are of equal length, except for the last, which may be too short.
+            stated = [velocity for velocity in velocities if velocity is not None]
+            verdict["velocity_rms_mm_s"] = float(np.sqrt(np.mean(np.square(stated))))
         remarks = [
             f"Resampled from {r:g} to {self.sampling_rate:g} Hz." for r in old_rates
         ]
-        remarks += self.channel_remarks(recording, asked)
+        if channels:
+            remarks += channel_remarks(channels, self.facts, asked)
         remarks += _remarks(windows, verdict)
         if verdict["verdict"] == CHANGED and self.facts.get("bearing"):
             remarks.append(f"No comb of bearing {self.facts['bearing']} shows a fault.")
@@ -232,14 +243,18 @@ class SavedModel:
 
     def channel_remarks(self, recording: ListedRecording, asked: Any) -> list[str]:
         """Return remarks on channels and units that are not those of the model."""
+        channels = self._compared_channels(recording, asked)
+        return [*channel_remarks(channels, self.facts, asked)] if channels else []
+
+    def _compared_channels(self, recording, asked):
+        """Return names and units of channels; none if the model states nothing to compare."""
         is_same = [*np.atleast_1d(asked)] == self.facts.get("channels")
         if self.facts.get("unit") is None and (
             is_same or not self.facts.get("channel_names")
         ):
             return []
         options = {"channel": recording.channel, "dtype": recording.dtype}
-        found = chosen_channels(recording.path, **options)
-        return [*channel_remarks(found, self.facts, asked)]
+        return chosen_channels(recording.path, **options)
 
     def check_order(self, name: str, channels: str | list[str] | None) -> None:
         """Refuse the channels of the model in another order."""
