@@ -44,7 +44,7 @@ def units_of(recordings: Sequence[ListedRecording]) -> list[str]:
         if unit is None and not found:
             return []
         if unit is not None:
-            found.setdefault(_plain(unit), printable(unit))
+            found.setdefault(plain_unit(unit), printable(unit))
     return list(found.values())
 
 
@@ -72,7 +72,7 @@ def channel_remarks(
         expected = " or ".join(fitted)
         yield f"The channel is {names}, but the model was fitted on {expected}."
     unit, expected = channels[0][1], facts.get("unit")
-    if unit and expected and _plain(unit) != _plain(expected):
+    if unit and expected and plain_unit(unit) != plain_unit(expected):
         scale = "Another scale changes nothing, unless the model has a fixed gain"
         quantity = (
             "another quantity, such as velocity for acceleration, has other spectra"
@@ -108,6 +108,11 @@ def _joined(channels):
     return printable("; ".join(name for name, _ in channels))
 
 
-def _plain(unit):
+def plain_unit(unit: str) -> str:
+    """Return one way to write a unit.
+
+    >>> plain_unit(" m/s^2"), plain_unit("G's")
+    ('m/s2', 'g')
+    """
     unit = unit.strip().lower()
     return _SAME_UNIT.get(unit, unit)

@@ -10,8 +10,8 @@ from joblib import parallel_config
 from sklearn.utils import Bunch
 
 from ..core.capabilities import capabilities, requests
+from ..core.fault_locations import HEALTHY, location_of_label
 from ..core.speeds import LEAST_REVOLUTIONS
-from ..decisions.fault_locations import HEALTHY, location_of_label
 from ..diagnosers import make_detector, make_diagnoser, make_known_conditions
 from ..kernels.speed_references import group_speeds
 from ..persistence.models import save_diagnoser

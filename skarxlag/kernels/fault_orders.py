@@ -53,8 +53,8 @@ CAGE_WEIGHT = 0.6
 #: Most of the cage's comb that counts, in nepers. Strong faults of a race show the
 #: cage, too.
 MOST_OF_CAGE = 1.0
-#: Places in the order of the scores.
-FAULT_LOCATIONS = ("ball", "inner", "outer")
+#: Locations of faults in the order of the scores.
+FAULTS = ("ball", "inner", "outer")
 #: Decibels of power in a neper of power.
 NEPER_IN_DB = 10 / math.log(10)
 

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .formats import find_format, read_file
+from .formats._contents import ContentError
+from .formats._description import Description
 from .formats._facts import names_speed
 from .formats._isolation import isolated
-from .formats._signals import describe_channels, describe_chosen, signal_blocks
+from .formats._signals import descriptions, signal_blocks
 from .speeds import SpeedProfile
 
 if TYPE_CHECKING:
@@ -19,6 +22,13 @@ if TYPE_CHECKING:
 
 Channels = str | int | Sequence[Any] | None
 StrPath = str | os.PathLike[str]
+
+#: Descriptions of files as they were at a time, so that a file is visited once for its
+#: facts and once for its samples. The number bounds the memory.
+_described: dict[tuple[Any, ...], Description] = {}
+_MOST_DESCRIBED = 10_000
+#: Seconds over which a channel of speeds is averaged.
+_MEAN_SECONDS = 0.01
 
 
 def read_recording(
@@ -207,21 +217,59 @@ def list_channels(path: StrPath, *, dtype: str | None = None) -> "pd.DataFrame":
     """
     import pandas as pd
 
-    rows = _read(path, dtype, describe_channels)
+    facts = _description(path, dtype).facts()
     table = pd.DataFrame(
-        rows, columns=["channel", "sampling_rate", "unit", "rpm"], dtype=object
+        {
+            "channel": list(facts),
+            "sampling_rate": [channel.sampling_rate for channel in facts.values()],
+            "unit": [channel.unit for channel in facts.values()],
+            "rpm": [channel.rpm for channel in facts.values()],
+        },
+        dtype=object,
     )
     return table.astype({"sampling_rate": float, "rpm": float})
 
 
-def _read(path, dtype, function, *arguments):
-    path = Path(path)
-    format_ = find_format(path, dtype).FORMAT
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file")
-    if format_.isolated:
+def _visit(path, dtype, function, *arguments):
+    """Yield the results of a function of the contents of a file."""
+    if find_format(path, dtype).FORMAT.isolated:
         return isolated(read_file, path, dtype, function, *arguments)
     return read_file(path, dtype, function, *arguments)
+
+
+def _version(path, dtype):
+    """Return a key that changes with the content of a file, which must exist."""
+    find_format(path, dtype)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    status = path.stat()
+    return str(path.absolute()), dtype, status.st_size, status.st_mtime_ns
+
+
+def _remember(version, description):
+    if len(_described) >= _MOST_DESCRIBED:
+        _described.clear()
+    _described[version] = description
+
+
+def _description(path, dtype):
+    """Return what a file states; a file that has not changed is not visited again."""
+    path = Path(path)
+    version = _version(path, dtype)
+    if version not in _described:
+        (description,) = _visit(path, dtype, descriptions)
+        _remember(version, description)
+        return description
+    return _described[version]
+
+
+@contextmanager
+def _named(path):
+    """Put the path at the beginning of errors on a choice of channels."""
+    try:
+        yield
+    except ContentError as error:
+        raise ValueError(f"{path}: {error}") from error
 
 
 def recording_speed(
@@ -255,22 +303,27 @@ def recording_speed(
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    rows = [*_read(path, dtype, describe_channels, channel)]
-    chosen = [row for row in rows if row["is_chosen"]]
-    if stated := {row["rpm"] for row in chosen} - {None}:
+    description = _description(path, dtype)
+    with _named(path):
+        chosen = list(description.facts(channel).values())
+    stated = {signal.rpm for signal in chosen} - {None}
+    if stated:
         return stated.pop() if len(stated) == 1 else None
-    held = next((row for row in rows if names_speed(row["channel"], row["unit"])), None)
-    if held is None:
+    name = next(
+        (n for n, c in description.channels.items() if names_speed(n, c.unit)), None
+    )
+    if name is None:
         return None
-    rate = held["sampling_rate"]
+    speed = description.facts(name)[name]
+    rate = speed.sampling_rate
     if rate is None:
         # Channels of different lengths last equally long.
-        signal = max(chosen, key=lambda row: row["length"] or 0)
-        rate = signal["sampling_rate"] or sampling_rate
-        if rate is not None and signal["length"]:
-            rate *= held["length"] / signal["length"]
-    n_mean = max(int(0.01 * (rate or 0)), 1)
-    parts = iter_windows(path, n_mean, channel=held["channel"], dtype=dtype)
+        signal = max(chosen, key=lambda channel: channel.length or 0)
+        rate = signal.sampling_rate or sampling_rate
+        if rate is not None and signal.length:
+            rate *= speed.length / signal.length
+    n_mean = max(int(_MEAN_SECONDS * (rate or 0)), 1)
+    parts = iter_windows(path, n_mean, channel=name, dtype=dtype)
     rpm = np.concatenate([speeds.mean(axis=1) for speeds in parts])
     if rate is None:
         return float(rpm.mean())
@@ -297,7 +350,10 @@ def chosen_channels(
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    return [*_read(path, dtype, describe_chosen, channel)]
+    description = _description(path, dtype)
+    with _named(path):
+        names = description.choose(channel)
+    return [(name, description.channels[name].unit) for name in names]
 
 
 def recording_start(
@@ -320,8 +376,9 @@ def recording_start(
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    rows = _read(path, dtype, describe_channels, channel)
-    starts = [row["start"] for row in rows if row["is_chosen"]]
+    with _named(path):
+        facts = _description(path, dtype).facts(channel).values()
+    starts = (signal.start for signal in facts)
     return next((start for start in starts if start is not None), None)
 
 
@@ -357,4 +414,10 @@ def recording_blocks(
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`, when the block in question is reached.
     """
-    return _read(path, dtype, signal_blocks, channel, n_samples, stated_rate)
+    path = Path(path)
+    version = _version(path, dtype)
+    description = _described.get(version)
+    options = channel, n_samples, stated_rate, description
+    replies = _visit(path, dtype, signal_blocks, *options)
+    _remember(version, next(replies))
+    yield from replies

@@ -1,5 +1,6 @@
 import pickle
 import struct
+import subprocess
 import sys
 
 import numpy as np
@@ -7,7 +8,7 @@ import pandas as pd
 import pytest
 from scipy.io import savemat, wavfile
 
-from skarxlag import read_recording
+from skarxlag import list_channels, read_recording
 from skarxlag.recordings.formats import _isolation
 
 RNG = np.random.default_rng(0)
@@ -163,7 +164,7 @@ def test_arrays_without_a_time_axis_are_refused(tmp_path, shape):
 @pytest.mark.parametrize("suffix", [".mat", ".npz"])
 def test_channels_of_different_length(tmp_path, suffix):
     path = write(tmp_path / f"run{suffix}", {"y": Y, "u": U[:-1]})
-    with pytest.raises(ValueError, match=rf"run{suffix}: .*'y': 50, 'u': 49"):
+    with pytest.raises(ValueError, match=rf"run{suffix}: .*: y 50, u 49"):
         read_recording(path, channel=["y", "u"])
     np.testing.assert_array_equal(read_recording(path, channel="u")[0], U[:-1])
 
@@ -415,3 +416,29 @@ def test_arrays_without_a_time_axis_do_not_hide_the_others(tmp_path, suffix):
         ValueError, match=rf"run{suffix}: array 'square' of shape \(3, 3\)"
     ):
         read_recording(path, channel="square")
+
+
+def test_a_changed_file_is_described_again(tmp_path):
+    path = write(tmp_path / "run.npz", {"y": Y, "fs": 10})
+    assert list_channels(path)["sampling_rate"].tolist() == [10]
+    write(path, {"y": Y, "z": U, "fs": 20.0})
+    assert list_channels(path)["sampling_rate"].tolist() == [20, 20]
+    assert read_recording(path, channel="z")[1] == 20
+
+
+def test_a_file_is_opened_once_for_its_facts_and_once_for_its_samples(tmp_path):
+    path = write(tmp_path / "run.npz", {"y": Y, "rpm": 900, "fs": 10})
+    code = (
+        "import sys, pathlib\n"
+        "from skarxlag.recordings.listing import ListedRecording\n"
+        "opened = []\n"
+        "sys.addaudithook(lambda event, args: event == 'open' and opened.append(args[0]))\n"
+        "path = pathlib.Path(sys.argv[1])\n"
+        "recording = ListedRecording(None, 'run', path).with_speed()\n"
+        "assert recording.rpm == 900 and len(list(recording.blocks(7))) == 1\n"
+        "print(opened.count(str(path)))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, path], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "2\n"

@@ -90,7 +90,7 @@ def check(args: argparse.Namespace) -> None:
 def _listed(args):
     own = [] if args.output is None else result_paths(args.output)
     with as_command_error():
-        recordings = arguments.named_recordings(args)
+        recordings = arguments.named_recordings(args, args.recordings)
         # Results of an earlier run may lie in the folder of the recordings.
         found = {path.absolute() for path in own}
         found -= {Path(each).absolute() for each in args.recordings}

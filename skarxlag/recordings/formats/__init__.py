@@ -45,8 +45,9 @@ def find_format(path: Path, dtype: str | None = None) -> ModuleType:
     for module in FORMATS:
         if path.name.lower().endswith(module.FORMAT.suffixes):
             return module
-    known = ", ".join(SUFFIXES)
-    raise ValueError(f"{path}: unknown suffix {path.suffix!r}; expected one of {known}")
+    raise ValueError(
+        f"{path}: unknown suffix {path.suffix!r}; expected one of {', '.join(SUFFIXES)}"
+    )
 
 
 def read_file(
@@ -66,15 +67,18 @@ def read_file(
         The message begins with the path.
     """
     module = find_format(path, dtype)
+    options = [] if dtype is None else [dtype]
     try:
-        for contents in module.contents(path, *([] if dtype is None else [dtype])):
+        for contents in module.contents(path, *options):
             yield from function(contents, *arguments)
-    except ImportError as error:
-        needed = module.FORMAT.library or error.name
-        command = f"pip install 'skarxlag[{module.FORMAT.extra}]'"
-        raise ImportError(f"{path}: this format needs {needed}: {command}") from error
     except ContentError as error:
         raise ValueError(f"{path}: {error}") from error
+    except ImportError as error:
+        library = module.FORMAT.library or error.name
+        raise ImportError(
+            f"{path}: this format needs {library}: "
+            f"pip install 'skarxlag[{module.FORMAT.extra}]'"
+        ) from error
     except Exception as error:
         reason = f"cannot be read as {path.suffix.lower()}, damaged? ({error})"
         if isinstance(error, MemoryError):

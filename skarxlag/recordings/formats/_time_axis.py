@@ -30,7 +30,7 @@ _ONE_WAY = 0.9
 _LATE, _LATE_STEPS, _SHORTEST = 0.6, 0.5, 100
 
 
-@dataclass
+@dataclass(frozen=True)
 class TimeAxis:
     """Channel of times.
 
@@ -38,8 +38,8 @@ class TimeAxis:
     ----------
     name : str
         Its name.
-    channel : Channel
-        Its facts.
+    length : int or None
+        Samples. None if all channels of the file are equally long.
     sampling_rate : float or None
         In Hz. None if all times are equal.
     start : float or None
@@ -51,46 +51,68 @@ class TimeAxis:
     """
 
     name: str
-    channel: Channel
+    length: int | None
     sampling_rate: float | None
     start: float | None
     resolution: float
-    unit: str | None = None
-    _clock: Clock | None = None
+    unit: str | None
 
-    def covers(self, channel: Channel) -> bool:
+    def covers(self, name: str, channel: Channel) -> bool:
         """Return whether the times belong to another channel."""
-        return channel is not self.channel and channel.length == self.channel.length
+        return name != self.name and channel.length == self.length
 
-    def begin(self, rate: float | None) -> None:
-        """Prepare for the first block. Without a rate, the times are not checked."""
-        if rate is not None:
-            tolerance = max(_LATE / rate, _LATE_STEPS * self.resolution)
-            facts = {"may_fall": False, "resolution": self.resolution}
-            self._clock = Clock(rate, tolerance, _SHORTEST, **facts)
+
+class EvenTimes:
+    """Check that the times of a file are even, block by block.
+
+    Parameters
+    ----------
+    axis : TimeAxis
+        The channel of times.
+    rate : float
+        Sampling rate in Hz.
+    """
+
+    def __init__(self, axis: TimeAxis, rate: float) -> None:
+        self._axis = axis
+        self._clock = Clock(
+            rate,
+            tolerance=max(_LATE / rate, _LATE_STEPS * axis.resolution),
+            shortest=_SHORTEST,
+            may_fall=False,
+            resolution=axis.resolution,
+        )
 
     def check(self, values: Any, start: int) -> None:
-        """Refuse a block of times that are not even, in itself or after the block before."""
-        if self._clock is None:
-            return
-        times, _ = _in_seconds(values, self.unit)
+        """Refuse times that are not even, in themselves or after the block before.
+
+        Parameters
+        ----------
+        values : ndarray of shape (n_samples,)
+            Times of the next block.
+        start : int
+            Position of the first of them.
+        """
+        name = self._axis.name
+        times, _ = _in_seconds(values, self._axis.unit)
         if times is None:
-            raise ContentError(f"channel {self.name!r} is not numeric, expected times")
-        rate, found = self._clock.rate, self._clock.compare(times)
-        bad = np.flatnonzero(found.is_break)
-        if bad.size and (
-            found.wrong is None or start + found.places[bad[0]] <= found.wrong.place
-        ):
-            step = f"{found.steps[bad[0]]:g} s before sample {start + found.places[bad[0]]}"
+            raise ContentError(f"channel {name!r} is not numeric, expected times")
+        rate = self._clock.rate
+        compared = self._clock.compare(times)
+        breaks = np.flatnonzero(compared.is_break)
+        wrong = compared.wrong
+        if breaks.size:
+            place = start + compared.places[breaks[0]]
+            if wrong is None or place <= wrong.place:
+                raise ContentError(
+                    f"{name!r} is not evenly spaced: {compared.steps[breaks[0]]:g} s "
+                    f"before sample {place}, expected {1 / rate:g} s"
+                )
+        if wrong is not None:
             raise ContentError(
-                f"{self.name!r} is not evenly spaced: {step}, expected {1 / rate:g} s"
-            )
-        if found.wrong is not None:
-            place, n_samples, seconds = found.wrong
-            step = f"{n_samples} samples before sample {place} take {seconds:g} s"
-            expected = f"{n_samples / rate:g} s at {rate:g} Hz"
-            raise ContentError(
-                f"{self.name!r} is not evenly spaced: {step}, expected {expected}"
+                f"{name!r} is not evenly spaced: {wrong.n_samples} samples before "
+                f"sample {wrong.place} take {wrong.seconds:g} s, expected "
+                f"{wrong.n_samples / rate:g} s at {rate:g} Hz"
             )
 
 
@@ -120,16 +142,15 @@ def _axis(contents, name):
         if not unit and not is_date and (is_integer or _usual_step(times) == 1):
             return None
         places = changes(times)
-        first, steps = places[0], np.diff(times[places])
+        first = places[0]
+        steps = np.diff(times[places])
         if len(steps) == 0 and n_probed == _N_PROBED == len(times):
             continue
         if len(steps) == 0:
             # A letter may stand for another quantity, such as a torque.
-            return (
-                None
-                if letters(name) == "t"
-                else TimeAxis(name, channel, None, None, 0.0)
-            )
+            if letters(name) == "t":
+                return None
+            return TimeAxis(name, channel.length, None, None, 0.0, None)
         if max(np.mean(steps > 0), np.mean(steps < 0)) < _ONE_WAY:
             return None
         rate, tolerance = _rate_of_times(places, times)
@@ -138,7 +159,8 @@ def _axis(contents, name):
     if tolerance > _COARSE_TOLERANCE:
         return None
     start = float(times[first] - first / rate) if is_date else None
-    return TimeAxis(name, channel, rate, start, float(np.abs(steps).min()), unit)
+    resolution = float(np.abs(steps).min())
+    return TimeAxis(name, channel.length, rate, start, resolution, unit)
 
 
 def _usual_step(times):
@@ -153,8 +175,10 @@ def _rate_of_times(places, times):
     # were equal is unknown, so the rate is that between two changes, which are known to
     # about a sample.
     ends = places[[1, -1]] if is_coarse else known[[0, -1]]
-    n_steps, seconds = np.diff(ends)[0], np.diff(times[ends])[0]
-    steps, n_between = np.diff(times[places]), np.diff(places)
+    n_steps = np.diff(ends)[0]
+    seconds = np.diff(times[ends])[0]
+    steps = np.diff(times[places])
+    n_between = np.diff(places)
     usual = np.median(steps / n_between)
     resolution = np.abs(steps).min()
     late = steps - np.maximum(n_between * usual, resolution)

@@ -1,10 +1,12 @@
-"""MATLAB files: up to version 7 by SciPy, whole; version 7.3 as the HDF5 files that they are."""
+"""MATLAB files: up to version 7 by SciPy; version 7.3 as the HDF5 files that they are."""
 
 import struct
 import warnings
 import zlib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +18,11 @@ from ._contents import Contents, Format, check_unpacked
 FORMAT = Format((".mat",), isolated=True)
 
 _COMPRESSED = 15
+#: Classes of MATLAB that can be channels. NumPy has types of the same names.
+_NUMERIC = (
+    *("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"),
+    *("single", "double"),
+)
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
@@ -25,29 +32,48 @@ def contents(path: Path) -> Iterator[Contents]:
     A channel has the name of its variable. Fields of a struct are ``struct.field``, and
     elements of an array of structs or of a cell array are ``name[0]``, ``name[1]``, ...
     """
-    from scipy.io import loadmat
+    from scipy.io import whosmat
 
     with path.open("rb") as file:
         head = file.read(520)
-    # HDF5 files of early versions of MATLAB do not state version 7.3.
-    if (head.startswith(b"MATLAB 7.3") and len(head) >= 512) or head[512:] == _HDF5:
-        yield from hdf5.contents(path, is_matlab=True)
-        return
-    check_unpacked(path.stat().st_size, _unpacked_size(path))
+        # HDF5 files of early versions of MATLAB do not state version 7.3.
+        is_hdf5 = head.startswith(b"MATLAB 7.3") and len(head) >= 512
+        if is_hdf5 or head[512:] == _HDF5:
+            yield from hdf5.contents(path, is_matlab=True)
+            return
+        n_bytes = path.stat().st_size
+        check_unpacked(n_bytes, _unpacked_size(file, n_bytes))
+        headers = {name: (shape, kind) for name, shape, kind in whosmat(file)}
+        # The samples of a variable are not loaded before it is chosen.
+        lengthy = [
+            name
+            for name, (shape, kind) in headers.items()
+            if kind in _NUMERIC and np.prod(shape) > 1
+        ]
+        others = _loaded(file, headers.keys() - lengthy)
+        inner: dict[str, Any] = {}
+        chosen = cache(lambda name: _loaded(file, [name])[name])
+        arrays = NamedArrays(
+            lambda name: inner[name] if name in inner else chosen(name)
+        )
+        for variable, (shape, kind) in headers.items():
+            if variable in lengthy:
+                arrays.add(variable, shape, kind)
+            for name, values in _arrays(variable, others.get(variable)):
+                inner[name] = values
+                arrays.add(name, values.shape, values.dtype)
+        yield arrays.contents()
+
+
+def _loaded(file, variables):
+    """Return variables by name."""
+    from scipy.io import loadmat
+
     with warnings.catch_warnings():
         # Function handles and other objects that SciPy cannot read are not channels.
         warnings.simplefilter("ignore")
-        variables = loadmat(
-            path, appendmat=False, squeeze_me=False, struct_as_record=False
-        )
-    found = {}
-    for variable, content in variables.items():
-        if not variable.startswith("__"):
-            found |= _arrays(variable, content)
-    arrays = NamedArrays(found.__getitem__)
-    for name, values in found.items():
-        arrays.add(name, values.shape, values.dtype)
-    yield arrays.contents()
+        options = {"squeeze_me": False, "struct_as_record": False}
+        return loadmat(file, variable_names=variables, **options)
 
 
 def _arrays(name, values):
@@ -64,17 +90,19 @@ def _arrays(name, values):
         yield name, values
 
 
-def _unpacked_size(path):
+def _unpacked_size(file, n_bytes):
     """Bytes of all packed variables, from their tags, which are unpacked no further."""
     total = 0
-    with path.open("rb") as file:
-        # Version 4, which is never compressed, has no such mark.
-        order = {b"IM": "<", b"MI": ">"}.get(file.read(128)[126:])
-        while order and len(tag := file.read(8)) == 8:
-            kind, size = struct.unpack(f"{order}II", tag)
-            after = file.tell() + size
-            if kind == _COMPRESSED:
-                inner = zlib.decompressobj().decompress(file.read(min(size, 4096)), 8)
-                total += struct.unpack(f"{order}II", inner)[1] if len(inner) == 8 else 0
-            file.seek(after)
+    file.seek(0)
+    # Version 4, which is never compressed, has no such mark.
+    order = {b"IM": "<", b"MI": ">"}.get(file.read(128)[126:])
+    while order and len(tag := file.read(8)) == 8:
+        kind, size = struct.unpack(f"{order}II", tag)
+        end = file.tell() + size
+        if end > n_bytes:
+            raise ValueError("the last variable has no end")
+        if kind == _COMPRESSED:
+            inner = zlib.decompressobj().decompress(file.read(min(size, 4096)), 8)
+            total += struct.unpack(f"{order}II", inner)[1] if len(inner) == 8 else 0
+        file.seek(end)
     return total

@@ -1,0 +1,165 @@
+"""What one file states: its channels, their facts, and the choice among them."""
+
+from dataclasses import dataclass, replace
+from numbers import Integral
+from typing import Any
+
+from ._clock import DRIFT
+from ._contents import Channel, ContentError, Contents, choose_channels, listed
+from ._facts import RATE_TOLERANCE, names_speed, names_times
+from ._time_axis import TimeAxis, find_time_axis
+
+
+@dataclass(frozen=True)
+class Description:
+    """Facts of a file, without its samples.
+
+    Attributes
+    ----------
+    channels : dict of str to Channel
+        By name, in the order of the file, with the facts that the file states of them.
+    axis : TimeAxis or None
+        Channel of times.
+    refused : dict of str to str
+        Arrays that are not channels, and the reason.
+    advice : str
+        Advice for a user who has to choose a channel, else empty.
+    """
+
+    channels: dict[str, Channel]
+    axis: TimeAxis | None
+    refused: dict[str, str]
+    advice: str
+
+    def choose(self, channel: Any) -> list[str]:
+        """Return the names of the chosen channels, as `read_recording` takes them."""
+        if not self.channels:
+            reason = "holds no numeric array of more than one value"
+            raise ContentError(next(iter(self.refused.values()), reason))
+        if channel is None:
+            return [self._only_signal()]
+        if isinstance(channel, str) and channel in self.refused:
+            raise ContentError(self.refused[channel])
+        names = choose_channels(list(self.channels), channel)
+        if not names:
+            raise ContentError(
+                f"channel is an empty sequence; available: {listed(self.channels)}"
+            )
+        return names
+
+    def _only_signal(self):
+        signals = [
+            name for name in self.channels if self.axis is None or not names_times(name)
+        ]
+        if len(signals) > 1:
+            signals = [
+                name
+                for name in signals
+                if not names_speed(name, self.channels[name].unit)
+            ]
+        if len(signals) != 1:
+            advice = f"; {self.advice}" if self.advice else ""
+            raise ContentError(
+                "several channels and none chosen; available: "
+                f"{listed(self.channels)}{advice}"
+            )
+        return signals[0]
+
+    def facts(self, channel: Any = None) -> dict[str, Channel]:
+        """Return the facts of the first chosen channel, or of all, also those by times."""
+        names = list(self.channels)
+        if channel is not None:
+            names = choose_channels(names, channel)[:1]
+        return {name: self._with_times(name) for name in names}
+
+    def _with_times(self, name):
+        channel = self.channels[name]
+        if self.axis is None or not self.axis.covers(name, channel):
+            return channel
+        rate = channel.sampling_rate or self.axis.sampling_rate
+        start = self.axis.start if channel.start is None else channel.start
+        return replace(channel, sampling_rate=rate, start=start)
+
+    def times_of(self, names: list[str]) -> TimeAxis | None:
+        """Return the channel of times if one of the chosen channels is timed by it."""
+        axis = self.axis
+        is_timed = axis is not None and any(
+            name == axis.name or axis.covers(name, self.channels[name])
+            for name in names
+        )
+        return axis if is_timed else None
+
+    def sampling_rate(
+        self, names: list[str], stated_rate: float | None
+    ) -> float | None:
+        """Return the sampling rate of the chosen channels in Hz, None if there is none.
+
+        Parameters
+        ----------
+        names : list of str
+            The chosen channels.
+        stated_rate : float or None
+            Rate that the user states. It decides if the file states several.
+        """
+        rates = {}
+        for name in names:
+            channel = self.channels[name]
+            contradictory = channel.contradiction
+            is_decided = any(
+                _is_near(rate, stated_rate, RATE_TOLERANCE)
+                for rate in contradictory.values()
+            )
+            if contradictory and not is_decided:
+                stated = ", ".join(f"{n} {r:g} Hz" for n, r in contradictory.items())
+                raise ContentError(
+                    f"states several sampling rates: {stated}; expected one, or "
+                    "--sampling-rate to state which is right"
+                )
+            if channel.sampling_rate:
+                rates[name] = channel.sampling_rate
+        rate = agreed("sampling rates, in Hz", rates)
+        axis = self.times_of(names)
+        return rate if axis is None else _agreed_with_times(rate, axis, stated_rate)
+
+
+def describe(contents: Contents) -> Description:
+    """Return what a file states, after a look at its first times."""
+    axis = find_time_axis(contents)
+    return Description(contents.channels, axis, contents.refused, contents.advice)
+
+
+def agreed(what: str, values: dict[str, Any]) -> Any:
+    """Return the value that all channels have, None if there is none."""
+    if len(set(values.values())) > 1:
+        stated = ", ".join(f"{name} {value:g}" for name, value in values.items())
+        raise ContentError(f"the chosen channels have different {what}: {stated}")
+    return next(iter(values.values()), None)
+
+
+def is_usable(axis: TimeAxis, rate: float | None) -> bool:
+    """Return whether times are in a known unit, so that they show gaps."""
+    return axis.sampling_rate is None or _is_near(axis.sampling_rate, rate, DRIFT)
+
+
+def is_single(channel: Any) -> bool:
+    """Return whether a choice is one channel, which is read as one dimension."""
+    return channel is None or isinstance(channel, str | Integral)
+
+
+def _agreed_with_times(rate, axis, stated_rate):
+    """Return the sampling rate by numbers and times in the file, of which the user may choose."""
+    by_times = axis.sampling_rate
+    if rate is None or by_times is None:
+        return by_times if rate is None else rate
+    if _is_near(rate, by_times, DRIFT) or _is_near(rate, stated_rate, RATE_TOLERANCE):
+        return rate
+    if _is_near(by_times, stated_rate, RATE_TOLERANCE):
+        return by_times
+    raise ContentError(
+        f"the sampling rate is {rate:g} Hz, but its times {axis.name!r} state "
+        f"{by_times:g} Hz; expected one, or --sampling-rate to state which is right"
+    )
+
+
+def _is_near(value, other, tolerance):
+    return other is not None and abs(value - other) <= tolerance * max(value, other)
