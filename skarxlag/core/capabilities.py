@@ -114,17 +114,15 @@ def capabilities(model: Any) -> Capabilities:
         The description.
     """
     *before, decision = unfolded_steps(model)
-    steps = [*before, *_steps_within(decision)]
-    declared = [_declared(step) for step in steps]
-    own = _declared(decision)
-    # A step that comes first takes precedence.
-    found = _rows_of(steps[0]) | ChainMap(*declared)
+    own, of_steps = _declared(decision), declared(model)
+    first, *_ = [*before, *_steps_within(decision)]
+    found = _rows_of(first) | of_steps
     for name in _OF_THE_DECISION - own.keys():
         found.pop(name, None)
     found["takes_rpm"] = (
         any(requests(step, "transform", "rpm") for step in before)
         or requests(decision, "predict", "rpm")
-    ) and all(fields.get("takes_rpm", True) for fields in declared)
+    ) and all(fields.get("takes_rpm", True) for fields in of_steps.maps)
     if is_classifier(decision):
         found["conditions"] = tuple(np.asarray(decision.classes_).tolist())
         found["states_probabilities"] = offers(decision, "predict_proba")
@@ -134,6 +132,16 @@ def capabilities(model: Any) -> Capabilities:
     elif not own:
         found["alarm"] = is_outlier_detector(decision)
     return Capabilities(**found)
+
+
+def declared(model: Any) -> ChainMap[str, Any]:
+    """Return the fields of `Capabilities` that the steps of a fitted estimator declare.
+
+    A step that comes first takes precedence. Unlike `capabilities`, it inspects no
+    metadata routing, which takes longer than the diagnosis of a row.
+    """
+    *before, decision = unfolded_steps(model)
+    return ChainMap(*map(_declared, [*before, *_steps_within(decision)]))
 
 
 def offers(estimator: Any, method: str) -> bool:

@@ -13,7 +13,7 @@ from sklearn.utils import Bunch, column_or_1d
 from sklearn.utils.metaestimators import available_if
 
 from ..core.base import SignalEstimator
-from ..core.capabilities import capabilities, offers, requests
+from ..core.capabilities import declared, offers, requests
 from ..core.diagnosing_classifier import DiagnosingClassifier
 from ..core.fault_locations import FAULT_LOCATIONS, location_of_label
 from ..core.speeds import log_speeds, with_plausible_speeds
@@ -371,7 +371,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             threshold.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
-        speeds = capabilities(self.residual_).speeds
+        speeds = declared(self.residual_).get("speeds", ())
         is_plausible = np.ones(len(X), dtype=bool)
         if len(speeds) > 0:
             rpm, is_plausible = with_plausible_speeds(rpm, len(X), speeds)
@@ -404,7 +404,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
 
     def _drift(self, rpm, X):
         """Return the factor on the drift at the speed of each row; 1 if the speed is not known."""
-        known = np.array(capabilities(self.residual_).speeds)
+        known = np.array(declared(self.residual_).get("speeds", ()))
         if rpm is None or len(known) == 0:
             return np.ones(len(X))
         speeds = log_speeds(rpm, len(X), X.shape[-1])
@@ -459,9 +459,9 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         return self
 
     def _capabilities(self):
-        inner = vars(capabilities(self.residual_))
-        own = {name: inner[name] for name in ("speeds", "is_stretch", "sampling_rate")}
-        own["takes_rpm"] = len(own["speeds"]) > 0
+        inner, names = declared(self.residual_), ("speeds", "is_stretch", "sampling_rate")
+        own = {name: inner[name] for name in names if name in inner}
+        own["takes_rpm"] = len(own.get("speeds", ())) > 0
         own |= {
             "places": self._place_names(),
             "n_specimens": tuple(self.n_specimens_.tolist()),
