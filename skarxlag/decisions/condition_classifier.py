@@ -459,7 +459,10 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         return self
 
     def _capabilities(self):
-        inner, names = declared(self.residual_), ("speeds", "is_stretch", "sampling_rate")
+        inner, names = (
+            declared(self.residual_),
+            ("speeds", "is_stretch", "sampling_rate"),
+        )
         own = {name: inner[name] for name in names if name in inner}
         own["takes_rpm"] = len(own.get("speeds", ())) > 0
         own |= {
