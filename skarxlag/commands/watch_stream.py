@@ -15,7 +15,7 @@ from ..recordings.live import from_folder, from_growing_file, from_stream
 from ..recordings.live_samples import RawSamples, StreamTimes, TextSamples
 from ..recordings.rates import rates_agree
 from ..recordings.speeds import TACHO, TachoStream
-from ..verdicts.recordings import HOLD
+from ..verdicts.windows import HOLD
 from .arguments import refuse
 from .channels import channel_remarks
 from .messages import (

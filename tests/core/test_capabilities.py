@@ -23,7 +23,12 @@ from skarxlag import (
     make_known_conditions,
     window_verdicts,
 )
-from skarxlag.core.capabilities import Capabilities, capabilities, declared, requests
+from skarxlag.core.capabilities import (
+    Capabilities,
+    capabilities,
+    requests,
+    training_speeds,
+)
 from skarxlag.core.pipelines import as_diagnosis_pipeline
 
 pytestmark = pytest.mark.filterwarnings(
@@ -125,7 +130,7 @@ def test_speed_is_taken_if_fit_knew_it(rpm, stretches):
     )
     can = capabilities(model)
     assert can.takes_rpm == (rpm is not None)
-    assert declared(model)["speeds"] == can.speeds == (() if rpm is None else (600.0,))
+    assert training_speeds(model) == can.speeds == (() if rpm is None else (600.0,))
     assert (can.is_stretch, can.sampling_rate, can.window_length) == (
         True,
         10_000,
