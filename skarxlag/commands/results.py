@@ -18,7 +18,7 @@ import pandas as pd
 from .._version import __version__
 from ..core.files import write_atomically
 from ..decisions.fault_locations import location_of_label
-from ..recordings.formats.text import distinct
+from ..recordings.formats._fields import distinct
 from ..recordings.listing import ListedRecording
 from ..verdicts.names import NO_SIGNAL, NO_VERDICT
 from .diagnosis import Diagnosis

@@ -48,7 +48,8 @@ def model(run, plant):
         "fit", plant / "healthy.csv", "-o", path, "--diagnoser", "detector"
     )
     assert (
-        code == 0 and "Stretches of 8400 samples, 1.05 s at 8000 Hz, 10.5 turns" in out
+        code == 0
+        and "Stretches of 8400 samples, 1.05 s at 8000 Hz, 10.5 revolutions" in out
     )
     assert counts(out)["healthy"] == [3, 15]
     assert "from 15 healthy stretches; false alarms at speeds that were left out" in out

@@ -1,5 +1,6 @@
 import json
 import re
+import shutil
 import sys
 import warnings
 
@@ -17,6 +18,7 @@ from skarxlag import (
     make_windows,
     recording_verdicts,
 )
+from skarxlag.commands import main
 from skarxlag.core.capabilities import requests
 from skarxlag.persistence.models import load_diagnoser, save_diagnoser
 
@@ -34,27 +36,40 @@ def signal(condition, n_samples, seed, gain=1.0):
 FIT = ("--window-length", WINDOW, "--healthy", "good")
 
 
-@pytest.fixture
-def workshop(tmp_path):
-    """Recordings of three conditions at two speeds, and their table."""
+@pytest.fixture(scope="module")
+def original(tmp_path_factory):
+    """Recordings of three conditions at two speeds, their table, and a model of them."""
+    folder = tmp_path_factory.mktemp("workshop")
     lines = ["path,condition,rpm,sampling_rate"]
     for number, condition in enumerate(["inner", "good", "outer"]):
         for rpm in (300, 500):
             name = f"{condition}_{rpm}.npy"
             gain = 1.0 if condition == "good" else 5.0
-            np.save(tmp_path / name, signal(condition, 20 * WINDOW, number + rpm, gain))
+            np.save(folder / name, signal(condition, 20 * WINDOW, number + rpm, gain))
             lines.append(f"{name},{condition},{rpm},50e3")
-    (tmp_path / "table.csv").write_text("\n".join(lines))
-    return tmp_path
+    (folder / "table.csv").write_text("\n".join(lines))
+    fit = ("fit", folder / "table.csv", "-o", folder / "bearing.skops", *FIT)
+    assert main([str(argument) for argument in fit]) == 0
+    return folder
 
 
 @pytest.fixture
-def model(run, workshop):
-    path = workshop / "bearing.skops"
+def workshop(original, tmp_path):
+    """A copy of the recordings for one test."""
+    return shutil.copytree(original, tmp_path, dirs_exist_ok=True)
+
+
+@pytest.fixture
+def model(workshop):
+    return workshop / "bearing.skops"
+
+
+def test_fit_prints_what_it_used(run, workshop):
+    path = workshop / "m.skops"
     code, out, err = run("fit", workshop / "table.csv", "-o", path, *FIT)
     assert code == 0 and counts(out)["good"] == [2, 40] and str(path) in out
+    assert "Limits for a false-alarm rate of 0.01 from 40 healthy windows" in out
     assert "120 windows: fitting" in err
-    return path
 
 
 def test_fit_remembers_what_diagnose_must_know(model):
@@ -99,9 +114,10 @@ def test_the_healthy_condition_is_printed(run, workshop, names, expected, reason
         code == 0 and f"Healthy: {expected} ({reason}; --healthy names another)" in out
     )
     assert load_diagnoser(path)[1]["conditions"][0] == expected
-    code, out, _ = run(*arguments, "--healthy", names[2])
-    assert f"Healthy: {names[2]} (--healthy)" in out
-    assert load_diagnoser(path)[1]["conditions"][0] == names[2]
+    if names[0] == "0":
+        code, out, _ = run(*arguments, "--healthy", names[2])
+        assert f"Healthy: {names[2]} (--healthy)" in out
+        assert load_diagnoser(path)[1]["conditions"][0] == names[2]
 
 
 def test_fit_requires_the_healthy_condition_that_no_name_states(run, workshop):
@@ -558,46 +574,39 @@ def test_help_shows_few_options_first(run, command):
     assert out.count("\n\n") >= 5
 
 
-def test_one_file_holds_all_that_the_recordings_allow(run, workshop):
+def test_one_file_holds_all_that_the_recordings_allow(run, model, workshop):
     """Conditions, known conditions and healthy limits; the alarm needs a speed of the training."""
-    path, file = workshop / "all.skops", workshop / "inner_300.npy"
-    code, out, _ = run("fit", workshop / "table.csv", "-o", path, *FIT)
-    assert (
-        code == 0
-        and "Limits for a false-alarm rate of 0.01 from 40 healthy windows" in out
-    )
-    facts = load_diagnoser(path)[1]
+    file = workshop / "inner_300.npy"
+    facts = load_diagnoser(model)[1]
     assert facts["detector"][-1].n_rows_ == 40 and "known_conditions" in facts
-    code, out, _ = run("diagnose", path, file, "--rpm", 300)
+    code, out, _ = run("diagnose", model, file, "--rpm", 300)
     assert code == 0 and "Healthy: good" in out and "yes (p " in out
-    code, out, _ = run("diagnose", path, file, "--rpm", 5, "--fail-on", "alarm")
+    code, out, _ = run("diagnose", model, file, "--rpm", 5, "--fail-on", "alarm")
     assert code == 3 and "no verdict: speed 5 rpm is outside 60 to 2500 rpm" in out
 
 
-def test_the_shell_says_what_recording_verdicts_says(run, workshop):
-    path, output = workshop / "all.skops", workshop / "v.json"
-    run("fit", workshop / "table.csv", "-o", path, *FIT)
-    run("diagnose", path, "--table", workshop / "table.csv", "-o", output)
-    found = pd.DataFrame(json.loads(output.read_text())["recordings"]).set_index(
-        "recording"
-    )
-    diagnoser, facts = load_diagnoser(path)
+def test_the_shell_says_what_recording_verdicts_says(run, model, workshop):
+    output = workshop / "v.json"
+    run("diagnose", model, "--table", workshop / "table.csv", "-o", output)
+    rows = pd.DataFrame(json.loads(output.read_text())["recordings"])
+    rows = rows.set_index("recording")
+    diagnoser, facts = load_diagnoser(model)
     listed = pd.read_csv(workshop / "table.csv")
     X = [make_windows(np.load(workshop / name), WINDOW) for name in listed["path"]]
+    counts = [len(windows) for windows in X]
     expected = recording_verdicts(
         diagnoser,
         np.concatenate(X),
-        np.repeat(listed["path"], [len(each) for each in X]),
+        np.repeat(listed["path"], counts),
         facts["conditions"],
-        rpm=np.repeat(listed["rpm"], [len(each) for each in X]),
+        rpm=np.repeat(listed["rpm"], counts),
         known=facts["known_conditions"],
         detector=facts["detector"],
         train_rpm=facts["train_rpm"],
     )
-    assert (found["verdict"] == expected["verdict"]).all()
-    assert (found["alarm"] == expected["alarm"]).all()
+    assert (rows[["verdict", "alarm"]] == expected[["verdict", "alarm"]]).all(axis=None)
     for name in ("probability", "p-value", "p-value of nearest", "share of good"):
-        column = found[name.replace("-", "_").replace(" ", "_")].astype(float)
+        column = rows[name.replace("-", "_").replace(" ", "_")].astype(float)
         np.testing.assert_array_equal(column, expected[name])
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from skarxlag import bearing_orders, make_diagnoser
 from skarxlag.bearings import SKF_6205
+from skarxlag.commands import main
 from skarxlag.persistence.models import load_diagnoser
 
 from ..distances.test_orders import ORDERS, RATE, strikes
@@ -33,13 +34,24 @@ def workshop(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="module")
+def model(workshop):
+    """A saved diagnoser of stretches."""
+    path = workshop / "drawn.skops"
+    assert main(["fit", str(workshop / "900.csv"), *HEALTHY, "-o", str(path)]) == 0
+    return path
+
+
 def test_long_recordings_are_compared_by_stretches_and_speeds(run, workshop):
     model = workshop / "bearing.skops"
     code, out, err = run("fit", workshop / "900.csv", *HEALTHY, "-o", model, "-v")
     assert code == 0 and "8 stretches: fitting" in err
     # Each recording is read once.
     assert err.count(": read (") == 2
-    assert "Stretches of 7200 samples, 0.9 s at 8000 Hz, 13.5 turns at 900 rpm" in out
+    assert (
+        "Stretches of 7200 samples, 0.9 s at 8000 Hz, 13.5 revolutions at 900 rpm"
+        in out
+    )
     assert counts(out)["inner"] == [1, 4] and "Saved stretches to" in out
     diagnoser, facts = load_diagnoser(model)
     assert facts["window_length"] == 7200 and facts["diagnoser"] == "stretches"
@@ -71,9 +83,7 @@ def test_long_recordings_are_compared_by_stretches_and_speeds(run, workshop):
 
 
 @pytest.mark.slow
-def test_a_speed_may_be_unknown(run, workshop):
-    model = workshop / "bearing.skops"
-    run("fit", workshop / "900.csv", *HEALTHY, "-o", model)
+def test_a_speed_may_be_unknown(run, workshop, model):
     recording = workshop / "outer_600.npy"
     code, out, _ = run("diagnose", model, recording, "--sampling-rate", RATE)
     assert (
@@ -86,8 +96,9 @@ def test_a_speed_may_be_unknown(run, workshop):
     assert code == 0 and "outer" in out and "not stated" not in out
     table = pd.read_csv(workshop / "900.csv").drop(columns="rpm")
     table.to_csv(workshop / "unknown.csv", index=False)
+    model = workshop / "unknown.skops"
     code, out, _ = run("fit", workshop / "unknown.csv", *HEALTHY, "-o", model)
-    assert code == 0 and " turns at " not in out
+    assert code == 0 and " revolutions at " not in out
     code, out, _ = run("diagnose", model, "--table", workshop / "600.csv")
     assert code == 0 and "stretches of 7200 samples" in out
 
@@ -115,7 +126,7 @@ def test_more_than_memory_shall_hold_is_sampled(run, workshop, monkeypatch):
     """By stretches and by windows, as the options say and as they do not."""
     fit = ("fit", workshop / "900.csv", *HEALTHY, "-o", workshop / "sampled.skops")
     # Two recordings of 4 stretches of 7200 samples, or of 26 windows of 1200.
-    monkeypatch.setattr("skarxlag.commands.fit.MOST_SAMPLES", 4 * 7200)
+    monkeypatch.setattr("skarxlag.commands.fit_rows.MOST_SAMPLES", 4 * 7200)
     code, out, err = run(*fit, "-v")
     assert code == 0 and counts(out)["inner"] == [1, 2]
     assert "; at most 2 windows of each, fewer than there are in 2" in out
@@ -165,16 +176,6 @@ def test_short_recordings_are_compared_by_windows(run, workshop):
         "stretches",
     )
     assert code == 1 and "shortest recording is too short for two stretches" in err
-
-
-@pytest.fixture(scope="module")
-def model(workshop):
-    """A saved diagnoser of stretches."""
-    from skarxlag.commands import main
-
-    path = workshop / "drawn.skops"
-    assert main(["fit", str(workshop / "900.csv"), *HEALTHY, "-o", str(path)]) == 0
-    return path
 
 
 def report_of(run, workshop, model, *options):

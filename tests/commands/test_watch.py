@@ -227,7 +227,7 @@ def test_a_file_of_other_rate_or_channels_is_skipped_with_a_warning(
     assert "b.wav: sampling_rate is 1000 Hz but the file states 1100 Hz" in err
     assert "c.wav: several channels and none chosen" in err
     code, out, err = run("watch", models[0], tmp_path, *IDLE, "--channel", "0;1")
-    assert out == "" and "c.wav: 2 channels, expected 1" in err
+    assert out == "" and "c.wav: the number of channels is 2, expected 1" in err
 
 
 def test_a_log_that_is_rotated_is_read_to_its_end_first(tmp_path):
@@ -381,7 +381,7 @@ def test_lines_come_in_any_pieces():
             "no channel '1'; available: '0'",
         ),
         (("-", "--sampling-rate", 999), 0, "2 samples"),
-        (("-", "--sampling-rate", 900), 2, "--sampling-rate: 900.0, but"),
+        (("-", "--sampling-rate", 900), 2, "--sampling-rate: 900, but"),
         (("-", "--dtype", "text"), 1, "dtype is 'text', expected real numbers such as"),
         (("-", "--hop", 0), 1, "hop == 0, must be >= 1"),
         (
@@ -472,7 +472,7 @@ def test_a_state_of_other_settings_gives_the_place_only(run, models, fitted, tmp
     code, out, err = run("watch", models[0], path, *IDLE, "--state", state, "--hop", 50)
     assert (
         code == 0
-        and "The state is of hop == 200, not of 50. Verdicts and the alarm" in err
+        and "The state has hop 200, and now it is 50. Verdicts and the alarm" in err
     )
     assert verdicts_of(out) == expected(fitted, samples[450:], hop=50)
 

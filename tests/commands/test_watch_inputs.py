@@ -11,7 +11,8 @@ import pytest
 from skarxlag import ConditionMonitor, save_monitor_state
 from skarxlag.recordings.formats._contents import ContentError
 from skarxlag.recordings.live import from_growing_file
-from skarxlag.recordings.live_samples import StreamTimes, TextSamples
+from skarxlag.recordings.live_text import TextSamples
+from skarxlag.recordings.live_times import StreamTimes
 from tests.commands.watching import (
     IDLE,
     RATE,

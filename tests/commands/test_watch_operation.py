@@ -113,7 +113,10 @@ def exchange(new, old):
             {"model": ["0.skops", "0.csv", "1.skops"]},
             "0.csv: no diagnoser saved by skarxlag",
         ),
-        ({"model": ["0.skops", "", "1.skops"]}, "line 3: model '', expected a file"),
+        (
+            {"model": ["0.skops", "", "1.skops"]},
+            "line 3: the model is empty, expected a file",
+        ),
         ({"name": ["a", "b/c", "c"]}, "line 3: name 'b/c', expected a unique name"),
         ({"name": ["a", "", "c"]}, "line 3: name '', expected a unique name"),
     ],
@@ -167,7 +170,7 @@ def test_a_sensor_is_not_tried_again_too_soon(run, plant, during):
     [
         (b"b,1.csv,0.skops", "line 3: 3 fields, expected 4"),
         (b"b,1.csv,0.skops,900,", "line 3: 5 fields, expected 4"),
-        (b'"b,1.csv,0.skops,900', "line 3: 1 fields, expected 4"),
+        (b'"b,1.csv,0.skops,900', "line 3: 1 field, expected 4"),
         (b"b," + bytes(200_000) + b",0.skops,900", "line 3: 0 fields, expected 4"),
         (b"b,caf\xe9.csv,0.skops,900", "caf\\xe9.csv: no such file or folder"),
     ],
@@ -501,10 +504,11 @@ def test_the_delay_of_the_alarm_is_chosen_and_printed(run, two_models, piped, de
     (found,) = of_kind(out).values()
     assert code == 0 and [line["alarm"] for line in found].index(True) == delay - 1
     seconds = f"({0.2 * delay:g} s of signal, plus its pauses)"
-    assert (
-        f"Alarm: after {delay} windows in a row that exceed the healthy limits {seconds}"
-        in err
-    )
+    windows = {
+        1: "1 window in a row that exceeds",
+        5: "5 windows in a row that exceed",
+    }[delay]
+    assert f"Alarm: after {windows} the healthy limits {seconds}" in err
 
 
 def test_the_delay_follows_from_the_interval_of_false_alarms(run, two_models, piped):

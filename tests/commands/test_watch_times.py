@@ -10,7 +10,8 @@ import pytest
 
 from skarxlag import ConditionMonitor
 from skarxlag.recordings.formats._contents import ContentError
-from skarxlag.recordings.live_samples import StreamTimes, TextSamples
+from skarxlag.recordings.live_text import TextSamples
+from skarxlag.recordings.live_times import StreamTimes
 from tests.commands.watching import (
     IDLE,
     RATE,

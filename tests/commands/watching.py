@@ -6,7 +6,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from skarxlag import ConditionMonitor
-from skarxlag.recordings.live_samples import StreamTimes, TextSamples
+from skarxlag.recordings.live_text import TextSamples
+from skarxlag.recordings.live_times import StreamTimes
 
 WINDOW, RATE = 200, 1000.0
 COLOURS = {"good": [1.0, -0.9], "worn": [1.0, 0.9]}

@@ -88,24 +88,23 @@ def check(args: argparse.Namespace) -> None:
 
 
 def _listed(args):
-    own = [] if args.output is None else result_paths(args.output)
+    outputs = [] if args.output is None else result_paths(args.output)
     with as_command_error():
-        recordings = arguments.named_recordings(args)
         # Results of an earlier run may lie in the folder of the recordings.
-        found = {path.absolute() for path in own}
-        found -= {Path(each).absolute() for each in args.recordings}
-        recordings = [each for each in recordings if each.path.absolute() not in found]
-        if args.table is not None:
-            # With recordings, the facts in the arguments are theirs.
-            is_alone = not args.recordings
-            of_table = (
-                arguments.table_recordings(args)
-                if is_alone
-                else list_recordings(args.table)
-            )
-            recordings += of_table
+        results = {path.absolute() for path in outputs}
+        results -= {Path(path).absolute() for path in args.recordings}
+        recordings = [
+            recording
+            for recording in arguments.named_recordings(args)
+            if recording.path.absolute() not in results
+        ]
+        if args.table is not None and args.recordings:
+            # The facts in the arguments are those of the recordings.
+            recordings += list_recordings(args.table)
+        elif args.table is not None:
+            recordings += arguments.table_recordings(args)
     inputs = [args.model, args.table, *(recording.path for recording in recordings)]
-    for path in own:
+    for path in outputs:
         check_output(path, inputs, is_result_file, args.force, SUFFIXES)
     if is_report(args.output):
         require("jinja2", "a report", "io")

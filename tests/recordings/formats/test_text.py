@@ -169,7 +169,7 @@ def test_a_row_that_lacks_its_first_field(tmp_path, at, end):
     path = write(tmp_path, "\n".join(["y;u" + end, *lines]))
     for n_samples in (None, 40):
         with pytest.raises(
-            ValueError, match=rf"run.csv: sample {at} has . fields, expected"
+            ValueError, match=rf"run.csv: sample {at} has . of . fields"
         ):
             list(recording_blocks(path, n_samples, channel="y"))
 
