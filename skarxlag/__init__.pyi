@@ -6,10 +6,10 @@ from .core.pipelines import DiagnosisPipeline as DiagnosisPipeline
 from .core.speeds import estimate_shaft_speed as estimate_shaft_speed
 from .core.speeds import rpm_from_tacho as rpm_from_tacho
 from .decisions.condition_classifier import ConditionClassifier as ConditionClassifier
-from .decisions.detection import FaultDetector as FaultDetector
-from .decisions.detection import KnownConditions as KnownConditions
+from .decisions.fault_detector import FaultDetector as FaultDetector
 from .decisions.fault_orders import FaultOrderClassifier as FaultOrderClassifier
 from .decisions.fusion import SensorFusion as SensorFusion
+from .decisions.known_conditions import KnownConditions as KnownConditions
 from .decisions.ladder import ThresholdLadder as ThresholdLadder
 from .diagnosers import make_alpio as make_alpio
 from .diagnosers import make_detector as make_detector

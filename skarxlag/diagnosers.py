@@ -6,8 +6,9 @@ from typing import Any
 from .bearings import BearingLike
 from .core.pipelines import DiagnosisPipeline
 from .decisions.condition_classifier import ConditionClassifier
-from .decisions.detection import FaultDetector, KnownConditions
+from .decisions.fault_detector import FaultDetector
 from .decisions.fault_orders import FaultOrderClassifier
+from .decisions.known_conditions import KnownConditions
 from .decisions.ladder import ThresholdLadder
 from .distances.comparison import SpectralDistance
 from .distances.stretches import OrderResidual, StretchResidual, window_comparison

@@ -14,7 +14,6 @@ from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
-from skarxlag.decisions.fault_locations import FAULT_LOCATIONS, comb_evidence
 
 from benchmarks.another_bearing.arguments import parse
 from benchmarks.another_bearing.metrics import STATED
@@ -23,6 +22,8 @@ from benchmarks.another_bearing.protocol import BEARINGS, SAME_BEARING, folds
 from benchmarks.pages.blocks import markdown, publish
 from benchmarks.recipe.rigs import real_rigs
 from skarxlag import make_diagnoser
+from skarxlag.core.fault_locations import FAULT_LOCATIONS
+from skarxlag.decisions.comb_probabilities import comb_evidence
 from skarxlag.kernels import posterior
 
 #: Values of each constant, of which a setting takes one at random.

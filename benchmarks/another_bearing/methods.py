@@ -1,7 +1,6 @@
 """Methods that name the place of rows: ours, with and without the bearing, and peers."""
 
 import numpy as np
-from skarxlag.decisions.fault_locations import FAULT_LOCATIONS
 from sklearn.calibration import CalibratedClassifierCV
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.pipeline import make_pipeline
@@ -11,6 +10,7 @@ from sklearn.svm import SVC
 from benchmarks.another_bearing.protocol import BEARINGS
 from benchmarks.cross_speed.peers import log_spectrum, unit_rms
 from skarxlag import make_diagnoser, make_fault_order_classifier
+from skarxlag.core.fault_locations import FAULT_LOCATIONS
 
 
 def fitted(rig, train, bearing=None, **metadata):

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pandas as pd
-from skarxlag.decisions.fault_locations import FAULT_LOCATIONS
 from sklearn.metrics import roc_auc_score
 
 from benchmarks.recipe.calibration import expected_calibration_error
+from skarxlag.core.fault_locations import FAULT_LOCATIONS
 
 #: Probability from which on a verdict counts as stated, and the fewest such rows for a
 #: share.

@@ -10,7 +10,8 @@ place of the rows of the specimens that are left out.
 from typing import NamedTuple
 
 import numpy as np
-from skarxlag.decisions.fault_locations import location_of_label
+
+from skarxlag.core.fault_locations import location_of_label
 
 #: Names of the protocols: what training and test rows share.
 SAME_BEARING = "same bearing, other speed"

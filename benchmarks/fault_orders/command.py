@@ -10,12 +10,6 @@ from time import process_time
 import numpy as np
 import pandas as pd
 from scipy.stats import gumbel_r, rankdata
-from skarxlag.decisions.fault_locations import (
-    HEALTHY,
-    NOT_IDENTIFIABLE,
-    VISIBLE_ALONE,
-    comb_evidence,
-)
 from sklearn.utils import Bunch
 
 from benchmarks.cross_speed.reporting import merge
@@ -23,8 +17,12 @@ from benchmarks.fault_orders.methods import METHODS, PEERS
 from benchmarks.fault_orders.rigs import RIGS, recordings
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import FaultOrderClassifier
+from skarxlag.core.fault_locations import HEALTHY, NOT_IDENTIFIABLE
+from skarxlag.decisions.comb_probabilities import VISIBLE_ALONE, comb_evidence
 from skarxlag.kernels.fault_orders import (
-    FAULT_LOCATIONS,
+    FAULTS as FAULT_LOCATIONS,
+)
+from skarxlag.kernels.fault_orders import (
     contrast_parts,
     fault_comb,
     order_contrast,

@@ -10,7 +10,7 @@ from skarxlag import (
     envelope_spectrum,
     make_fault_order_classifier,
 )
-from skarxlag.kernels.fault_orders import FAULT_LOCATIONS
+from skarxlag.core.fault_locations import FAULTS as FAULT_LOCATIONS
 
 #: Tolerance of a peak's frequency, as a share.
 _TOLERANCE = 0.03

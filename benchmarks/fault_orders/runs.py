@@ -11,11 +11,11 @@ snapshots.
 
 import numpy as np
 import pandas as pd
-from skarxlag.decisions.fault_locations import HEALTHY
 
 from benchmarks.monitoring.runs_to_failure import HEALTHY_SHARE, read_runs, updated
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import BearingGeometry, ConditionMonitor, make_diagnoser
+from skarxlag.core.fault_locations import HEALTHY
 
 BEARING = BearingGeometry(n_elements=13, element_diameter=3.5, pitch_diameter=25.6)
 #: Seconds.

@@ -1,8 +1,9 @@
 """Markdown tables, and the marked blocks of a page that a command writes."""
 
 import argparse
+import os
 import re
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import pandas as pd
 
@@ -137,9 +138,25 @@ def to_csv(block, path, link):
             prose.append(paragraph)
     frame = pd.concat(frames)
     first = ["table"] if frame["table"].any() else []
-    path.parent.mkdir(exist_ok=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
     frame[first + [name for name in frame if name != "table"]].to_csv(path, index=False)
     return "\n\n".join([*prose, f"[Table as csv]({link})"])
+
+
+def table_file(page, name):
+    """Return the csv file of a block: in the folder of its page, or else in docs.
+
+    Examples
+    --------
+    >>> table_file("docs/paper/tables.md", "gains").as_posix()
+    'docs/paper/tables/gains.csv'
+    >>> table_file("README.md", "cross-speed overview").as_posix()
+    'docs/tables/cross-speed_overview.csv'
+    """
+    folder = PurePosixPath(page).parent
+    if not folder.is_relative_to("docs"):
+        folder = PurePosixPath("docs")
+    return folder / "tables" / f"{name.replace(' ', '_')}.csv"
 
 
 def write_blocks(path, blocks):
@@ -165,8 +182,9 @@ def write_blocks(path, blocks):
         if any(
             output in part.outputs() and name in part.tables for part in PARTS.values()
         ):
-            link = f"tables/{name.replace(' ', '_')}.csv"
-            block = to_csv(block, path.parent / link, link)
+            table = ROOT / table_file(page, name)
+            link = os.path.relpath(table, path.resolve().parent)
+            block = to_csv(block, table, link)
         if made := stamp(output):
             block = f"{block}\n\n{made}"
         text = put_block(text, name, block)

@@ -1,4 +1,4 @@
-"""Draw the picture of the README and of the landing page: recordings, model, residuals, verdict.
+"""Draw the picture of the README: recordings, model, distances, verdicts.
 
 ``python -m benchmarks.pages.overview [--data-home FOLDER]`` reads the UESTC recordings
 (see docs/data.md), fits `make_diagnoser` at 800 rpm and diagnoses what was recorded at
@@ -12,29 +12,32 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
+from scipy.signal import welch
 
 from skarxlag import make_diagnoser, recording_verdicts
 from skarxlag.datasets import fetch_uestc
 from skarxlag.plotting import condition_styles
 from skarxlag.plotting._style import ANY_PAGE, NEUTRAL
 
-TRAIN_RPM, TEST_RPM, WINDOW_LENGTH = 800, 1400, 4800
+TRAIN_RPM, TEST_RPM, WINDOW_LENGTH, STRETCH_LENGTH = 800, 1400, 4800, 20_000
 NAMES = {"N": "healthy", "B": "ball", "I": "inner race", "O": "outer race"}
 SHOWN = ("N", "O")
+#: Speeds of the last panel with their markers, and samples of a segment of a spectrum.
+NEW_SPEEDS, SEGMENT = {1000: "o", 1200: "s", 1400: "D"}, 256
 
 
-def overview(rig):
+def overview(rig, stretches):
     """The four panels of the picture.
 
     Parameters
     ----------
-    rig : Bunch
-        As `fetch_uestc` returns it.
+    rig, stretches : Bunch
+        As `fetch_uestc` returns it, with windows, and with stretches of a second.
 
     Returns
     -------
     matplotlib Figure
-        Signals, innovations, residuals and verdicts.
+        Signals, spectra, distances and verdicts.
     """
     half = np.median(rig.start)
     known = np.flatnonzero((rig.rpm == TRAIN_RPM) & (rig.start < half))
@@ -46,7 +49,7 @@ def overview(rig):
     _draw_recordings(top[0], rig, known, new, styles)
     _draw_innovations(top[1], rig, diagnoser, new, styles)
     _draw_residuals(bottom[0], rig, diagnoser, new)
-    _draw_verdicts(bottom[1], rig, diagnoser, new, styles)
+    _draw_verdicts(bottom[1], stretches, styles)
     return figure
 
 
@@ -73,21 +76,26 @@ def _draw_recordings(ax, rig, known, new, styles):
 
 
 def _draw_innovations(ax, rig, diagnoser, new, styles):
-    shown = 400
-    window = _first(rig, new, "O")[np.newaxis]
-    left = diagnoser[0].transform(window)[0, 0]
-    scaled = ((window - window.mean()) / window.std())[0, -len(left) :]
-    time = 1e3 * np.arange(shown) / rig.sampling_rate
-    ax.plot(time, scaled[:shown], color=NEUTRAL, lw=1.0)
-    ax.plot(time, left[:shown] - 14, lw=1.0, **_color(styles, "O"))
-    ax.text(0, 4, "signal", fontsize=11)
-    ax.text(0, -9.5, "what the model cannot predict", fontsize=11)
-    ax.set_ylim(-22, 8)
-    _finish(ax, "2. A model predicts the signal", "Time (ms)")
+    windows = rig.data[new[rig.target[new] == "O"]]
+    innovations = diagnoser[0].transform(windows)[:, 0]
+    lines = (
+        ("signal", windows, {"color": NEUTRAL}),
+        ("what the model cannot predict", innovations, _color(styles, "O")),
+    )
+    for label, rows, style in lines:
+        rows = (rows - rows.mean(axis=1, keepdims=True)) / rows.std()
+        frequency, power = welch(rows, rig.sampling_rate, nperseg=SEGMENT)
+        level = 10 * np.log10(power.mean(axis=0) * rig.sampling_rate / 2)
+        ax.plot(frequency[1:-1] / 1000, level[1:-1], lw=1.4, label=label, **style)
+    ax.legend(frameon=False, fontsize=11, loc="lower center")
+    ax.set_ylabel("Power (dB)", fontsize=11)
+    ax.set_title("2. A model predicts the signal", fontsize=14, loc="left")
+    ax.set_xlabel("Frequency (kHz), outer race", fontsize=11)
+    ax.spines[["top", "right"]].set_visible(False)
 
 
 def _draw_residuals(ax, rig, diagnoser, new):
-    residuals = diagnoser[:-1].transform(rig.data[new])
+    residuals = diagnoser.diagnose(rig.data[new]).levels
     order = np.argsort(
         [rig.target_names.index(name) for name in rig.target[new]], kind="stable"
     )
@@ -117,27 +125,37 @@ def _draw_residuals(ax, rig, diagnoser, new):
     ax.set_xlabel("bright: near", fontsize=11)
 
 
-def _draw_verdicts(ax, rig, diagnoser, new, styles):
-    table = recording_verdicts(
-        diagnoser, rig.data[new], rig.target[new], rig.target_names
-    )
-    for place, name in enumerate(rig.target_names):
-        share = table.loc[name, f"share of {name}"]
-        ax.barh(-place, share, height=0.55, **_color(styles, name))
-        ax.text(
-            0.02,
-            -place,
-            f"verdict: {NAMES[table.loc[name, 'verdict']]}",
-            va="center",
-            fontsize=12,
-            color="white",
+def _draw_verdicts(ax, stretches, styles):
+    """Draw the verdicts of second halves, fitted on stretches of one speed."""
+    is_first = stretches.start < np.median(stretches.start)
+    known = is_first & (stretches.rpm == TRAIN_RPM)
+    diagnoser = make_diagnoser(healthy="N", sampling_rate=stretches.sampling_rate)
+    diagnoser.fit(stretches.data[known], stretches.target[known], rpm=TRAIN_RPM)
+    names = stretches.target_names
+    for speed, marker in NEW_SPEEDS.items():
+        tested = ~is_first & (stretches.rpm == speed)
+        table = recording_verdicts(
+            diagnoser,
+            stretches.data[tested],
+            stretches.target[tested],
+            names,
+            rpm=speed,
+            train_rpm=[TRAIN_RPM],
         )
-    ax.set_yticks([-place for place in range(len(rig.target_names))])
-    ax.set_yticklabels([f"{NAMES[name]}" for name in rig.target_names], fontsize=11)
-    ax.set_xlim(0, 1)
+        for place, name in enumerate(names):
+            found = table.loc[name]
+            color = styles[name]["color"] if found["verdict"] == name else NEUTRAL
+            ax.plot(found["probability"], -place, marker, color=color, ms=9)
+        ax.plot([], [], marker, color=NEUTRAL, label=f"{speed} rpm", ls="", ms=9)
+    ax.set_yticks(-np.arange(len(names)), [NAMES[name] for name in names], fontsize=11)
+    ax.set_ylim(0.6 - len(names), 0.9)
+    ax.set_xlim(0, 1.02)
     ax.set_xticks([0, 0.5, 1], ["0", "50 %", "100 %"])
-    _finish(ax, "4. Verdict at the new speed", "Share of windows that agree")
-    ax.spines["left"].set_visible(False)
+    ax.grid(axis="y", alpha=0.3)
+    ax.legend(frameon=False, fontsize=10, loc="upper left", ncols=3, columnspacing=1)
+    ax.set_title("4. Verdicts on recordings at new speeds", fontsize=14, loc="left")
+    ax.set_xlabel("Probability; grey: a fault, location uncertain", fontsize=11)
+    ax.spines[["top", "right", "left"]].set_visible(False)
 
 
 def _color(styles, name):
@@ -147,10 +165,8 @@ def _color(styles, name):
 def _finish(ax, title, label):
     ax.set_title(title, fontsize=14, loc="left")
     ax.set_xlabel(label, fontsize=11)
-    if ax.get_yticklabels() and not ax.containers:
-        ax.set_yticks([])
-    for side in ("top", "right", "left") if not ax.containers else ("top", "right"):
-        ax.spines[side].set_visible(False)
+    ax.set_yticks([])
+    ax.spines[["top", "right", "left"]].set_visible(False)
 
 
 def main():
@@ -159,9 +175,14 @@ def main():
     parser.add_argument("--data-home", help="folder of the downloaded recordings")
     parser.add_argument("-o", "--output", default=Path("docs/_static/overview.png"))
     options = parser.parse_args()
-    rig = fetch_uestc(data_home=options.data_home, window_length=WINDOW_LENGTH)
+    rig, stretches = (
+        fetch_uestc(data_home=options.data_home, window_length=length)
+        for length in (WINDOW_LENGTH, STRETCH_LENGTH)
+    )
     with matplotlib.rc_context(ANY_PAGE | {"font.size": 11}):
-        overview(rig).savefig(options.output, dpi=110, metadata={"Software": None})
+        overview(rig, stretches).savefig(
+            options.output, dpi=110, metadata={"Software": None}
+        )
 
 
 if __name__ == "__main__":

@@ -146,15 +146,20 @@ def ladder_figure(diagnoser, rig, chosen, title, decision="detection"):
 
 
 def residual_figure(ladder, rig, condition, window, title):
-    """Draw the residual of a window."""
+    """Draw the residual of a window, around its level and the thresholds."""
     figure = new_figure(title, 8.5, 3.2)
-    ResidualDisplay.from_estimator(
+    display = ResidualDisplay.from_estimator(
         ladder,
         window,
         condition=condition,
         conditions=rig.target_names,
         ax=figure.subplots(),
     )
+    lines = [display.level, display.detection_threshold]
+    lines += display.isolation_thresholds.values()
+    shown = np.array(lines)[np.isfinite(lines)]
+    margin = (shown.max() - shown.min()) / 10
+    display.ax_.set_ylim(shown.min() - margin, shown.max() + margin)
     return figure
 
 

@@ -80,7 +80,7 @@ PARTS = {
             "docs/cross_speed.md": ("cross-speed tables", "cross-speed differences"),
         },
         ("docs/images/cross_speed*.svg",),
-        ("cross-speed tables", "cross-speed differences"),
+        ("cross-speed overview", "cross-speed tables", "cross-speed differences"),
         downloads=True,
         data=(
             *_CHECKSUMS,
@@ -92,7 +92,7 @@ PARTS = {
     "ablation": Part(
         "-m benchmarks.recipe ablation --write docs/cross_speed.md",
         {"docs/cross_speed.md": ("ablation overview", "ablation")},
-        tables=("ablation",),
+        tables=("ablation overview", "ablation"),
         downloads=True,
         data=_CHECKSUMS,
         canaries=(*_WINDOWS, "proposal", "baseline"),
@@ -108,6 +108,7 @@ PARTS = {
     "targets": Part(
         "-m benchmarks.recipe targets --write docs/cross_speed.md",
         {"docs/cross_speed.md": ("targets",)},
+        tables=("targets",),
         data=_CHECKSUMS,
         canaries=(*_WINDOWS, "stretches"),
     ),
@@ -118,7 +119,7 @@ PARTS = {
             "docs/another_bearing.md": ("another bearing", "another bearing measures"),
             "README.md": ("another bearing overview",),
         },
-        tables=("another bearing measures",),
+        tables=("another bearing", "another bearing measures"),
         data=_CHECKSUMS,
         canaries=("probabilities", "stretches"),
     ),
@@ -131,12 +132,14 @@ PARTS = {
     "another-bearing-curve": Part(
         "-m benchmarks.another_bearing curve --write docs/another_bearing.md",
         {"docs/another_bearing.md": ("another bearing curve",)},
+        tables=("another bearing curve",),
         data=_CHECKSUMS,
         canaries=("probabilities", "stretches"),
     ),
     "another-bearing-constants": Part(
         "-m benchmarks.another_bearing constants --write docs/another_bearing.md",
         {"docs/another_bearing.md": ("another bearing constants",)},
+        tables=("another bearing constants",),
         data=_CHECKSUMS,
         canaries=("probabilities", "stretches"),
     ),
@@ -149,7 +152,7 @@ PARTS = {
     "detection": Part(
         "-m benchmarks.detection rates --write docs/detection.md",
         {"docs/detection.md": ("detection", "detection families", "detection cost")},
-        tables=("detection families", "detection cost"),
+        tables=("detection", "detection families", "detection cost"),
         downloads=True,
         data=_CHECKSUMS,
         canaries=("detector",),
@@ -199,11 +202,13 @@ PARTS = {
     "quality": Part(
         "-m benchmarks.quality --write docs/signal_quality.md",
         {"docs/signal_quality.md": ("signal quality",)},
+        tables=("signal quality",),
         downloads=True,
     ),
     "bearings": Part(
         "-m benchmarks.pages.bearings --write docs/bearings.md",
         {"docs/bearings.md": ("bearings",)},
+        tables=("bearings",),
     ),
     "formats": Part(
         "-m benchmarks.pages.formats --write docs/recordings.md",
@@ -211,6 +216,38 @@ PARTS = {
     ),
     "recordings-figure": Part(
         "-m benchmarks.pages.recordings_figure", {}, ("docs/images/recordings.svg",)
+    ),
+    "pipeline-figure": Part(
+        "-m benchmarks.pages.pipeline_figure", {}, ("docs/images/pipeline.svg",)
+    ),
+    "cutting-figure": Part(
+        "-m benchmarks.pages.cutting_figure",
+        {},
+        ("docs/images/cutting.svg",),
+        downloads=True,
+        data=_CHECKSUMS,
+    ),
+    "comb-figure": Part(
+        "-m benchmarks.pages.comb_figure",
+        {},
+        ("docs/images/comb.svg",),
+        downloads=True,
+        data=_CHECKSUMS,
+        canaries=("fault_orders",),
+    ),
+    "speed-figure": Part(
+        "-m benchmarks.pages.speed_figure",
+        {},
+        ("docs/images/distances.svg",),
+        downloads=True,
+        data=_CHECKSUMS,
+        canaries=_WINDOWS,
+    ),
+    "dot-plots": Part(
+        "-m benchmarks.pages.dot_plots",
+        {},
+        ("docs/images/dots_*.svg",),
+        data=("docs/tables/*.csv",),
     ),
     "report-image": Part(
         "-m benchmarks.pages.report_image",
@@ -226,7 +263,7 @@ PARTS = {
     "stretches": Part(
         "-m benchmarks.stretches --write docs/stretches.md",
         {"docs/stretches.md": ("stretches overview", "stretches training")},
-        tables=("stretches training",),
+        tables=("stretches overview", "stretches training"),
         downloads=True,
         data=_CHECKSUMS,
         canaries=("stretches",),
@@ -237,6 +274,7 @@ PARTS = {
         "'make_diagnoser, windows of 4800 vote' --output skarxlag-results/stretches-simulated "
         "--write docs/stretches.md",
         {"docs/stretches.md": ("stretches simulated",)},
+        tables=("stretches simulated",),
         canaries=("stretches",),
     ),
     "fault-orders": Part(
@@ -249,7 +287,12 @@ PARTS = {
                 for name in ("named", "stretches", "reference", "methods", "settings")
             )
         },
-        tables=("fault orders stretches", "fault orders settings"),
+        tables=(
+            "fault orders named",
+            "fault orders stretches",
+            "fault orders methods",
+            "fault orders settings",
+        ),
         downloads=True,
         data=_CHECKSUMS,
         canaries=("fault_orders",),
@@ -257,7 +300,7 @@ PARTS = {
     "fault-orders-joint": Part(
         "-m benchmarks.fault_orders joint --write docs/fault_orders.md",
         {"docs/fault_orders.md": ("fault orders joint", "fault orders joint settings")},
-        tables=("fault orders joint settings",),
+        tables=("fault orders joint", "fault orders joint settings"),
         downloads=True,
         data=_CHECKSUMS,
         canaries=("fault_orders", "stretches"),
@@ -272,6 +315,7 @@ PARTS = {
     "speed": Part(
         "-m benchmarks.speed --write benchmarks/README.md",
         {"benchmarks/README.md": ("speed",)},
+        tables=("speed",),
     ),
     "fleet": Part(
         "-m benchmarks.speed.fleet --write docs/fleet.md",
@@ -280,6 +324,7 @@ PARTS = {
     "fleet-scale": Part(
         "-m benchmarks.speed.fleet_scale --write docs/fleet.md",
         {"docs/fleet.md": ("fleet-scale",)},
+        tables=("fleet-scale",),
     ),
     "fleet-figure": Part(
         "-m benchmarks.pages.fleet_figure",

@@ -9,7 +9,6 @@ from functools import partial
 
 import numpy as np
 import pandas as pd
-from skarxlag.decisions.fault_locations import location_of_label
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer
 
@@ -28,6 +27,7 @@ from skarxlag import (
     ThresholdLadder,
     make_diagnoser,
 )
+from skarxlag.core.fault_locations import location_of_label
 from skarxlag.models.observers import RESIDUAL_EVALUATIONS
 
 EVALUATIONS = {name: name.replace("_", " ") for name in RESIDUAL_EVALUATIONS}

@@ -8,12 +8,8 @@ from benchmarks.speed.timing import take_turns
 from skarxlag.commands.diagnosis import diagnose_file
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.models import SavedModel
-from skarxlag.commands.results import (
-    html_report,
-    recording_rows,
-    window_rows,
-    write_tables,
-)
+from skarxlag.commands.report import html_report
+from skarxlag.commands.results import recording_rows, window_rows, write_tables
 from skarxlag.recordings.listing import list_files, list_recordings
 
 _COUNTS = (100, 1_000, 10_000, 100_000)

@@ -1,4 +1,4 @@
-"""The command line: ``skarxlag evaluate | fit | diagnose | watch | acknowledge | info``."""
+"""The command line: ``skarxlag COMMAND``, with the commands that `_COMMANDS` lists."""
 
 import argparse
 import os
@@ -19,6 +19,7 @@ _COMMANDS = {
     "evaluate": "compare the diagnosers across speeds",
     "fit": "calibrate a diagnoser on your recordings",
     "diagnose": "diagnose recordings with a saved diagnoser",
+    "show": "draw recordings without a diagnosis",
     "watch": "diagnose a running sensor with a saved diagnoser",
     "acknowledge": "acknowledge a latched alarm of a running sensor",
     "info": "print what a saved diagnoser is, or the channels of a recording",

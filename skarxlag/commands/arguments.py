@@ -146,11 +146,11 @@ def stated(args: Namespace) -> dict[str, Any]:
     return {name: value for name, value in facts.items() if value is not None}
 
 
-def named_recordings(args: Namespace) -> list[ListedRecording]:
-    """List the recordings of RECORDING arguments, also files that do not exist."""
+def named_recordings(args: Namespace, paths: Iterable[str]) -> list[ListedRecording]:
+    """List the recordings of some arguments, also files that do not exist."""
     facts = stated(args)
     recordings = []
-    for path in args.recordings:
+    for path in paths:
         if os.path.exists(path) or listing.is_file_source(path):
             # Two folders may hold files of the same name.
             recordings += [

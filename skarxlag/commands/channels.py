@@ -47,7 +47,7 @@ def units_of(recordings: Sequence[ListedRecording]) -> list[str]:
         if unit is None and not units:
             return []
         if unit is not None:
-            units.setdefault(_spelling(unit), printable(unit))
+            units.setdefault(plain_unit(unit), printable(unit))
     return list(units.values())
 
 
@@ -77,7 +77,7 @@ def channel_remarks(
         yield f"The channel is {names}, but the model was fitted on {' or '.join(fitted)}."
     unit = channels[0][1]
     fitted_unit = facts.get("unit")
-    if unit and fitted_unit and _spelling(unit) != _spelling(fitted_unit):
+    if unit and fitted_unit and plain_unit(unit) != plain_unit(fitted_unit):
         yield (
             f"The unit is {unit}, but the model was fitted on {fitted_unit}. Another "
             "scale changes nothing, unless the model has a fixed gain; another quantity, "
@@ -114,7 +114,11 @@ def _joined(channels):
     return printable("; ".join(name for name, _ in channels))
 
 
-def _spelling(unit):
-    """Return the usual way to write a unit."""
+def plain_unit(unit: str) -> str:
+    """Return one way to write a unit.
+
+    >>> plain_unit(" m/s^2"), plain_unit("G's")
+    ('m/s2', 'g')
+    """
     unit = unit.strip().lower()
     return _SAME_UNIT.get(unit, unit)

@@ -7,9 +7,7 @@ from contextlib import nullcontext
 import pandas as pd
 
 from .._version import __version__
-from ..bearings import bearing_orders
 from ..core.files import write_atomically
-from ..distances.stretches import order_comparison
 from . import results
 from .arguments import refuse
 from .diagnosis import diagnose_all
@@ -33,9 +31,11 @@ def run(args: argparse.Namespace) -> int:
         diagnoses = diagnose_all(args, recordings, model, journal)
         rows = results.recording_rows(recordings, diagnoses, model.healthy)
         if is_report(args.output):
-            faults = None if args.bearing is None else bearing_orders(args.bearing)
-            page = results.html_report(
-                model, recordings, diagnoses, rows, args.resample, faults
+            # Other outputs do not need what draws.
+            from .report import html_report
+
+            page = html_report(
+                model, recordings, diagnoses, rows, args.resample, args.bearing
             )
             write_atomically(args.output, page.encode())
         elif args.output is not None:
@@ -64,9 +64,6 @@ def _model(args):
         )
     if model.sampling_rate is None:
         refuse(args, ["resample"], f"{args.model} does not state a sampling rate")
-    if args.bearing is not None:
-        with as_command_error():
-            order_comparison(model.diagnoser)
     return model
 
 

@@ -2,6 +2,7 @@
 
 import argparse
 from collections import Counter
+from importlib.util import find_spec
 from itertools import product
 from typing import Any
 
@@ -31,7 +32,6 @@ from .messages import UsageError, as_command_error, counted, listed
 from .models import DIAGNOSERS, of_outputs
 from .parsers.evaluate import N_SAMPLES, TITLES
 from .progress_bar import ProgressBar
-from .results import why_no_figures
 
 #: The simulated rig: crack sizes, and the speed of the calibration.
 _CRACKS_MM, _SIMULATED_RPM = (3.0, 6.0), 500.0
@@ -95,6 +95,13 @@ def run(args: argparse.Namespace) -> int:
     print(missing or "Drawn as PNG: accuracy and confusion matrices.")
     print(f"Report, tables and figures are in {args.output.resolve()}")
     return 0
+
+
+def why_no_figures() -> str | None:
+    """Return why no figures can be drawn, or None if they can."""
+    if find_spec("matplotlib") is None:
+        return "No figures: they need matplotlib, pip install 'skarxlag[plot]'."
+    return None
 
 
 def _work(cases):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.utils import Bunch
 
-from ..decisions.fault_locations import HEALTHY, location_of_label
+from ..core.fault_locations import HEALTHY, location_of_label
 from ..kernels.speed_references import group_speeds
 from ..recordings.entries import ListedRecording
 from .arguments import refuse

@@ -6,9 +6,9 @@ from typing import Any
 
 from ..core.capabilities import capabilities, unfolded_steps
 from ..core.speeds import LEAST_REVOLUTIONS
-from ..decisions.detection import few_rows
 from ..decisions.fault_orders import FaultOrderClassifier
 from ..decisions.fusion import SensorFusion
+from ..decisions.row_outliers import too_few_rows
 from ..recordings.entries import ListedRecording
 from ..recordings.files import list_channels
 from ..verdicts.recordings import LEAST_HEALTHY
@@ -85,7 +85,7 @@ def limits(model: SavedModel) -> list[str]:
     if facts.get("n_windows") and facts.get("false_alarm_rate"):
         n_healthy = facts["n_windows"][0]
         rate = facts["false_alarm_rate"]
-        sentences += few_rows(
+        sentences += too_few_rows(
             f"{n_healthy} healthy {model.rows}", n_healthy, rate / can.n_outputs
         )
     return sentences

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from .. import diagnosers
 from ..core.capabilities import capabilities, unfolded_steps
+from ..core.fault_locations import FAULTS, HEALTHY
 from ..core.speeds import SPEED_FACTOR
-from ..decisions.fault_locations import FAULTS, HEALTHY
 from ..decisions.fault_orders import FaultOrderClassifier
 from ..decisions.fusion import SensorFusion
 from ..persistence.models import load_diagnoser

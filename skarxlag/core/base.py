@@ -10,8 +10,7 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
 from ..kernels.speed_references import group_speeds
-from .on_demand import TakesRowsOnDemand, batch_size
-from .parallel import BATCH, map_batches
+from .parallel import map_batches
 from .speeds import log_speeds, speeds_of_rows, with_plausible_speeds
 from .state import INNOVATIONS, CheckedEstimator, finish_fit, uses_fitted
 from .validation import (
@@ -68,9 +67,7 @@ class ArrayTransformer(TransformerMixin, BaseEstimator, auto_wrap_output_keys=No
         return self
 
 
-class InnovationsTransformer(
-    TakesRowsOnDemand, SignalEstimator, TransformerMixin, BaseEstimator
-):
+class InnovationsTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
     """Transformer of innovations whose fitted state follows from its parameters.
 
     A subclass checks its parameters in `_check_parameters`, and computes the rest in
@@ -151,7 +148,7 @@ class GroupTransformer(
         def of_batch(batch):
             return self._groups(X[batch].reshape(-1, X.shape[2]))
 
-        parts = map_batches(of_batch, len(X), self.n_jobs, batch_size(X, BATCH))
+        parts = map_batches(of_batch, len(X), self.n_jobs)
         groups = np.concatenate(parts).astype(X.dtype, copy=False)
         return groups.reshape(len(X), -1, groups.shape[-1])
 

@@ -14,7 +14,6 @@ from sklearn import config_context, get_config
 from sklearn.utils import check_scalar
 from threadpoolctl import OpenBLASController, ThreadpoolController
 
-from .on_demand import batch_size
 from .validation import of_one_model
 
 #: Windows in one batch: fixed, so that no sum depends on the number of workers.
@@ -149,5 +148,5 @@ def map_rows(function: Callable[..., Any], X: Any, n_jobs: int | None) -> list[A
             function(*row) for row in enumerate(of_one_model(X[batch]), batch.start)
         ]
 
-    parts = map_batches(of_batch, len(X), n_jobs, batch_size(X, 1))
+    parts = map_batches(of_batch, len(X), n_jobs, batch_size=1)
     return [found for part in parts for found in part]

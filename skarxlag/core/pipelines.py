@@ -20,7 +20,6 @@ from sklearn.utils.metaestimators import available_if
 from ..kernels.lanes import LANES
 from .base import DocumentedEstimator
 from .capabilities import capabilities, offers, unfolded_steps
-from .on_demand import IS_WANTED, OnDemand, TakesRowsOnDemand
 from .parallel import map_batches
 from .state import CheckedEstimator, expect
 from .validation import is_cross_validated, warn_of_lost_speeds
@@ -51,10 +50,9 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
     The innovations of a bank are many times larger than its windows. A batch of windows
     goes through all steps before the next one, so the memory between the steps is the
-    same for any number of windows. `fit` computes innovations batch by batch, too, if
-    `memory` is None and the second step is one of this package that needs no more than
-    a batch of them at a time. Every window is diagnosed by itself: all results are
-    those of `sklearn.pipeline.Pipeline`, bit for bit.
+    same for any number of windows. Only `fit` holds the innovations of all windows, as
+    many copies of X as there are models. Every window is diagnosed by itself: all
+    results are those of `sklearn.pipeline.Pipeline`, bit for bit.
 
     Metadata such as ``rpm``, the speed of each window, and ``sample_weight``, its
     weight, reach the steps that request them by scikit-learn's metadata routing, as the
@@ -129,18 +127,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         DiagnosisPipeline
             The fitted pipeline.
         """
-        # Other estimators may use any method of an array, and a cache stores arrays.
-        takes_batches = [isinstance(step, TakesRowsOnDemand) for _, step in self.steps]
-        if isinstance(X, OnDemand) and (
-            self.memory is not None or not takes_batches[0]
-        ):
-            X = np.asarray(X)
-        token = IS_WANTED.set(any(takes_batches[1:2]) and self.memory is None)
-        try:
-            with _routing(params):
-                return super().fit(X, y, **params)
-        finally:
-            IS_WANTED.reset(token)
+        with _routing(params):
+            return super().fit(X, y, **params)
 
     @_if_last_step_offers("transform")
     def transform(self, X: ArrayLike, **params: Any) -> NDArray[Any]:

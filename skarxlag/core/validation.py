@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import OneToOneFeatureMixin
 from sklearn.pipeline import Pipeline
-from sklearn.utils import check_array, check_scalar, column_or_1d, get_tags
+from sklearn.utils import check_array, check_scalar, get_tags
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
 
-from .on_demand import OnDemand
 from .state import expect
 
 
@@ -58,12 +57,6 @@ def validate_signals(
         If X has another number of axes, channels or samples than in `fit`, or y has no
         classes or is missing although required.
     """
-    if isinstance(X, OnDemand):
-        # The model before has checked the windows, and that there are as many
-        # conditions.
-        y = None if y is None else column_or_1d(y)
-        validate_signals(estimator, X[:1], y if y is None else y[:1], reset=reset)
-        return X, y
     X = as_samples(X, "X")
     # scikit-learn converts big-endian float32 to float64, but the byte order must not
     # matter.

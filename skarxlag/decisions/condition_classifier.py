@@ -15,8 +15,7 @@ from sklearn.utils.metaestimators import available_if
 from ..core.base import SignalEstimator
 from ..core.capabilities import capabilities, offers, requests
 from ..core.diagnosing_classifier import DiagnosingClassifier
-from ..core.on_demand import OnDemand, TakesRowsOnDemand
-from ..core.pipelines import DiagnosisPipeline
+from ..core.fault_locations import FAULT_LOCATIONS, location_of_label
 from ..core.speeds import log_speeds, with_plausible_speeds
 from ..core.state import (
     INNOVATIONS,
@@ -38,7 +37,6 @@ from ..distances.stretches import StretchResidual
 from ..kernels import ladder, posterior
 from ..kernels.coloured_noises import coloured_noises
 from ..kernels.speed_references import drift_factor, speed_distance
-from .fault_locations import FAULT_LOCATIONS, location_of_label
 from .left_out_specimens import location_exponent
 
 #: Log probability of an unknown condition in rows that name none.
@@ -56,9 +54,7 @@ def _is_healthy(index, estimator):
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class ConditionClassifier(
-    TakesRowsOnDemand, SignalEstimator, DiagnosingClassifier, BaseEstimator
-):
+class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
     r"""Classifier of conditions by residuals, with a probability of an unknown condition.
 
     A diagnoser is trained on some specimens, such as bearings, and is used on others.
@@ -249,11 +245,6 @@ class ConditionClassifier(
         self.n_specimens_: NDArray[Any] = self._counted(numbers, target)
         metadata = self._metadata(rpm, sample_weight)
         residual = clone(self._residual())
-        if isinstance(X, OnDemand) and not isinstance(
-            residual, TakesRowsOnDemand | DiagnosisPipeline
-        ):
-            # Other estimators may use any method of an array.
-            X = np.asarray(X)
         self.residual_: Any = residual.fit(X, y, **metadata)
         levels = self._levels(X, rpm)[rows]
         self.detection_threshold_: float = 0.0

@@ -18,8 +18,13 @@ from ..bearings import BearingLike, bearing_orders, listed
 from ..core.base import SignalEstimator
 from ..core.capabilities import capabilities
 from ..core.diagnosing_classifier import DiagnosingClassifier
-from ..core.on_demand import TakesRowsOnDemand
-from ..core.parallel import map_rows
+from ..core.fault_locations import (
+    FAULT_LOCATIONS,
+    FAULTS,
+    HEALTHY,
+    NOT_IDENTIFIABLE,
+    location_of_label,
+)
 from ..core.speeds import samples_per_revolution, speeds_of_rows
 from ..core.state import (
     INNOVATIONS,
@@ -39,69 +44,81 @@ from ..core.validation import (
     weighted_windows,
 )
 from ..kernels.evidence import COMB_CORRELATION, effective_number
-from ..kernels.fault_orders import N_ORDERS, NEPER_IN_DB, order_contrast
 from ..kernels.posterior import decided
-from ..measures.envelope_spectra import (
-    LEAST_REVOLUTIONS,
-    best_combs,
-    samples_per_revolution_of_rows,
+from .comb_probabilities import (
+    VISIBLE_ALONE,
+    WITHOUT_COMB,
+    comb_evidence,
+    least_margin,
+    limit_elsewhere,
+    limit_of_healthy,
+    p_values_of_healthy,
 )
-from . import fault_locations
-from .fault_locations import FAULT_LOCATIONS, FAULTS, HEALTHY, NOT_IDENTIFIABLE
+from .comb_search import CombSearch
 
 #: Logarithm of speed up to which rows count as rows of the same speed.
 _SAME_SPEED = 0.05
-#: Places of faults in words, in the order of `FAULTS`.
-_WORDS = "a rolling element", "the inner race", "the outer race"
 _ORDERS = itemgetter("cage", "spin", "inner", "outer")
+_HEALTHY = FAULT_LOCATIONS.index(HEALTHY)
+#: Fields of `Capabilities` that a classifier takes from its learned conditions.
+_OF_CONDITIONS = (
+    "alarm",
+    "healthy",
+    "stated_rate",
+    "speeds",
+    "is_stretch",
+    "places",
+    "n_specimens",
+    "states_unknown",
+    "n_healthy",
+)
 #: Why there is no verdict on a row.
-_NO_COMBS = "combs need a plausible speed, and two turns of the shaft in a row"
+_NO_COMBS = "combs need a plausible speed, and two revolutions of the shaft in a row"
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class FaultOrderClassifier(
-    TakesRowsOnDemand, SignalEstimator, DiagnosingClassifier, BaseEstimator
-):
-    r"""Classifier that names the place of a bearing fault without recordings of faults.
+class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
+    r"""Classifier that names the location of a bearing fault without recordings of faults.
 
     A fault of a race or a rolling element causes impacts at orders of the shaft that
-    follow from the bearing's geometry [1]_. The score of a place is the mean contrast
-    of the envelope spectra at the multiples of its order, see
+    follow from the bearing's geometry [1]_: BPFO and BPFI for the outer and the inner
+    race, and twice BSF for a rolling element. The score of a fault location is the mean
+    contrast of the envelope spectra at the multiples of its order, see
     :func:`skarxlag.kernels.fault_orders.order_contrast` and
-    :func:`skarxlag.kernels.fault_orders.fault_comb`. The place with the largest score
-    is named if the score exceeds a limit; otherwise the row is healthy.
+    :func:`skarxlag.kernels.fault_orders.fault_comb`. The location with the largest
+    score is named if the score exceeds a limit; otherwise the row is healthy.
 
     A row of X is a raw signal, or the innovations of one model
-    (``ARXLaguerre(bank=False)``), with at least two turns of the shaft, and better ten
-    turns and a second. Its speed is given as `rpm`.
+    (``ARXLaguerre(bank=False)``), with at least two revolutions of the shaft, and
+    better ten revolutions and a second. Its speed is given as `rpm`.
 
     Without `y`, the classes are "ball", "healthy", "inner" and "outer". The limit is
     that of healthy recordings of other machines, whose largest scores have a Gumbel
     distribution (location .86, scale .31 nepers). The stated false-alarm rate holds as
     far as the machine resembles those.
 
-    With `y`, each label stands for a place. The mean scores of healthy rows are
+    With `y`, each label stands for a fault location. The mean scores of healthy rows are
     subtracted, and the limit is the conformal quantile of the largest rest. The stated
     rate then holds for rows like these, at their speeds. At other speeds the limit is
     at least that of a Gumbel distribution (location .06, scale .31), as other machines
-    show it. If all rows are healthy and their label is a text, the places are added to
+    show it. If all rows are healthy and their label is a text, the faults are added to
     the classes.
 
-    The probabilities are those of :func:`skarxlag.decisions.fault_locations.comb_evidence`
+    The probabilities are those of :func:`skarxlag.decisions.comb_probabilities.comb_evidence`
     for scores above the limit, and faults that show their comb with the probability .6.
-    The probability of healthy is thus at most .45 if all places are classes.
+    The probability of healthy is thus at most .45 if all locations are classes.
 
     With `conditions`, a classifier that learned the spectra of several conditions, the
     probability of condition c is
 
     .. math:: p_c \propto P_c\, q_c
 
-    with the probability :math:`P_c` of its place by combs, and its probability
+    with the probability :math:`P_c` of its location by combs, and its probability
     :math:`q_c` by spectra. An unknown condition has the :math:`P_c` of a healthy one,
     and its own :math:`q_c`, see `ConditionClassifier`. If no condition is near, as
     after another mounting or load, the probabilities by spectra are similar, and combs
-    decide the place. Conditions of one place share the combs; spectra decide among
-    them, and alone in rows without `rpm` or of less than two turns.
+    decide the location. Conditions of one location share the combs; spectra decide
+    among them, and alone in rows without `rpm` or of less than two revolutions.
 
     Parameters
     ----------
@@ -112,20 +129,20 @@ class FaultOrderClassifier(
     sampling_rate : float, default=None
         In Hz, above 0. It is required.
     places : mapping of label to str or None, default=None
-        Place of each label in `y`: "healthy", "inner", "outer" or "ball". Other labels
-        get the place that their name says, such as "IR7" or "outer race", or else the
-        one that their rows show: that of the largest mean score, or healthy if it is
-        below the limit.
+        Fault location of each label in `y`: "healthy", "inner", "outer" or "ball".
+        Other labels get the location that their name states, such as "IR7" or "outer
+        race", or else the one that their rows show: that of the largest mean score, or
+        healthy if it is below the limit.
     conditions : ConditionClassifier or None, default=None
         Learns the spectra of conditions if `y` has several, as in `make_diagnoser`.
         None: combs decide alone.
     gear_ratio : float, default=1.0
-        Turns of the bearing's shaft in a turn of the shaft whose speed is given, above
-        0.
+        Revolutions of the bearing's shaft for each revolution of the shaft whose speed
+        is given, above 0.
     false_alarm_rate : float, default=0.02
         Share in (0, 1) of healthy rows that may be named faulty.
     wrong_name_rate : float, default=0.02
-        Share in (0, 0.5) of wrong places among the rows that are named. `diagnose`
+        Share in (0, 0.5) of wrong locations among the rows that are named. `diagnose`
         names a row "not identifiable" if the two best scores are closer than the margin
         that this share needs.
     speed_tolerance : float, default=0.1
@@ -148,10 +165,10 @@ class FaultOrderClassifier(
     classes_ : ndarray of shape (n_classes,)
         Labels, sorted.
     class_places_ : ndarray of int of shape (n_classes,)
-        Place of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy.
+        Fault location of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy.
     orders_ : ndarray of shape (n_bearings, 4)
-        Orders of the cage, the spin of an element, the inner and the outer race, in
-        multiples of the bearing's shaft.
+        Orders of the cage (FTF), the spin of an element (BSF), the inner race (BPFI)
+        and the outer race (BPFO), in multiples of the bearing's shaft.
     reference_ : ndarray of shape (3,)
         Mean scores of healthy rows at the ball, the inner and the outer race; 0 without
         such rows.
@@ -180,7 +197,7 @@ class FaultOrderClassifier(
 
     Examples
     --------
-    A bearing 6205 at 900 rpm, and a fault of its inner race with 5.415 impacts a turn:
+    A bearing 6205 at 900 rpm, and a fault of its inner race (BPFI 5.415):
 
     >>> import numpy as np
     >>> rng = np.random.default_rng(0)
@@ -237,7 +254,7 @@ class FaultOrderClassifier(
         sample_weight: ArrayLike | None = None,
         specimen: ArrayLike | None = None,
     ) -> Self:
-        """Note the shape of rows; learn limits from healthy ones, and conditions from their labels.
+        """Learn limits from healthy rows, and conditions from their labels.
 
         Parameters
         ----------
@@ -263,117 +280,117 @@ class FaultOrderClassifier(
         ------
         ValueError
             If a parameter is missing or out of its range, a speed is not above 0, or a
-            row has less than two turns.
+            row has less than two revolutions.
         """
         X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
         of_one_model(X[:1])
-        found = [_ORDERS(bearing_orders(each)) for each in listed(self.bearing)]
-        self.orders_: NDArray[Any] = np.array(found)
+        self.orders_: NDArray[Any] = np.array(
+            [_ORDERS(bearing_orders(bearing)) for bearing in listed(self.bearing)]
+        )
         self.conditions_: Any = None
         self._calibrate(np.empty((0, len(FAULTS))), np.empty(0))
-        labels, places = FAULT_LOCATIONS, range(len(FAULT_LOCATIONS))
-        if y is not None:
-            labels, places = self._learn(X, y, rpm, sample_weight, specimen)
+        if y is None:
+            labels, locations = FAULT_LOCATIONS, range(len(FAULT_LOCATIONS))
+        else:
+            labels, locations = self._learn(X, y, rpm, sample_weight, specimen)
         classes, index = np.unique(labels, return_index=True)
         self.classes_: NDArray[Any] = classes
-        self.class_places_: NDArray[Any] = np.asarray(places)[index]
+        self.class_places_: NDArray[Any] = np.asarray(locations)[index]
         return finish_fit(self)
 
     def _learn(self, X, y, rpm, sample_weight, specimen):
-        """Learn limits and spectra from labelled rows, and return classes and their places."""
+        """Learn limits and spectra from labelled rows, and return classes and their locations."""
         rows, labels, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         speeds = None
         if rpm is not None:
             speeds = speeds_of_rows(rpm, len(X))[rows]
-            least_revolutions = LEAST_REVOLUTIONS / self.gear_ratio
             samples_per_revolution(
-                speeds, self.sampling_rate, len(rows), X.shape[-1], least_revolutions
+                speeds,
+                self.sampling_rate,
+                len(rows),
+                X.shape[-1],
+                self._search().least_revolutions,
             )
-        found = self._match(X[rows], speeds, with_contrasts=False)
+        matches = self._match(X[rows], speeds, with_contrasts=False)
         counts = np.ceil(weights).astype(int)
-        scores, speeds = (
-            np.repeat(each, counts, axis=0) for each in (found.scores, found.rpm)
-        )
+        scores = np.repeat(matches.scores, counts, axis=0)
+        speeds = np.repeat(matches.rpm, counts, axis=0)
         classes, target = np.unique(np.repeat(labels, counts), return_inverse=True)
-        names = enumerate(classes.tolist())
-        places = np.array([self._place(name, scores[target == c]) for c, name in names])
-        healthy = places[target] == FAULT_LOCATIONS.index(HEALTHY)
-        self._calibrate(scores[healthy], speeds[healthy])
-        if len(classes) > 1 and self.conditions is not None:
-            stated = dict(
-                zip(classes.tolist(), self._stated_places(classes, places), strict=True)
-            )
-            stated = {
-                name: place for name, place in stated.items() if place is not None
-            }
-            learner = clone(self.conditions).set_params(places=stated)
-            metadata = {
-                "rpm": rpm,
-                "sample_weight": sample_weight,
-                "specimen": specimen,
-            }
-            self.conditions_ = learner.fit(X, y, **metadata)
-        if len(classes) == 1 and classes.dtype.kind in "UO" and healthy.all():
-            return [*FAULTS, classes[0]], range(len(FAULT_LOCATIONS))
-        return classes, places
-
-    def _place(self, label, scores):
-        """Index of the place that a label stands for."""
-        named = (self.places or {}).get(label, fault_locations.location_of_label(label))
-        if named is not None:
-            return FAULT_LOCATIONS.index(named)
-        mean = scores.mean(axis=0)
-        return (
-            int(mean.argmax())
-            if mean.max() > self.limit_
-            else FAULT_LOCATIONS.index(HEALTHY)
+        names = classes.tolist()
+        stated = {name: self._stated_location(name) for name in names}
+        locations = np.array(
+            [
+                self._shown_location(scores[target == c])
+                if stated[name] is None
+                else FAULT_LOCATIONS.index(stated[name])
+                for c, name in enumerate(names)
+            ]
         )
+        is_healthy = locations[target] == _HEALTHY
+        self._calibrate(scores[is_healthy], speeds[is_healthy])
+        if len(classes) > 1 and self.conditions is not None:
+            # A class that shows no comb is healthy only if it is named so.
+            places = {
+                name: FAULT_LOCATIONS[location]
+                for name, location in zip(names, locations, strict=True)
+                if stated[name] is not None or location != _HEALTHY
+            }
+            learner = clone(self.conditions).set_params(places=places)
+            self.conditions_ = learner.fit(
+                X, y, rpm=rpm, sample_weight=sample_weight, specimen=specimen
+            )
+        if len(classes) == 1 and classes.dtype.kind in "UO" and is_healthy.all():
+            return [*FAULTS, classes[0]], range(len(FAULT_LOCATIONS))
+        return classes, locations
 
-    def _stated_places(self, classes, places):
-        """Place of each class; None for a class that shows no comb and is not named healthy."""
-        for name, place in zip(classes.tolist(), places, strict=True):
-            named = (self.places or {}).get(
-                name, fault_locations.location_of_label(name)
-            )
-            yield (
-                named
-                if named is not None or FAULT_LOCATIONS[place] == HEALTHY
-                else FAULT_LOCATIONS[place]
-            )
+    def _stated_location(self, label):
+        """Return the fault location that `places` or the label states, or None."""
+        return (self.places or {}).get(label, location_of_label(label))
+
+    def _shown_location(self, scores):
+        """Return the index of the fault location that the rows of a label show."""
+        mean = scores.mean(axis=0)
+        return int(mean.argmax()) if mean.max() > self.limit_ else _HEALTHY
 
     def _calibrate(self, scores, speeds):
-        """Reference and limit from the scores and speeds of healthy rows."""
+        """Learn reference and limit from the scores and speeds of healthy rows."""
         n_rows = len(scores)
+        self.reference_: NDArray[Any] = np.zeros(len(FAULTS))
+        if n_rows > 0:
+            self.reference_ = scores.mean(axis=0)
+        best = (scores - self.reference_).max(axis=1, initial=-np.inf)
+        # A row is nearer to a mean that it is a part of.
+        self.healthy_scores_: NDArray[Any] = np.sort(best * n_rows / max(n_rows - 1, 1))
         self.healthy_speeds_: NDArray[Any] = np.sort(
             np.where(np.isnan(speeds), 1.0, speeds)
         )
-        self.reference_: NDArray[Any] = (
-            scores.mean(axis=0) if n_rows else np.zeros(len(FAULTS))
+        self.limit_: float = limit_of_healthy(
+            self.healthy_scores_, self.false_alarm_rate
         )
-        # A row is nearer to a mean that it is a part of.
-        rest = (
-            (scores - self.reference_).max(axis=1, initial=-np.inf)
-            * n_rows
-            / max(n_rows - 1, 1)
-        )
-        self.healthy_scores_: NDArray[Any] = np.sort(rest)
-        rate = self.false_alarm_rate
-        self.limit_: float = fault_locations.limit_of_healthy(
-            self.healthy_scores_, rate
+
+    def _search(self):
+        return CombSearch(
+            orders=self.orders_,
+            sampling_rate=float(self.sampling_rate),
+            gear_ratio=self.gear_ratio,
+            speed_tolerance=self.speed_tolerance,
+            slip=self.slip,
+            speed_range=self.speed_range,
         )
 
     @uses_fitted
     def match(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
-        """Compute the scores of all places, and the factors on the speed that fit best.
+        """Compute the scores of all faults, and the factors on the speed that fit best.
 
         Parameters
         ----------
         X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
             Rows.
         rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
-            Nominal speed; None only with `speed_range`. Rows of less than two turns, or
-            without a plausible speed, get the score 0, and the speed NaN.
+            Nominal speed; None only with `speed_range`. Rows of less than two
+            revolutions, or without a plausible speed, get the score 0, and the speed
+            NaN.
 
         Returns
         -------
@@ -388,40 +405,19 @@ class FaultOrderClassifier(
         return self._match(X, rpm)
 
     def _match(self, X, rpm, *, with_contrasts=True):
-        rate, train_rpm = float(self.sampling_rate), ()
+        train_rpm = ()
         if self.conditions_ is not None:
             train_rpm = capabilities(self.conditions_).speeds
         elif self.speed_range is None:
-            expect(
-                rpm is not None, "rpm", rpm, "the speed of each row, or a speed_range"
-            )
-        least_revolutions = LEAST_REVOLUTIONS / self.gear_ratio
-        turns = samples_per_revolution_of_rows(
-            X, rate, rpm, self.speed_range, least_revolutions, train_rpm
-        )
-
-        def of_row(place, samples):
-            turn = turns[place] / self.gear_ratio
-            n_turns, contrast = len(samples) / np.mean(turn), np.zeros(N_ORDERS)
-            # Turns of less than two samples, which a large ratio of gears gives, show
-            # no order.
-            if n_turns <= len(samples) / 2:
-                contrast = order_contrast(samples, turn, rate)
-            kept = {"contrasts": contrast} if with_contrasts else {}
-            return self._combs(contrast, n_turns) | kept
-
-        found = map_rows(of_row, X, self.n_jobs)
-        parts = {name: np.stack([row[name] for row in found]) for name in found[0]}
-        return Bunch(**parts, rpm=60 * rate / turns.reshape(len(X), -1).mean(axis=1))
-
-    def _combs(self, contrast, n_turns):
-        return best_combs(
-            contrast, n_turns, self.orders_, self.speed_tolerance, self.slip
+            expected = "the speed of each row, or a speed_range"
+            expect(rpm is not None, "rpm", rpm, expected)
+        return self._search().match(
+            X, rpm, train_rpm, with_contrasts=with_contrasts, n_jobs=self.n_jobs
         )
 
     @uses_fitted
     def diagnose(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
-        """Compute all that is known of each row from one match.
+        """Compute verdict, probability and evidence of each row from one match.
 
         Parameters
         ----------
@@ -438,13 +434,14 @@ class FaultOrderClassifier(
             True for a comb that healthy rows exceed at the stated false-alarm rate
             only; with `conditions`, their alarm, or none without a healthy condition.
             ``named``, without `conditions`: the verdict, or "not identifiable" if a
-            comb exceeds the limit, but the second place is too close, see
+            comb exceeds the limit, but the second location is too close, see
             `wrong_name_rate`. ``refusal``: without `conditions`, why a row has no
             verdict but equal probabilities: its speed is not plausible, or it has less
-            than two turns; else an empty text. ``evidence``: a sentence with the order
-            and the place of the best comb, its contrast in dB, and the difference from
-            the nominal order, which slip and an error of the speed cause together. If
-            it exceeds `slip`, the sentence asks to check the speed and the bearing.
+            than two revolutions; else an empty text. ``evidence``: a sentence with the
+            order and the location of the best comb, its contrast in dB, and the
+            difference from the nominal order, which slip and an error of the speed
+            cause together. If it exceeds `slip`, the sentence asks to check the speed
+            and the bearing.
             ``contrasts`` and ``rpm``: as in `match`. With `conditions`,
             ``log_probability`` are those of the conditions and, in the last column, of
             an unknown one, ``spectra`` are the same by spectra alone, ``levels`` and
@@ -453,20 +450,23 @@ class FaultOrderClassifier(
             used.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
-        found = self._match(X, rpm)
+        matches = self._match(X, rpm)
         if self.conditions_ is None:
-            judged = self._judge(found)
-            judged.refusal = np.where(np.isnan(found.rpm), _NO_COMBS, "").astype(object)
+            judged = self._judge(matches)
+            has_no_combs = np.isnan(matches.rpm)
+            judged.refusal = np.where(has_no_combs, _NO_COMBS, "").astype(object)
         else:
             learned = self.conditions_.diagnose(X, rpm=rpm)
-            judged = self._judge(found, learned.log_probability)
-            judged.update(spectra=learned.log_probability, recorded=learned.recorded)
-            judged.update(levels=learned.levels)
+            judged = self._judge(matches, learned.log_probability)
+            judged.spectra = learned.log_probability
+            judged.recorded = learned.recorded
+            judged.levels = learned.levels
             # The limits of combs do not belong to conditions that were learned.
-            judged.pop("alarm")
+            del judged["alarm"]
             if "alarm" in learned:
                 judged.alarm = learned.alarm
-        judged.update(contrasts=found.contrasts, rpm=found.rpm)
+        judged.contrasts = matches.contrasts
+        judged.rpm = matches.rpm
         return judged
 
     @uses_fitted
@@ -501,19 +501,18 @@ class FaultOrderClassifier(
         Returns
         -------
         Bunch
-            As `diagnose` returns it, for one row, without what only a row has.
+            As `diagnose` returns it, for one row, without ``contrasts`` and ``spectra``.
         """
-        n_turns = (
-            self.window_shape_[-1] * rpm * self.gear_ratio / (60 * self.sampling_rate)
-        )
-        combs = self._combs(contrast, n_turns)
-        found = Bunch(**{name: of_row[np.newaxis] for name, of_row in combs.items()})
-        found.rpm = np.array([rpm])
-        return self._judge(found, None if self.conditions_ is None else spectra, n_rows)
+        matches = self._search().match_gathered(contrast, self.window_shape_[-1], rpm)
+        if self.conditions_ is None:
+            spectra = None
+        return self._judge(matches, spectra, n_rows)
 
     @available_if(lambda self: self.conditions is not None)
     def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
-        """Adapt the spectra of `conditions` to rows of a new speed; orders do not move with speed.
+        """Adapt the spectra of `conditions` to rows of a new speed.
+
+        Orders are the same at every speed.
 
         Parameters
         ----------
@@ -531,95 +530,81 @@ class FaultOrderClassifier(
         self.conditions_.adapt(X, y)
         return self
 
-    def _judge(self, found, spectra=None, n_rows=1):
+    def _judge(self, matches, spectra=None, n_rows=1):
         """Judge matched rows, with the log probabilities by spectra if conditions were learned."""
-        distances = np.abs(np.log(found.rpm[:, np.newaxis] / self.healthy_speeds_))
+        distances = np.abs(np.log(matches.rpm[:, np.newaxis] / self.healthy_speeds_))
         # The distance of an unknown speed is NaN.
         is_far = ~(distances.min(axis=1, initial=np.inf) <= _SAME_SPEED)
-        elsewhere = fault_locations.limit_elsewhere(self.limit_, self.false_alarm_rate)
+        elsewhere = limit_elsewhere(self.limit_, self.false_alarm_rate)
         limits = np.where(is_far, elsewhere, self.limit_)
         # Means scatter less about the reference, which is known at the speeds of
         # healthy rows.
         gain = np.sqrt(effective_number(n_rows, COMB_CORRELATION))
         certainty = np.where(is_far, 1.0, gain)
-        above = (found.scores - self.reference_) * certainty[:, np.newaxis]
-        places = above.argsort(axis=1, kind="stable")[:, :-3:-1]
-        best, second = np.take_along_axis(above, places, axis=1).T
+        above = (matches.scores - self.reference_) * certainty[:, np.newaxis]
+        ranking = above.argsort(axis=1, kind="stable")[:, :-3:-1]
+        best, second = np.take_along_axis(above, ranking, axis=1).T
         alarm = best > limits
-        is_close = alarm & (
-            best - second < fault_locations.least_margin(self.wrong_name_rate)
+        is_close = alarm & (best - second < least_margin(self.wrong_name_rate))
+        limits_of_best = self.reference_[ranking[:, 0]] + limits / certainty
+        judged = Bunch(
+            alarm=alarm,
+            p_value=p_values_of_healthy(best, self.healthy_scores_, is_far),
+            evidence=self._evidence(matches, ranking, alarm, is_close, limits_of_best),
         )
-        p_value = fault_locations.p_values_of_healthy(
-            best, self.healthy_scores_, is_far
-        )
-        judged = Bunch(alarm=alarm, p_value=p_value)
-        limits_of_best = self.reference_[places[:, 0]] + limits / certainty
-        rows = zip(places, limits_of_best, alarm, is_close, strict=True)
-        sentences = [self._sentence(found, i, *row) for i, row in enumerate(rows)]
-        judged.evidence = np.array(sentences, dtype=object)
         if spectra is None:
-            beyond, shown = above - limits[:, np.newaxis], fault_locations.VISIBLE_ALONE
-            scores = fault_locations.comb_evidence(
-                beyond, self.class_places_, visible=shown
-            )
-            scores[np.isnan(found.rpm)] = 0.0
-            judged.verdict = self.classes_[scores.argmax(axis=1)]
-            judged.named = np.where(
-                is_close, NOT_IDENTIFIABLE, judged.verdict.astype(object)
-            )
-            judged.score = (
-                scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
-            )
-            judged.probability = np.exp(log_softmax(scores, axis=1))
-            return judged
-        scores, judged.comb = self._joint_scores(found, spectra, gain)
-        judged.log_probability = log_softmax(scores, axis=1)
-        judged.update(
-            decided(
-                judged.log_probability, self.classes_, *self.conditions_.questions()
-            )
-        )
+            beyond = above - limits[:, np.newaxis]
+            judged.update(self._judge_by_combs(beyond, is_close, np.isnan(matches.rpm)))
+        else:
+            judged.update(self._judge_with_spectra(matches, spectra, gain))
         return judged
 
-    def _joint_scores(self, found, spectra, gain):
-        """Return log probabilities by combs and spectra, and the probability of a comb."""
-        without = (
-            self.reference_
-            if len(self.healthy_scores_) > 0
-            else fault_locations.WITHOUT_COMB
-        )
-        scores = gain * (found.scores - without)
-        # An unknown condition need not show a comb.
-        places = np.append(self.class_places_, FAULT_LOCATIONS.index(HEALTHY))
-        by_combs = fault_locations.comb_evidence(scores, places)
-        is_fault = places != FAULT_LOCATIONS.index(HEALTHY)
-        of_fault = np.exp(by_combs).max(axis=1, where=is_fault, initial=0.0)
-        is_used = ~np.isnan(found.rpm)
-        scores = spectra + np.where(is_used[:, np.newaxis], by_combs, 0.0)
-        return scores, np.where(is_used, of_fault, np.nan)
-
-    def _sentence(self, found, i, places, limit, alarm, is_close):
-        """Describe the combs of row i, whose two largest scores are those of `places`."""
-        best, second = places
-        bearing, factor = found.bearings[i, best], found.factors[i, best]
-        given = listed(self.bearing)
-        where, size = _WORDS[best], f"{NEPER_IN_DB * found.scores[i, best]:.0f} dB"
-        if isinstance(given[bearing], str):
-            where += f" of {given[bearing]}"
-        elif len(given) > 1:
-            where += f" of bearing {bearing + 1}"
-        if not alarm:
-            strongest = f"{where} with {size}, limit {NEPER_IN_DB * limit:.0f} dB"
-            return f"no comb exceeds its limit; the strongest is that of {strongest}"
-        if is_close:
-            return f"impacts of {size} fit {where} and {_WORDS[second]} nearly as well"
-        order = fault_locations.impact_orders(self.orders_)[bearing, best] * factor
-        error = f"{100 * (factor - 1):+.1f} % from the nominal order"
-        if abs(np.log(factor)) > self.slip:
-            error += (
-                ", which is more than slip explains: check the speed and the bearing"
+    def _evidence(self, matches, ranking, alarm, is_close, limits):
+        search = self._search()
+        bearings = listed(self.bearing)
+        sentences = [
+            search.describe(
+                matches,
+                row,
+                ranking[row],
+                bearings,
+                None if alarm[row] else limits[row],
+                is_close=is_close[row],
             )
-        return f"impacts at {order:.2f} orders, {where}, {size}, {error}"
+            for row in range(len(ranking))
+        ]
+        return np.array(sentences, dtype=object)
+
+    def _judge_by_combs(self, beyond, is_close, has_no_combs):
+        """Return what combs alone state, from their scores beyond the limits."""
+        scores = comb_evidence(beyond, self.class_places_, visible=VISIBLE_ALONE)
+        scores[has_no_combs] = 0.0
+        verdict = self.classes_[scores.argmax(axis=1)]
+        is_pair = scores.shape[1] == 2
+        return {
+            "verdict": verdict,
+            "named": np.where(is_close, NOT_IDENTIFIABLE, verdict.astype(object)),
+            "score": scores[:, 1] - scores[:, 0] if is_pair else scores,
+            "probability": np.exp(log_softmax(scores, axis=1)),
+        }
+
+    def _judge_with_spectra(self, matches, spectra, gain):
+        """Return what combs and spectra state together, and the probability of a comb."""
+        has_healthy = len(self.healthy_scores_) > 0
+        without_comb = self.reference_ if has_healthy else WITHOUT_COMB
+        # An unknown condition need not show a comb.
+        locations = np.append(self.class_places_, _HEALTHY)
+        by_combs = comb_evidence(gain * (matches.scores - without_comb), locations)
+        is_fault = locations != _HEALTHY
+        of_fault = np.exp(by_combs).max(axis=1, where=is_fault, initial=0.0)
+        has_combs = ~np.isnan(matches.rpm)
+        scores = spectra + np.where(has_combs[:, np.newaxis], by_combs, 0.0)
+        log_probability = log_softmax(scores, axis=1)
+        return {
+            "comb": np.where(has_combs, of_fault, np.nan),
+            "log_probability": log_probability,
+            **decided(log_probability, self.classes_, *self.conditions_.questions()),
+        }
 
     def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the probability that a healthy row has a comb as strong.
@@ -638,20 +623,17 @@ class FaultOrderClassifier(
         return self.diagnose(X, rpm).p_value
 
     def _capabilities(self):
-        own = {"alarm": True, "sampling_rate": self.sampling_rate}
+        fields = {"alarm": True, "sampling_rate": self.sampling_rate}
         if self.conditions_ is not None:
-            learned = vars(capabilities(self.conditions_))
-            names = "alarm", "healthy", "stated_rate", "speeds", "is_stretch"
-            names += "places", "n_specimens", "states_unknown", "n_healthy"
-            return own | {name: learned[name] for name in names}
-        healthy = self.classes_[
-            self.class_places_ == FAULT_LOCATIONS.index(HEALTHY)
-        ].tolist()
-        own |= {
+            learned = capabilities(self.conditions_)
+            return fields | {name: getattr(learned, name) for name in _OF_CONDITIONS}
+        healthy = self.classes_[self.class_places_ == _HEALTHY].tolist()
+        return fields | {
             "healthy": healthy[0] if healthy else None,
             "stated_rate": self.false_alarm_rate,
+            "needs_rpm": self.speed_range is None,
+            "is_stretch": True,
         }
-        return own | {"needs_rpm": self.speed_range is None, "is_stretch": True}
 
     def _check_parameters(self):
         check_sampling_rate(self.sampling_rate)
@@ -661,22 +643,15 @@ class FaultOrderClassifier(
         check_real(self.wrong_name_rate, "wrong_name_rate", max_val=0.5, **ABOVE_0)
         check_real(self.speed_tolerance, "speed_tolerance", min_val=0, max_val=0.3)
         if self.speed_range is not None:
-            expect(
-                np.size(self.speed_range) == 2,
-                "speed_range",
-                self.speed_range,
-                "two speeds",
-            )
+            is_pair = np.size(self.speed_range) == 2
+            expect(is_pair, "speed_range", self.speed_range, "two speeds")
             low, high = self.speed_range
             check_real(high, "speed_range[1]", **ABOVE_0)
             check_real(low, "speed_range[0]", **ABOVE_0 | {"max_val": high})
         for label, place in (self.places or {}).items():
-            expect(
-                place in FAULT_LOCATIONS,
-                f"places[{label!r}]",
-                place,
-                f"one of {FAULT_LOCATIONS}",
-            )
+            is_location = place in FAULT_LOCATIONS
+            expected = f"one of {FAULT_LOCATIONS}"
+            expect(is_location, f"places[{label!r}]", place, expected)
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()

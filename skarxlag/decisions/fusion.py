@@ -15,12 +15,12 @@ from sklearn.utils.metaestimators import available_if
 
 from ..core.base import SignalEstimator
 from ..core.capabilities import capabilities
+from ..core.fault_locations import HEALTHY
 from ..core.pipelines import as_diagnosis_pipeline
 from ..core.state import WINDOWS, expect, finish_fit, is_fitted, uses_fitted
 from ..core.validation import check_count, validate_signals
 from ..kernels.evidence import SMALLEST_PROBABILITY
 from ..kernels.posterior import decided
-from .fault_locations import HEALTHY
 
 #: Parameters of detectors that are shares of rows.
 _RATES = ("false_alarm_rate", "false_rejection_rate")

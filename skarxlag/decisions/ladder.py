@@ -12,6 +12,7 @@ from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
 
 from ..core.base import DocumentedEstimator
+from ..core.fault_locations import HEALTHY, location_of_label
 from ..core.speeds import log_speeds
 from ..core.state import (
     TABLE,
@@ -33,7 +34,6 @@ from ..core.validation import (
 from ..kernels import ladder
 from ..kernels.scaling import root_mean_square
 from ..kernels.speed_references import group_speeds
-from .fault_locations import HEALTHY, location_of_label
 
 
 @dataclass(kw_only=True, eq=False, repr=False)

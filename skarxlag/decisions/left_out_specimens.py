@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import log_softmax
 from sklearn.base import clone
 
+from ..core.fault_locations import FAULT_LOCATIONS
 from ..kernels import posterior
-from .fault_locations import FAULT_LOCATIONS
 
 #: Exponents that left-out specimens may choose, and the standard deviation of the
 #: logarithm of the exponent over rigs, which counts as much as they do.
@@ -51,7 +51,7 @@ def location_exponent(
         Identifier of the specimen of each row.
     places : ndarray of int of shape (n_rows,)
         Place of the condition of each row, as an index into
-        :data:`skarxlag.decisions.fault_locations.PLACES`. Other places have larger
+        :data:`skarxlag.core.fault_locations.FAULT_LOCATIONS`. Other places have larger
         numbers.
     metadata : mapping of str to array-like
         What ``residual.fit`` is given: scalars, or one value for each row.

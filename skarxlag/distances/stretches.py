@@ -13,7 +13,6 @@ from sklearn.utils import Bunch, check_scalar
 
 from ..core.base import StretchTransformer
 from ..core.capabilities import requests
-from ..core.on_demand import OnDemand, TakesRowsOnDemand
 from ..core.parallel import map_rows
 from ..core.pipelines import DiagnosisPipeline
 from ..core.speeds import (
@@ -67,7 +66,7 @@ _SUPPOSED_TURNS = 20
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class OrderResidual(TakesRowsOnDemand, StretchTransformer):
+class OrderResidual(StretchTransformer):
     r"""Transformer from stretches to distances of their order spectra from each condition.
 
     Impacts in a bearing repeat at fixed *orders*, which are multiples of the shaft's
@@ -325,7 +324,7 @@ def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidua
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class StretchResidual(TakesRowsOnDemand, StretchTransformer):
+class StretchResidual(StretchTransformer):
     r"""Transformer from rows of any length to residuals of their windows and order spectra.
 
     A residual of *windows* compares colour and steadiness of the innovations with those
@@ -432,7 +431,9 @@ class StretchResidual(TakesRowsOnDemand, StretchTransformer):
         if self.order_residual_ is not None:
             rows, speeds = _long_rows(X, rpm, self.order_residual_.sampling_rate)
             if len(rows) > 0:
-                of_orders = self.order_residual_.transform(X[rows], rpm=speeds)
+                are_all = len(rows) == len(X)
+                long_rows = X if are_all else X[rows]
+                of_orders = self.order_residual_.transform(long_rows, rpm=speeds)
                 residuals[rows] *= np.asarray(of_orders) ** self.order_weight
         return residuals
 
@@ -480,22 +481,9 @@ class StretchResidual(TakesRowsOnDemand, StretchTransformer):
         if rpm is not None and requests(residual, method, "rpm"):
             metadata["rpm"] = np.repeat(np.exp(log_speeds(rpm, n_rows)), count)
 
-        def of_rows(rows):
-            cut = np.asarray(X[rows])[..., : count * length]
-            return np.swapaxes(cut.reshape(-1, n_models, count, length), 1, 2)
-
-        def computed(some):
-            places = np.arange(n_rows * count)[some]
-            rows, own = np.unique(places // count, return_inverse=True)
-            return of_rows(rows)[own, places % count]
-
-        if isinstance(X, OnDemand) and isinstance(residual, DiagnosisPipeline):
-            return (
-                OnDemand(computed, n_rows * count, count * X.together),
-                count,
-                metadata,
-            )
-        return of_rows(slice(None)).reshape(-1, n_models, length), count, metadata
+        cut = X[..., : count * length].reshape(n_rows, n_models, count, length)
+        windows = np.swapaxes(cut, 1, 2).reshape(-1, n_models, length)
+        return windows, count, metadata
 
     def _check_parameters(self):
         check_real(self.order_weight, "order_weight", min_val=0)

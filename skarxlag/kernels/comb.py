@@ -1,12 +1,12 @@
 """Fundamental frequency near a given one, by a comb of harmonics."""
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
-from scipy.ndimage import median_filter
 
+from .running_median import running_median
 from .scaling import centred
 
 #: Points of the zero-padded spectrum for each cell of the plain one.
@@ -50,7 +50,8 @@ def comb_frequency(
     )
     level = np.log(power[: highest + 1] + _LEAST_POWER * max(power.mean(), 1.0))
     width = 2 * int(_FLOOR_WIDTH * fundamental * n_fft / 2) + 1
-    contrast = np.maximum(level - running_median(level, width, "symmetric"), 0)
+    median = running_median(level[np.newaxis], width, "symmetric")[0]
+    contrast = np.maximum(level - median, 0)
     # A quarter of a cell of the padded spectrum at the highest multiple.
     step = min(_STEP, 0.25 / (n_harmonics * fundamental * n_fft))
     n_steps = int(tolerance / step + 1e-9)
@@ -62,34 +63,3 @@ def comb_frequency(
     # Of equals the nominal one, so that a signal without harmonics moves nothing.
     best = np.flatnonzero(score == score.max())
     return candidates[best[np.abs(best - n_steps).argmin()]]
-
-
-def running_median(
-    values: NDArray[Any], size: int, beyond: Literal["edge", "symmetric"]
-) -> NDArray[Any]:
-    """Compute the median of each value and its neighbours.
-
-    Parameters
-    ----------
-    values : ndarray of shape (n_values,)
-        Values, at least one.
-    size : int
-        Odd number of values in the median, of any size.
-    beyond : {"edge", "symmetric"}
-        What follows the ends: the last value, or the values in reverse order.
-
-    Returns
-    -------
-    ndarray of shape (n_values,)
-        Medians.
-
-    Examples
-    --------
-    >>> running_median(np.array([1.0, 9.0, 2.0, 3.0]), 3, "edge")
-    array([1., 2., 3., 3.])
-    """
-    half = size // 2
-    # The filter of SciPy 1.15 to 1.17 writes outside its memory if there are fewer
-    # values than it has places.
-    padded = np.pad(values, half, mode=beyond)
-    return median_filter(padded, size)[half : half + len(values)]

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.ndimage import maximum_filter1d
 
-from .comb import running_median
 from .order_spectra import envelopes_over_angle, equal_angles
+from .running_median import running_median
 from .scaling import centred
+from .short_time import hann_window
 
 #: Orders at which contrasts are stored: from 0 to the highest, in these steps.
 ORDER_STEP, HIGHEST_ORDER = 0.01, 40.0
@@ -46,13 +47,14 @@ _LEAST_POWER = 1e-12
 _SLIP_COST, _SPEED_COST = 0.15, 0.6
 #: Multiples of each part of a fault's comb.
 RACE_MULTIPLES, SPIN_MULTIPLES, CAGE_MULTIPLES = 3, 4, 4
+_MULTIPLES = np.array([CAGE_MULTIPLES, SPIN_MULTIPLES, *3 * [RACE_MULTIPLES]])
 #: Weight of the cage's comb in the score of a ball.
 CAGE_WEIGHT = 0.6
 #: Most of the cage's comb that counts, in nepers. Strong faults of a race show the
 #: cage, too.
 MOST_OF_CAGE = 1.0
-#: Places in the order of the scores.
-FAULT_LOCATIONS = ("ball", "inner", "outer")
+#: Locations of faults in the order of the scores.
+FAULTS = ("ball", "inner", "outer")
 #: Decibels of power in a neper of power.
 NEPER_IN_DB = 10 / math.log(10)
 
@@ -223,7 +225,7 @@ def squared_envelope_spectrum(
     squared = _squared_envelope(samples, len(samples), band, prewhiten)
     mean = squared.mean()
     if mean > 0:
-        squared = (squared / mean - 1) * np.hanning(len(samples) + 2)[1:-1]
+        squared = (squared / mean - 1) * hann_window(len(samples))
     return np.abs(fft.rfft(squared)) ** 2 * (4 / len(samples)) ** 2
 
 
@@ -260,10 +262,8 @@ def mean_contrast(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
     if n_values < 8:
         return np.zeros(N_ORDERS)
     n_fft = fft.next_fast_len(_PADDING * n_values, real=True)
-    window = np.hanning(n_values + 2)[1:-1]
-    spectra = fft.rfft(
-        (envelopes - envelopes.mean(axis=1, keepdims=True)) * window, n_fft
-    )
+    centred_envelopes = envelopes - envelopes.mean(axis=1, keepdims=True)
+    spectra = fft.rfft(centred_envelopes * hann_window(n_values), n_fft)
     cell = 1 / (n_fft * step)
     spectra = spectra[:, : int((HIGHEST_ORDER + 1) / cell) + 2]
     power = spectra.real**2 + spectra.imag**2
@@ -274,8 +274,7 @@ def mean_contrast(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
     width = max(_FLOOR_WIDTH, _FLOOR_CELLS / (n_values * step))
     level = np.log(power + floor * n_values)
     size = 2 * int(width / cell / 2) + 1
-    median = np.stack([running_median(of_band, size, "edge") for of_band in level])
-    above = level - median + _MEDIAN_OF_NOISE
+    above = level - running_median(level, size, "edge") + _MEDIAN_OF_NOISE
     contrast = maximum_filter1d(np.maximum(above, 0), 3, axis=1).mean(axis=0)
     cells = np.arange(N_ORDERS) * ORDER_STEP / cell
     return np.interp(cells, np.arange(len(contrast)), contrast, right=0)
@@ -327,13 +326,7 @@ def fault_comb(
     n_shifts = n_error + n_slip
     shifts = FACTOR_STEP * np.arange(-n_shifts, n_shifts + 1)
     first = np.array([orders[0], orders[1], 2 * orders[1], *orders[2:]])
-    multiples = CAGE_MULTIPLES, SPIN_MULTIPLES, *3 * [RACE_MULTIPLES]
-    heights = np.stack(
-        [
-            _heights(contrast, *part, shifts)
-            for part in zip(first, multiples, strict=True)
-        ]
-    )
+    heights = _heights(contrast, first, shifts)
     slips = FACTOR_STEP * np.arange(-n_slip, n_slip + 1)
     slipped = (
         sliding_window_view(heights, len(slips), axis=1)
@@ -343,7 +336,8 @@ def fault_comb(
     ball = (spin + twice) / 2 + cage_weight * np.minimum(cage, MOST_OF_CAGE)
     scores = np.stack([ball, inner, outer])
     errors = shifts[n_slip : len(shifts) - n_slip]
-    fit = np.median(scores, axis=0) - _SPEED_COST * (errors / slip) ** 2
+    median = np.sort(scores, axis=0)[1]
+    fit = median - _SPEED_COST * (errors / slip) ** 2
     at = _nearest_best(fit, errors)
     best_slips = [slips[_nearest_best(of_comb[at], slips)] for of_comb in slipped[1:]]
     of_ball = best_slips[0] if spin[at] > twice[at] else best_slips[1]
@@ -351,13 +345,14 @@ def fault_comb(
     return Comb(scores[:, at], factors)
 
 
-def _heights(contrast, order, n_multiples, shifts):
-    """Mean contrast at the multiples of an order, for each logarithm of a factor on the speed."""
-    multiples = np.arange(1, n_multiples + 1) * order / ORDER_STEP
-    positions = np.multiply.outer(np.exp(shifts), multiples)
-    return np.interp(positions, np.arange(len(contrast)), contrast, right=0.0).mean(
-        axis=1
-    )
+def _heights(contrast, orders, shifts):
+    """Mean contrast at the multiples of each order, for logarithms of a factor on the speed."""
+    multiples = np.concatenate([np.arange(1, n + 1) for n in _MULTIPLES])
+    positions = np.repeat(orders, _MULTIPLES) * multiples / ORDER_STEP
+    positions = np.multiply.outer(positions, np.exp(shifts))
+    at_multiples = np.interp(positions, np.arange(len(contrast)), contrast, right=0.0)
+    starts = np.cumsum(_MULTIPLES) - _MULTIPLES
+    return np.add.reduceat(at_multiples, starts) / _MULTIPLES[:, np.newaxis]
 
 
 def _nearest_best(values, shifts):

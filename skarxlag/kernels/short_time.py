@@ -5,6 +5,7 @@ is compiled for this length, and the spectra of one signal fit the nearest cache
 arithmetic is in single precision, whose rounding is 140 dB below the signal.
 """
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -76,6 +77,14 @@ def band_levels(
         levels,
     )
     return levels[..., 1:]
+
+
+@lru_cache(maxsize=16)
+def hann_window(length: int) -> NDArray[Any]:
+    """Return a Hann window without the zeros at its ends; it cannot be written to."""
+    window = np.hanning(length + 2)[1:-1]
+    window.flags.writeable = False
+    return window
 
 
 def windowed_segments(

@@ -5,7 +5,6 @@ signals.
 """
 
 import math
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from scipy import fft
 
 from .linear_prediction import predictors
 from .scaling import largest
-from .short_time import band_levels
+from .short_time import band_levels, hann_window
 
 #: Cells of (0, pi) on which the log spectrum of a window is taken.
 LOG_SPECTRUM_CELLS = 256
@@ -75,11 +74,6 @@ def _midpoint_power(coefficients, n):
     return response.real**2 + response.imag**2
 
 
-@lru_cache
-def _hann_window(segment):
-    return np.hanning(segment + 2)[1:-1]
-
-
 def short_time_log_spectra(
     signals: NDArray[Any], segment: int, hop: int
 ) -> NDArray[Any]:
@@ -113,7 +107,7 @@ def short_time_log_spectra(
     )
     floor[floor == 0] = 1.0
     return np.log(
-        band_levels(signals, _hann_window(segment), hop, floor), dtype=np.float64
+        band_levels(signals, hann_window(segment), hop, floor), dtype=np.float64
     )
 
 

@@ -16,7 +16,7 @@ from ..core.validation import ABOVE_0, as_samples, check_real
 from ..kernels.comb import comb_frequency
 from ..kernels.fault_orders import (
     CAGE_WEIGHT,
-    FAULT_LOCATIONS,
+    FAULTS,
     fault_comb,
     squared_envelope_spectrum,
 )
@@ -58,12 +58,31 @@ def best_combs(
         for of_bearing, weight in zip(orders, weights, strict=True)
     ]
     scores, factors = (np.stack(each) for each in zip(*combs, strict=True))
-    best, place = scores.argmax(axis=0), np.arange(len(FAULT_LOCATIONS))
+    best, place = scores.argmax(axis=0), np.arange(len(FAULTS))
     return {
         "scores": scores[best, place],
         "factors": factors[best, place],
         "bearings": best,
     }
+
+
+def impact_orders(orders: NDArray[Any]) -> NDArray[Any]:
+    """Return the orders of impacts of faults.
+
+    A fault of a rolling element hits both rings in each revolution of the element.
+
+    Parameters
+    ----------
+    orders : ndarray of shape (n_bearings, 4)
+        Orders of the cage (FTF), the spin of an element (BSF), the inner race (BPFI)
+        and the outer race (BPFO).
+
+    Returns
+    -------
+    ndarray of shape (n_bearings, 3)
+        Orders of ball, inner and outer race.
+    """
+    return orders[:, 1:] * [2, 1, 1]
 
 
 def samples_per_revolution_of_rows(

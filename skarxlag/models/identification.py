@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import Bunch, check_scalar
 
 from ..core.base import ArrayTransformer, SignalEstimator
-from ..core.on_demand import rows_computed_by
 from ..core.parallel import map_batches
 from ..core.state import WINDOWS, Labels, Values, expect, finish_fit, uses_fitted
 from ..core.validation import (
@@ -361,9 +360,7 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
             in the sensor's unit.
         """
         windows, _ = self._validate_windows(X, None, reset=False)
-        return rows_computed_by(
-            lambda rows: self._innovations(windows[rows], self.unit_rms), len(windows)
-        )
+        return self._innovations(windows, self.unit_rms)
 
     def _innovations(self, windows, unit_rms):
         n_windows, _, n_samples = windows.shape

@@ -19,8 +19,9 @@ from .._version import __version__
 from ..core.capabilities import Capabilities, capabilities, offers
 from ..core.files import read_members, write_atomically
 from ..core.state import Values, check_model_state, estimators_within, expect
-from ..decisions.detection import FaultDetector, KnownConditions
+from ..decisions.fault_detector import FaultDetector
 from ..decisions.fusion import SensorFusion
+from ..decisions.known_conditions import KnownConditions
 from ..monitoring import ConditionMonitor
 from ..verdicts.names import check_conditions
 from .saved_objects import PROTOCOLS, SavedObjects
@@ -71,8 +72,8 @@ TRUSTED_TYPES = {
         "skarxlag.decisions.ladder.ThresholdLadder",
         "skarxlag.models.observers.ExtendedStatePIObserverBank",
         "skarxlag.measures.spectra.LogSpectra",
-        "skarxlag.decisions.detection.FaultDetector",
-        "skarxlag.decisions.detection.KnownConditions",
+        "skarxlag.decisions.fault_detector.FaultDetector",
+        "skarxlag.decisions.known_conditions.KnownConditions",
         "skarxlag.core.pipelines.DiagnosisPipeline",
     },
     "NdArrayNode": {"numpy.ndarray", "numpy.float64", "numpy.int64", "numpy.str_"},

@@ -11,15 +11,15 @@ from sklearn.pipeline import Pipeline
 
 from ..core.capabilities import unfolded_steps
 from ..core.state import expect
-from ..decisions.fault_locations import impact_orders
 from ..decisions.fault_orders import FaultOrderClassifier
 from ..distances.stretches import order_comparison
 from ..kernels.fault_orders import (
-    FAULT_LOCATIONS,
+    FAULTS,
     NEPER_IN_DB,
     ORDER_STEP,
     RACE_MULTIPLES,
 )
+from ..measures.envelope_spectra import impact_orders
 from ._fitted import known_conditions
 from ._style import (
     LINE,
@@ -144,17 +144,17 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
             X, rpm=rpm if np.ndim(rpm) == 0 else np.asarray(rpm)[np.newaxis]
         )
         n_shown = int(_HIGHEST_ORDER / ORDER_STEP) + 1
-        factors = dict(zip(FAULT_LOCATIONS, found.factors[0].tolist(), strict=True))
+        factors = dict(zip(FAULTS, found.factors[0].tolist(), strict=True))
         orders = impact_orders(classifier.orders_)[
-            found.bearings[0], np.arange(len(FAULT_LOCATIONS))
+            found.bearings[0], np.arange(len(FAULTS))
         ]
         lines = np.outer(orders * found.factors[0], np.arange(1, RACE_MULTIPLES + 1))
         combs = {
             name: of[of <= _HIGHEST_ORDER]
-            for name, of in zip(FAULT_LOCATIONS, lines, strict=True)
+            for name, of in zip(FAULTS, lines, strict=True)
         }
         scores = dict(
-            zip(FAULT_LOCATIONS, (NEPER_IN_DB * found.scores[0]).tolist(), strict=True)
+            zip(FAULTS, (NEPER_IN_DB * found.scores[0]).tolist(), strict=True)
         )
         shown = {"combs": combs, "scores": scores, "factors": factors}
         shown["limit"] = NEPER_IN_DB * float(
@@ -167,7 +167,7 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
     def _draw(self, ax):
         style = {"color": ink(), "linewidth": 0.8, "label": "contrast"}
         self.line_: Any = ax.plot(self.orders, self.contrast, **style)[0]
-        styles = condition_styles(["healthy", *FAULT_LOCATIONS])
+        styles = condition_styles(["healthy", *FAULTS])
         self.comb_lines_: dict[str, Any] = {}
         for name, lines in self.combs.items():
             label = f"{name}: {self.scores[name]:.0f} dB, {100 * (self.factors[name] - 1):+.1f} %"

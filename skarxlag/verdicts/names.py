@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.capabilities import Capabilities
+from ..core.fault_locations import HEALTHY, NOT_IDENTIFIABLE
 from ..core.state import expect
-from ..decisions.fault_locations import HEALTHY, NOT_IDENTIFIABLE
 
 #: Verdict on a recording whose healthy limits are exceeded and whose condition cannot
 #: be named.

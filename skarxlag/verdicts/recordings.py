@@ -12,10 +12,10 @@ from sklearn.pipeline import Pipeline
 from sklearn.utils import Bunch, check_consistent_length
 
 from ..core.capabilities import Capabilities, capabilities
+from ..core.fault_locations import NOT_IDENTIFIABLE
 from ..core.pipelines import as_diagnosis_pipeline
 from ..core.speeds import speed_errors, speeds_of_rows
 from ..core.state import expect
-from ..decisions.fault_locations import NOT_IDENTIFIABLE
 from ..kernels import evidence
 from ..kernels.speed_references import SAME_LOG_SPEED, UNIT_DISTANCE
 from ..measures.quality import quality_of_outputs

@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.signal import lfilter
-from skarxlag.decisions.fault_locations import FAULT_LOCATIONS
 
 from benchmarks.another_bearing import (
     command,
@@ -16,6 +15,7 @@ from benchmarks.another_bearing import (
 )
 from benchmarks.another_bearing.methods import METHODS, by_place
 from benchmarks.recipe.rigs import Recording, Rig
+from skarxlag.core.fault_locations import FAULT_LOCATIONS
 from skarxlag.kernels import posterior
 
 RATE = 2000.0

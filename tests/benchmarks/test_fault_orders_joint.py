@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 from scipy.special import softmax
-from skarxlag.decisions.fault_locations import comb_evidence
 
 from benchmarks.fault_orders.joint import (
     IN_USE,
@@ -16,6 +15,7 @@ from benchmarks.fault_orders.joint import (
 from benchmarks.fault_orders.rigs import Recording
 from skarxlag import make_diagnoser
 from skarxlag.bearings import SKF_6205
+from skarxlag.decisions.comb_probabilities import comb_evidence
 
 from ..distances.test_orders import ORDERS, RATE, strikes
 

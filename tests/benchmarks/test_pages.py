@@ -74,7 +74,7 @@ def test_each_block_states_its_command_version_and_date(name):
 
 def test_every_table_in_a_file_belongs_to_a_block():
     wanted = {
-        modules.ROOT / Path(page).parent / "tables" / f"{name.replace(' ', '_')}.csv"
+        modules.ROOT / blocks.table_file(page, name)
         for part in parts.PARTS.values()
         for page, names in part.blocks.items()
         for name in set(names).intersection(part.tables)
@@ -258,9 +258,9 @@ def test_tables_of_a_block_move_to_one_file(page):
     block = f"About.\n\n{folded}\n\nMore.\n\n**second** part\n\n| x |\n| --- |\n| 2 |"
     blocks.write_blocks(page, {"a": block})
     assert (
-        "-->\nAbout.\n\nMore.\n\n[Table as csv](tables/a.csv)\n\n*Made"
+        "-->\nAbout.\n\nMore.\n\n[Table as csv](docs/tables/a.csv)\n\n*Made"
         in page.read_text()
     )
-    stored = pd.read_csv(page.parent / "tables" / "a.csv")
+    stored = pd.read_csv(page.parent / "docs" / "tables" / "a.csv")
     assert stored["table"].tolist() == ["first", "second part"]
     assert stored["x"].tolist() == [1, 2] and stored["row"].isna().all()

@@ -15,15 +15,12 @@ from sklearn.pipeline import Pipeline, make_pipeline
 
 from skarxlag import (
     ARXLaguerre,
-    ConditionClassifier,
     DiagnosisPipeline,
     ExtendedStatePIObserver,
-    FaultOrderClassifier,
     LogSpectra,
     PIObserver,
     SpectralDistance,
     SpeedSplit,
-    StretchResidual,
     ThresholdLadder,
     make_alpio,
     make_detector,
@@ -32,7 +29,6 @@ from skarxlag import (
     make_fault_order_classifier,
     make_known_conditions,
 )
-from skarxlag.core.parallel import map_batches
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 
@@ -305,104 +301,29 @@ def test_batches_need_no_memory_for_all_innovations(data):
 @pytest.mark.parametrize("make", MAKERS)
 @pytest.mark.parametrize("table", ["default", "pandas"])
 @pytest.mark.parametrize("routed", ["sample_weight", "identify__sample_weight"])
-def test_fit_by_batches_is_that_of_scikit_learn_bit_for_bit(
-    make, table, routed, data, monkeypatch
-):
-    monkeypatch.setattr(map_batches, "__defaults__", (20,))
-    monkeypatch.setattr("skarxlag.core.base.BATCH", 20)
-    monkeypatch.setattr(
-        "skarxlag.models.observers.BATCH", 3 * 20
-    )  # innovations of three models
-    seen, innovations = [], ARXLaguerre._innovations
-    monkeypatch.setattr(
-        ARXLaguerre,
-        "_innovations",
-        lambda self, X, unit_rms: seen.append(len(X)) or innovations(self, X, unit_rms),
-    )
+def test_fit_is_that_of_scikit_learn_bit_for_bit(make, table, routed, data):
     params = {routed: np.arange(36) % 3}
     model = make().set_output(transform=table).fit(*data, **params)
-    assert max(seen) == 20
     plain = Pipeline(clone(model).steps)
     with sklearn.config_context(enable_metadata_routing="__" not in routed):
         plain.fit(*data, **params)
-    for (name, step), (_, expected) in zip(model.steps, plain.steps, strict=True):
-        assert vars(step).keys() == vars(expected).keys(), name
-        values = {key: value for key, value in vars(step).items() if key.endswith("_")}
-        for key in values.keys() - {"residual_"}:
-            np.testing.assert_array_equal(values[key], vars(expected)[key], err_msg=key)
+    for (_, step), (_, expected) in zip(model.steps, plain.steps, strict=True):
+        assert joblib.hash(state(step)) == joblib.hash(state(expected))
     np.testing.assert_array_equal(
         model.predict_proba(data[0]), plain.predict_proba(data[0])
     )
 
 
-def test_steps_that_may_need_all_rows_are_given_all_rows(data, tmp_path):
-    class Remembering(PIObserver):
-        def fit(self, X, y=None):
-            self.seen = X
-            return super().fit(X, y)
-
-    def fitted(observer, X=data[0], **options):
-        steps = [("i", ARXLaguerre()), ("o", observer), ("d", ThresholdLadder())]
-        return DiagnosisPipeline(steps, **options).fit(X, data[1])
-
-    assert np.shape(fitted(Remembering())["o"].seen)[:2] == (36, 3)
-    expected = fitted(PIObserver()).predict_proba(data[0])
-    of_lists = fitted(PIObserver(), data[0].tolist())
-    for other in (of_lists, fitted(PIObserver(), memory=str(tmp_path))):
-        np.testing.assert_array_equal(other.predict_proba(data[0]), expected)
-
-
-class Averages(TransformerMixin, BaseEstimator):
-    """Residual of windows that remembers what it was given."""
-
-    def fit(self, X, y):
-        self.seen, self.classes_ = X, np.unique(y)
-        return self
-
-    def transform(self, X):
-        return X.std(axis=(1, 2))[:, np.newaxis] * np.arange(1, 3)
-
-
-def test_parts_of_steps_that_may_need_all_rows_are_given_all_rows():
-    X, y = (
-        np.random.default_rng(0).normal(size=(40, 8000)),
-        np.repeat(["healthy", "inner"], 20),
-    )
-    compare = StretchResidual(window_residual=Averages(), window_length=2000)
-    steps = [("i", ARXLaguerre(bank=False)), ("c", compare), ("d", ThresholdLadder())]
-    model = DiagnosisPipeline(steps).fit(X, y)
-    assert np.shape(model["c"].window_residual_.seen)[:2] == (120, 1)
-    conditions = ConditionClassifier(residual=Averages())
-    decide = FaultOrderClassifier(
-        bearing="6205", sampling_rate=1e4, conditions=conditions
-    )
-    joint = DiagnosisPipeline([steps[0], ("d", decide)]).fit(X, y, rpm=1200)
-    assert np.shape(joint["d"].conditions_.residual_.seen)[:2] == (40, 1)
-
-
-def test_innovations_are_arrays_after_a_fit_that_failed(data):
-    model = make_alpio()
-    with pytest.raises(ValueError):
-        model.fit(data[0], data[1], decide__sample_weight=-np.ones(36))
-    assert type(model["identify"].transform(data[0])) is np.ndarray
-    assert model.fit(*data).predict(data[0]).shape == (36,)
-
-
 @pytest.mark.filterwarnings("ignore::UserWarning")  # Speeds are not known.
-@pytest.mark.parametrize("make", [make_alpio, make_detector, make_known_conditions])
-def test_fit_needs_no_memory_for_all_innovations(make):
-    many, y = np.random.default_rng(0).normal(size=(800, 4800)), np.arange(800) % 3
-    diagnoser = make().fit(many[:99], y[:99])
-    innovations = diagnoser["identify"].transform(many).nbytes
-    assert peak_of_fit(diagnoser, many, y) < innovations / 1.5
-
-
-def peak_of_fit(model, X, y, **metadata):
+@pytest.mark.parametrize("make", [make_detector, make_known_conditions, make_diagnoser])
+def test_fit_needs_memory_for_one_copy_of_its_windows(make):
+    many, y = np.random.default_rng(0).normal(size=(2000, 4800)), np.arange(2000) % 3
+    make().fit(many[:99], y[:99])
     tracemalloc.start()
-    model.fit(X, y, **metadata)
+    make().fit(many, y)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    return peak
+    assert peak < 1.6 * many.nbytes
 
 
 STRETCHES = {
@@ -419,21 +340,8 @@ STRETCHES = {
 
 @pytest.mark.filterwarnings("ignore::UserWarning")  # Too few rows.
 @pytest.mark.parametrize("make", STRETCHES.values(), ids=STRETCHES)
-def test_memory_of_a_fit_on_stretches_does_not_grow_with_their_number(make):
-    X = np.random.default_rng(0).normal(size=(200, 8000))
-    y = np.where(np.arange(200) % 2, "inner", "healthy")
-    rpm = np.where(np.arange(200) % 4 < 2, 1200, 1500)
-    make().fit(X[:8], y[:8], rpm=rpm[:8])
-    few, many = (peak_of_fit(make(), X[:n], y[:n], rpm=rpm[:n]) for n in (100, 200))
-    assert many - few < 0.1 * X[100:].nbytes
-
-
-@pytest.mark.filterwarnings("ignore::UserWarning")  # Too few rows.
-@pytest.mark.parametrize("make", STRETCHES.values(), ids=STRETCHES)
 @pytest.mark.parametrize("metadata", [{}, {"sample_weight": np.arange(40) % 3}])
-def test_fit_on_stretches_by_batches_is_that_of_scikit_learn_bit_for_bit(
-    make, metadata
-):
+def test_fit_on_stretches_is_that_of_scikit_learn_bit_for_bit(make, metadata):
     X, y = (
         np.random.default_rng(0).normal(size=(40, 8000)),
         np.repeat(["healthy", "inner"], 20),

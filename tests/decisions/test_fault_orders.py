@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from skarxlag.decisions.fault_locations import NOT_IDENTIFIABLE, limit_elsewhere
 from sklearn.base import clone
 from sklearn.utils import Bunch
 
@@ -15,6 +14,8 @@ from skarxlag import (
     save_diagnoser,
 )
 from skarxlag.core.capabilities import capabilities
+from skarxlag.core.fault_locations import NOT_IDENTIFIABLE
+from skarxlag.decisions.comb_probabilities import limit_elsewhere
 from skarxlag.measures.envelope_spectra import best_combs
 
 RATE = 10_000.0
@@ -270,7 +271,7 @@ def test_a_row_whose_combs_cannot_be_seen_names_no_place(rows, rpm):
     assert found.probability[0].max() > 0.9 and not found.alarm[1]
     assert found.refusal.tolist() == [
         "",
-        "combs need a plausible speed, and two turns of the shaft in a row",
+        "combs need a plausible speed, and two revolutions of the shaft in a row",
     ]
     assert np.isnan(found.rpm[1]) and found.p_value[1] == pytest.approx(1)
     searched = classifier(speed_range=(100.0, 119.0)).fit(rows).diagnose(rows)

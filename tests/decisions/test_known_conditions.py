@@ -21,7 +21,7 @@ from skarxlag import (
     save_diagnoser,
 )
 from skarxlag.core.state import check_state
-from skarxlag.decisions.detection import measure
+from skarxlag.decisions.row_outliers import features_of_rows
 
 LENGTH, RATE = 1200, 0.05
 COLOURS = {"good": -0.8, "inner": 0.0, "outer": 0.8}
@@ -66,7 +66,9 @@ def test_each_condition_has_the_p_values_of_its_detector(fitted):
         # smaller.
         one_sided = alone.p_values(fresh, rpm=1000)
         assert np.all(found[:, place] <= 2 * one_sided * (1 + 1e-9))
-        measured = measure(fresh[:, np.newaxis], 1, with_level=False, n_jobs=None)
+        measured = features_of_rows(
+            fresh[:, np.newaxis], 1, with_level=False, n_jobs=None
+        )
         both = alone._log_p_values_of(
             measured, np.full(5, np.log(1000)), two_sided=True
         )
@@ -91,7 +93,8 @@ def test_verdict_score_and_p_values_are_of_one_set_of_measures(detector):
     pipeline = fit(DiagnosisPipeline([("detect", clone(detector))]), X, y, rpm=rpm)
     fresh = rows("good", 10, 1000, 1)
     with mock.patch(
-        "skarxlag.decisions.detection.measure", side_effect=measure
+        "skarxlag.decisions.row_outliers.features_of_rows",
+        side_effect=features_of_rows,
     ) as measured:
         found = pipeline.diagnose(fresh, rpm=1000)
     assert measured.call_count == 1

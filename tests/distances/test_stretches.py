@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import sklearn
 from scipy.signal import lfilter
-from skarxlag.decisions.fault_locations import WITHOUT_COMB, comb_evidence
 from sklearn.base import clone
 from sklearn.model_selection import StratifiedKFold, cross_val_score
 
@@ -17,6 +16,7 @@ from skarxlag import (
 )
 from skarxlag.core.capabilities import capabilities
 from skarxlag.core.state import check_model_state
+from skarxlag.decisions.comb_probabilities import WITHOUT_COMB, comb_evidence
 from skarxlag.distances.stretches import order_comparison, window_comparison
 
 from .test_orders import ORDERS, RATE, stretches

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from skarxlag.kernels.comb import comb_frequency, running_median
+from skarxlag.kernels.comb import comb_frequency
 
 
 def literal_frequency(samples, fundamental, tolerance, n_harmonics):
@@ -102,19 +102,3 @@ def test_power_below_a_share_of_the_mean_power_does_not_stand_out(
     samples += pair * (np.cos(2 * np.pi * 0.0202 * k) + np.cos(2 * np.pi * 0.0404 * k))
     samples += single * np.cos(2 * np.pi * 0.0212 * k)
     assert comb_frequency(samples, 0.0207, 0.05, 2) == pytest.approx(expected, rel=2e-3)
-
-
-@pytest.mark.parametrize("beyond", ["edge", "symmetric"])
-@pytest.mark.parametrize("n_values", [1, 2, 7, 40])
-def test_running_medians_are_those_of_the_neighbours(n_values, beyond):
-    values = np.random.default_rng(n_values).normal(size=n_values)
-    for half in (0, 1, 5, 44):
-        places = np.arange(-half, n_values + half)
-        if beyond == "edge":
-            around = values[places.clip(0, n_values - 1)]
-        else:
-            around = np.concatenate([values, values[::-1]])[places % (2 * n_values)]
-        expected = [np.median(around[i : i + 2 * half + 1]) for i in range(n_values)]
-        np.testing.assert_array_equal(
-            running_median(values, 2 * half + 1, beyond), expected
-        )

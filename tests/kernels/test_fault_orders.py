@@ -79,7 +79,7 @@ def test_comb_finds_a_race_and_the_factor_on_the_speed(order, place, factor):
     contrast = kernel.order_contrast(impacts(order * factor), 2000.0, 20_000.0)
     comb = kernel.fault_comb(contrast, ORDERS, 0.1, 0.03)
     best = comb.scores.argmax()
-    assert kernel.FAULT_LOCATIONS[best] == place
+    assert kernel.FAULTS[best] == place
     assert comb.scores[best] > 2
     assert comb.factors[best] == pytest.approx(factor, abs=0.006)
 

@@ -7,7 +7,6 @@ import pytest
 from scipy.signal import lfilter
 from scipy.special import softmax
 from scipy.stats import norm
-from skarxlag.decisions.fault_locations import comb_evidence
 from sklearn.calibration import CalibratedClassifierCV
 from sklearn.svm import LinearSVC
 
@@ -22,6 +21,7 @@ from skarxlag import (
     save_monitor_state,
     window_verdicts,
 )
+from skarxlag.decisions.comb_probabilities import comb_evidence
 from skarxlag.kernels.evidence import P_VALUE_CORRELATION, effective_number
 from skarxlag.measures.envelope_spectra import best_combs
 

@@ -50,7 +50,11 @@ from tests.mutation.one_mutant import run_tests
 ROOT = Path(__file__).parents[2]
 #: Tests of a module that do not stand in the file of its name.
 FURTHER_TESTS = {
-    "detection": ["tests/decisions/test_known_conditions.py"],
+    "row_outliers": [
+        "tests/decisions/test_fault_detector.py",
+        "tests/decisions/test_known_conditions.py",
+    ],
+    "fault_detector": ["tests/decisions/test_known_conditions.py"],
     "ladder": [
         "tests/kernels/test_ladder_thresholds.py",
         "tests/decisions/test_ladder.py",

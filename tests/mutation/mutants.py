@@ -13,7 +13,9 @@ SOURCES = {
     for path in sorted((_PACKAGE / "kernels").glob("*.py"))
     if path.stem not in _NOT_NUMERIC
 } | {
-    "detection": _PACKAGE / "decisions/detection.py",
+    "row_outliers": _PACKAGE / "decisions/row_outliers.py",
+    "fault_detector": _PACKAGE / "decisions/fault_detector.py",
+    "known_conditions": _PACKAGE / "decisions/known_conditions.py",
     # The kernel has the name of the file.
     "threshold_ladder": _PACKAGE / "decisions/ladder.py",
     "verdicts": _PACKAGE / "verdicts/recordings.py",

@@ -6,7 +6,6 @@ import pytest
 from scipy.signal import lfilter
 from scipy.special import softmax
 from scipy.stats import norm
-from skarxlag.decisions.fault_locations import NOT_IDENTIFIABLE
 from sklearn.linear_model import LogisticRegression, RidgeClassifier
 
 from skarxlag import (
@@ -17,6 +16,7 @@ from skarxlag import (
     recording_verdicts,
     window_verdicts,
 )
+from skarxlag.core.fault_locations import NOT_IDENTIFIABLE
 from skarxlag.kernels.evidence import (
     CORRELATION,
     NEAREST_CORRELATION,
@@ -555,7 +555,7 @@ def test_rows_without_two_turns_have_no_verdict_by_combs():
     rows = np.stack([signal_of(place) for place in ("healthy", "outer", "outer")])
     judge = Judge(classifier().fit(rows), train_rpm=[300])
     found = judge.windows(rows, rpm=[900, 100, 900])
-    reason = "combs need a plausible speed, and two turns of the shaft in a row"
+    reason = "combs need a plausible speed, and two revolutions of the shaft in a row"
     assert found["verdict"].tolist() == ["healthy", f"no verdict: {reason}", "outer"]
     assert found["probability of outer"].isna().tolist() == [False, True, False]
 

@@ -95,7 +95,7 @@ def _listed(args):
         results -= {Path(path).absolute() for path in args.recordings}
         recordings = [
             recording
-            for recording in arguments.named_recordings(args)
+            for recording in arguments.named_recordings(args, args.recordings)
             if recording.path.absolute() not in results
         ]
         if args.table is not None and args.recordings:

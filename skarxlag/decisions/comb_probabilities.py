@@ -1,6 +1,5 @@
-"""Places of faults: their names, and how far scores of combs are to be trusted."""
+"""Probabilities of fault locations, and limits of healthy rows, from scores of combs."""
 
-import re
 from typing import Any
 
 import numpy as np
@@ -8,14 +7,9 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 from scipy.stats import gumbel_r
 
-from ..kernels.fault_orders import FAULT_LOCATIONS as FAULTS
+from ..core.fault_locations import FAULT_LOCATIONS
 
-HEALTHY = "healthy"
-#: Verdict on a row with a comb that fits two places nearly as well.
-NOT_IDENTIFIABLE = "not identifiable"
-#: Places of classes, by index.
-FAULT_LOCATIONS = (*FAULTS, HEALTHY)
-#: Log odds of two places for each neper between the scores of recordings that are
+#: Log odds of two fault locations for each neper between the scores of recordings that are
 #: named, which lie 1.6 nepers apart in the mean.
 _CONFIDENCE_NAMED, _MEAN_MARGIN = 10.0, 1.6
 #: Gumbel distribution of the best score of healthy rows, location and scale in nepers:
@@ -37,47 +31,6 @@ VISIBLE_ALONE = 0.6
 WITHOUT_COMB = 0.8
 #: p-values are above 0.
 LEAST_P = np.finfo(float).tiny
-#: Names of conditions that say the place; the names of compound faults match two of
-#: them.
-_NAMES = {
-    "healthy": r"(?<![a-z])(?<!no[nt][ _-])(?<!no[ _-])"
-    r"(healthy|normal|good|baseline|intact|nominal|ok|okay|undamaged)(?![a-z])"
-    r"|^[hn]\d*$|no.?fault",
-    "inner": r"inner|inside|^ir|^i\d*$|bpfi|[-+_/&]ir\d*$",
-    "outer": r"outer|outside|^or|^o\d*$|bpfo|[-+_/&]or\d*$",
-    "ball": r"ball|roller|element|^b\d*$|bsf",
-}
-
-
-def location_of_label(label: Any) -> str | None:
-    """Return the place that the name of a condition says.
-
-    Parameters
-    ----------
-    label : object
-        A label.
-
-    Returns
-    -------
-    str or None
-        "healthy", "inner", "outer" or "ball"; None for a number, a compound fault, or a
-        name that says none of them.
-
-    Examples
-    --------
-    >>> [location_of_label(name) for name in ("OR5", "Inner race", "B", "Normal", "IR-OR", 3)]
-    ['outer', 'inner', 'ball', 'healthy', None, None]
-    >>> [location_of_label(name) for name in ("normal_0", "abnormal", "not healthy", "H1")]
-    ['healthy', None, None, 'healthy']
-    """
-    if not isinstance(label, str):
-        return None
-    found = [
-        place
-        for place, names in _NAMES.items()
-        if re.search(names, label.strip().lower())
-    ]
-    return found[0] if len(found) == 1 else None
 
 
 def least_margin(wrong_name_rate: float) -> float:
@@ -113,9 +66,9 @@ def comb_evidence(
     odds: float = ODDS,
     visible: float = VISIBLE,
 ) -> NDArray[Any]:
-    r"""Compute the log probability of the place of each class, given the scores of combs.
+    r"""Compute the log probability of the fault location of each class from scores of combs.
 
-    A fault shows its comb with the probability v. The odds of a fault at place p,
+    A fault shows its comb with the probability v. The odds of a fault at location p,
     relative to a row without a comb, are
 
     .. math:: 1 - v + v\, e^{k s_p}
@@ -129,7 +82,7 @@ def comb_evidence(
         Scores of ball, inner and outer race, in nepers above those of rows without a
         comb.
     class_places : ndarray of int of shape (n_classes,)
-        Place of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy.
+        Fault location of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy.
     odds : float, default=8.0
         The log odds k of a neper.
     visible : float, default=0.1
@@ -138,7 +91,7 @@ def comb_evidence(
     Returns
     -------
     ndarray of shape (n_rows, n_classes)
-        The same for all classes of a place.
+        The same for all classes of a fault location.
 
     Examples
     --------
@@ -153,24 +106,8 @@ def comb_evidence(
     return (log_odds - every)[:, class_places]
 
 
-def impact_orders(orders: NDArray[Any]) -> NDArray[Any]:
-    """Return the orders of impacts of faults; a fault of an element hits both rings in a turn.
-
-    Parameters
-    ----------
-    orders : ndarray of shape (n_bearings, 4)
-        Orders of the cage, the spin of an element, the inner and the outer race.
-
-    Returns
-    -------
-    ndarray of shape (n_bearings, 3)
-        Orders of ball, inner and outer race.
-    """
-    return orders[:, 1:] * [2, 1, 1]
-
-
 def limit_of_healthy(healthy: NDArray[Any], rate: float) -> float:
-    """Score whose p-value is the rate, see `p_values_of_healthy`.
+    """Return the score whose p-value is the rate, see `p_values_of_healthy`.
 
     Parameters
     ----------
@@ -194,14 +131,16 @@ def limit_of_healthy(healthy: NDArray[Any], rate: float) -> float:
 
 
 def limit_elsewhere(limit: float, rate: float) -> float:
-    """Score that healthy rows exceed at a rate at speeds that no row of the limit had."""
+    """Return the score that healthy rows exceed at a rate at speeds without healthy rows."""
     return max(limit, float(gumbel_r.isf(rate, OTHER_SPEED_LOCATION, HEALTHY_SCALE)))
 
 
 def p_values_of_healthy(
     best: NDArray[Any], healthy: NDArray[Any], is_far: NDArray[np.bool_]
 ) -> NDArray[Any]:
-    """Compute the share of healthy rows with a larger best score, above all of them by a tail.
+    """Compute the share of healthy rows with a larger best score.
+
+    Above the best scores of all healthy rows, the share follows an exponential tail.
 
     Parameters
     ----------
@@ -230,6 +169,6 @@ def p_values_of_healthy(
 
 
 def _tail_scale(healthy):
-    """Root mean square of the Gumbel scale of healthy rows and of that of other machines."""
+    """Return the root mean square of the Gumbel scales of these and of other machines."""
     variances = [6 * np.var(healthy) / np.pi**2, HEALTHY_SCALE**2]
     return float(np.sqrt(np.average(variances, weights=[len(healthy), _PRIOR_ROWS])))

@@ -19,7 +19,7 @@ from skarxlag import (
 )
 from skarxlag.core.capabilities import Capabilities, capabilities
 from skarxlag.core.state import check_state
-from skarxlag.decisions.detection import measure
+from skarxlag.decisions.row_outliers import features_of_rows
 
 LENGTH = 1200
 RATE = 0.05
@@ -549,8 +549,8 @@ def test_rows_at_implausible_speeds_are_flagged_with_one_warning(fitted, rpm):
 
 def test_rows_of_more_windows_than_a_batch_are_measured_one_by_one():
     rows = np.random.default_rng(0).normal(size=(3, 1, 65 * 100))
-    together = measure(rows, 65, with_level=True, n_jobs=None)
+    together = features_of_rows(rows, 65, with_level=True, n_jobs=None)
     for number in range(3):
-        single = measure(rows[[number]], 65, with_level=True, n_jobs=None)
+        single = features_of_rows(rows[[number]], 65, with_level=True, n_jobs=None)
         for all_rows, row in zip(together, single, strict=True):
             np.testing.assert_array_equal(all_rows[[number]], row)

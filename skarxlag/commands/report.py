@@ -1,0 +1,231 @@
+"""Report of `diagnose`: recordings by severity, and figures of the most severe."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..bearings import bearing_orders
+from ..core.capabilities import unfolded_steps
+from ..models.identification import ARXLaguerre
+from ..plotting._fitted import chosen_model
+from ..recordings.listing import ListedRecording
+from ..recordings.rates import rates_agree
+from ..verdicts.names import NO_SIGNAL
+from . import recording_views as views
+from .diagnosis import Diagnosis
+from .messages import CommandError, percent
+from .model_references import order_references_figure
+from .pages import render
+from .results import agreement, records
+
+#: Recordings with figures, the most severe first.
+MOST_DRAWN = 50
+#: Healthy recordings next to whose spectra a spectrum is drawn: those of the nearest
+#: speeds.
+_MOST_HEALTHY = 5
+#: CSS classes of verdicts, the most severe first.
+_SEVERITIES = ("fault", "unclear", "healthy")
+_READING_ERRORS = (OSError, ValueError, ImportError, CommandError)
+
+
+def html_report(
+    model: Any,
+    recordings: Sequence[ListedRecording],
+    diagnoses: Sequence[Diagnosis],
+    rows: pd.DataFrame,
+    resample: bool = False,
+    bearing: str | None = None,
+) -> str:
+    """Return the report of a run.
+
+    The most severe recordings come first. Recordings that are not healthy have a
+    section with details, and the first 50 recordings have figures, too.
+
+    Parameters
+    ----------
+    model : SavedModel or BearingModel
+        What diagnosed the recordings.
+    recordings, diagnoses : sequence
+        The recordings, and their results.
+    rows : DataFrame
+        As `recording_rows` returns them.
+    resample : bool, default=False
+        Whether recordings were brought to the sampling rate of the model.
+    bearing : str or None, default=None
+        Bearing whose lines are marked; None: that of the model, if it has one.
+
+    Returns
+    -------
+    str
+        The page.
+    """
+    verdicts = rows["verdict"].astype(str)
+    is_unclear = (verdicts == NO_SIGNAL) | (rows["error"] != "")
+    is_healthy = verdicts == str(model.healthy)
+    severity = np.select([is_unclear, is_healthy], ["unclear", "healthy"], "fault")
+    rows = rows.assign(
+        verdict=verdicts,
+        severity=pd.Categorical(severity, _SEVERITIES, ordered=True),
+        remarks=[diagnosis.remarks for diagnosis in diagnoses],
+        has_alarm=rows["alarm"] == "yes",
+    )
+    ranked = rows.sort_values(
+        ["severity", "has_alarm", "probability", "p_value"],
+        ascending=[True, False, False, True],
+        kind="stable",
+    )
+    entries = records(ranked)
+    n_drawn = min(len(entries), MOST_DRAWN)
+    drawing = RunFigures(model, recordings, diagnoses, rows, resample, bearing)
+    for place, entry in zip(ranked.index[:n_drawn], entries, strict=False):
+        entry["figures"] = drawing.of_recording(place)
+    counts = Counter((entry["verdict"], entry["severity"]) for entry in entries)
+    return render(
+        "report",
+        model=model,
+        percent=percent,
+        entries=entries,
+        counts=counts.items(),
+        n_drawn=n_drawn,
+        n_detailed=max(int((severity != "healthy").sum()), n_drawn),
+        accuracy=stated_conditions(rows, model.conditions),
+        agreement=agreement(rows, model),
+    )
+
+
+def stated_conditions(rows: pd.DataFrame, conditions: Sequence[Any]) -> pd.DataFrame:
+    """Return counts of verdicts (columns) by stated condition (rows)."""
+    judged = rows[rows["condition"].notna() & (rows["error"] == "")]
+    names = dict.fromkeys(
+        [*map(str, conditions), *judged["condition"], *judged["verdict"]]
+    )
+    in_order = pd.CategoricalDtype([*names])
+    return pd.crosstab(
+        judged["condition"].astype(in_order), judged["verdict"].astype(in_order)
+    )
+
+
+class RunFigures:
+    """Figures of the recordings of a run, next to the healthy ones of the same run.
+
+    Parameters
+    ----------
+    model, recordings, diagnoses, rows, resample, bearing
+        As in `html_report`.
+    """
+
+    def __init__(
+        self,
+        model: Any,
+        recordings: Sequence[ListedRecording],
+        diagnoses: Sequence[Diagnosis],
+        rows: pd.DataFrame,
+        resample: bool,
+        bearing: str | None,
+    ) -> None:
+        self._model = model
+        self._recordings = recordings
+        self._diagnoses = diagnoses
+        self._resample = resample
+        bearing = bearing or model.summary.get("bearing")
+        self._orders = None if bearing is None else bearing_orders(bearing)
+        healthy = str(model.healthy)
+        has_signal = (rows["error"] == "") & (rows["verdict"] != NO_SIGNAL)
+        is_stated = (rows["condition"] == healthy) & has_signal
+        is_healthy = is_stated if is_stated.any() else rows["verdict"] == healthy
+        self._healthy = np.flatnonzero(is_healthy)
+        self._reason = "stated healthy" if is_stated.any() else "healthy by verdict"
+        # A healthy recording is compared with several others.
+        self._healthy_stretch = lru_cache(MOST_DRAWN)(self._read_healthy_stretch)
+
+    def of_recording(self, place: int) -> list[Any]:
+        """Return figures, and sentences on those that cannot be drawn.
+
+        There are none if the recording has no result, or cannot be read again.
+        """
+        windows = self._diagnoses[place].windows
+        if windows is None:
+            return []
+        with suppress(*_READING_ERRORS):
+            return [*self._figures(place, windows)]
+        return []
+
+    def _figures(self, place: int, windows: pd.DataFrame) -> Iterator[Any]:
+        verdict = self._diagnoses[place].verdict["verdict"]
+        typical = np.flatnonzero(windows["verdict"].astype(str) == str(verdict))
+        middle = typical[len(typical) // 2] if len(typical) else 0
+        view, stretch = self._read(place, int(windows["start"].iloc[middle]))
+        rate = stretch.sampling_rate
+        yield views.signal_figure(view, rate, stretch.unit)
+        length = int(windows["start"].diff().iloc[-1]) if len(windows) > 1 else 0
+        strips = views.windows_figure(windows, length, rate, self._model.healthy)
+        if strips is not None:
+            yield strips
+        if verdict != NO_SIGNAL:
+            yield views.orders_figure(stretch, self._orders)
+            # Most models compare no order spectra.
+            with suppress(ValueError):
+                diagnoser = self._model.fitted(view.row, rate)
+                n_before = int(windows["start"].iloc[middle]) - view.first
+                speed = stretch.rpm
+                if np.ndim(speed) == 1:
+                    speed = speed[n_before:][: view.row.shape[-1]]
+                healthy = self._model.healthy
+                yield order_references_figure(diagnoser, view.row, speed, healthy)
+            references = self._references(place, stretch)
+            yield views.spectrum_figure(stretch, references, self._reason)
+
+    def _read(self, place, at):
+        """Read a recording as the model does: its overview, and a stretch around a sample."""
+        recording, model = self._recordings[place], self._model
+        blocks, rate = model.windows(recording, self._resample)
+        rate = self._diagnoses[place].sampling_rate or rate or model.sampling_rate
+        view = views.overview(blocks, self._predictor(rate), at)
+        return view, views.stretch_of(view, recording, rate)
+
+    def _predictor(self, rate):
+        """Return the predictions of the model's first step, if it is one that predicts."""
+
+        def predict(X):
+            estimator = self._model.fitted(X[0], rate)
+            identify = unfolded_steps(estimator)[0]
+            if not isinstance(identify, ARXLaguerre):
+                return np.empty((len(X), 0))
+            member, _ = chosen_model(estimator, None)
+            return identify.predict_output(X)[:, member]
+
+        return predict
+
+    def _references(self, place, stretch):
+        """Return stretches of the healthy recordings of the nearest speeds."""
+        others = [other for other in self._healthy if other != place]
+        if stretch.rpm is not None:
+            speeds = {other: self._recordings[other].rpm for other in others}
+            others.sort(
+                key=lambda other: abs(
+                    np.log((speeds[other] or np.inf) / stretch.mean_rpm)
+                )
+            )
+        stretches = map(self._healthy_stretch, others[:_MOST_HEALTHY])
+        return [
+            healthy
+            for healthy in stretches
+            if healthy is not None
+            and rates_agree(healthy.sampling_rate, stretch.sampling_rate)
+        ]
+
+    def _read_healthy_stretch(self, place):
+        """Return the first stretch of a healthy recording; None if it cannot be read again."""
+        with suppress(*_READING_ERRORS):
+            recording, model = self._recordings[place], self._model
+            blocks, rate = model.windows(recording, self._resample)
+            X = next(blocks)
+            samples = (X if X.ndim == 2 else X[:, 0]).ravel()[: views.STRETCH]
+            rate = rate or model.sampling_rate
+            return views.Stretch(samples, rate, recording.rpm, None)
+        return None

@@ -1,0 +1,52 @@
+"""Names of the locations of bearing faults, and the location that a label states."""
+
+import re
+from typing import Any
+
+from ..kernels.fault_orders import FAULTS
+
+HEALTHY = "healthy"
+#: Verdict on a row whose comb fits two fault locations nearly as well.
+NOT_IDENTIFIABLE = "not identifiable"
+#: Fault locations of classes, by index.
+FAULT_LOCATIONS = (*FAULTS, HEALTHY)
+#: Names of conditions that state the fault location. Names of compound faults match
+#: two of them.
+_NAMES = {
+    "healthy": r"(?<![a-z])(?<!no[nt][ _-])(?<!no[ _-])"
+    r"(healthy|normal|good|baseline|intact|nominal|ok|okay|undamaged)(?![a-z])"
+    r"|^[hn]\d*$|no.?fault",
+    "inner": r"inner|inside|^ir|^i\d*$|bpfi|[-+_/&]ir\d*$",
+    "outer": r"outer|outside|^or|^o\d*$|bpfo|[-+_/&]or\d*$",
+    "ball": r"ball|roller|element|^b\d*$|bsf",
+}
+
+
+def location_of_label(label: Any) -> str | None:
+    """Return the fault location that the name of a condition states.
+
+    Parameters
+    ----------
+    label : object
+        A label.
+
+    Returns
+    -------
+    str or None
+        "healthy", "inner", "outer" or "ball"; None for a number, a compound fault, or a
+        name that states none of them.
+
+    Examples
+    --------
+    >>> [location_of_label(name) for name in ("OR5", "Inner race", "B", "Normal", "IR-OR", 3)]
+    ['outer', 'inner', 'ball', 'healthy', None, None]
+    >>> [location_of_label(name) for name in ("normal_0", "abnormal", "not healthy", "H1")]
+    ['healthy', None, None, 'healthy']
+    """
+    if not isinstance(label, str):
+        return None
+    name = label.strip().lower()
+    locations = [
+        location for location, pattern in _NAMES.items() if re.search(pattern, name)
+    ]
+    return locations[0] if len(locations) == 1 else None
