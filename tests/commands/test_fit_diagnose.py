@@ -110,9 +110,8 @@ def test_the_healthy_condition_is_printed(run, workshop, names, expected, reason
         "alpio",
     )
     code, out, _ = run(*arguments)
-    assert (
-        code == 0 and f"Healthy: {expected} ({reason}; --healthy names another)" in out
-    )
+    assert code == 0
+    assert f"Healthy: {expected} ({reason}; --healthy names another)" in out
     assert load_diagnoser(path)[1]["conditions"][0] == expected
     if names[0] == "0":
         code, out, _ = run(*arguments, "--healthy", names[2])
@@ -129,18 +128,16 @@ def test_fit_requires_the_healthy_condition_that_no_name_states(run, workshop):
     arguments = (*plain, "--diagnoser", "detector")
     for command in (plain, arguments):
         code, _, err = run(*command)
-        assert (
-            code == 2
-            and "argument --healthy: needed, because the names do not show" in err
-        )
+        assert code == 2
+        assert "argument --healthy: needed, because the names do not show" in err
         assert ("--healthy none" in err) == (command == plain) and "a, b" in err
         assert not path.exists()
     code, _, err = run(*arguments, "--healthy", "none")
     assert code == 2 and "argument --healthy: 'none', expected a condition of" in err
     code, out, _ = run(*plain, "--healthy", "none")
-    assert (
-        code == 0 and "Healthy: None" not in out and "Healthy: none (--healthy)" in out
-    )
+    assert code == 0
+    assert "Healthy: None" not in out
+    assert "Healthy: none (--healthy)" in out
     assert load_diagnoser(path)[1]["healthy"] is None
     code, _, err = run(
         "diagnose", path, workshop / "good_300.npy", "--fail-on", "alarm"
@@ -160,11 +157,9 @@ def test_missing_skops_is_reported_before_anything_is_fitted(
 ):
     monkeypatch.setitem(sys.modules, "skops", None)
     code, _, err = run("fit", workshop / "table.csv", "-o", workshop / "m.skops", *FIT)
-    assert (
-        code == 1
-        and "needs skops: pip install 'skarxlag[io]'" in err
-        and "fitting" not in err
-    )
+    assert code == 1
+    assert "needs skops: pip install 'skarxlag[io]'" in err
+    assert "fitting" not in err
 
 
 @pytest.mark.parametrize(
@@ -311,10 +306,8 @@ def test_detector_needs_healthy_recordings_only(run, workshop):
     file = workshop / "good_300.npy"
     assert " good " in run("diagnose", path, file, "--rpm", "300")[1]
     code, out, _ = run("diagnose", path, file)
-    assert (
-        code == 1
-        and "no verdict: the speed is not stated, and healthy limits hold at 300" in out
-    )
+    assert code == 1
+    assert "no verdict: the speed is not stated, and healthy limits hold at 300" in out
     code, _, err = run("diagnose", path, "--table", full, "--rpm", "300")
     assert code == 2 and "argument --rpm: no effect, because each line of" in err
 
@@ -345,10 +338,8 @@ def test_channels_of_inputs(run, workshop):
     code, out, _ = run("diagnose", path, file, "--channel", "y; u")
     assert code == 0 and " inner " in out
     code, out, err = run("diagnose", path, file, "--channel", "u;y")
-    assert (
-        code == 1
-        and f"channels u; y, but {path} was fitted on y; u, in this order" in err
-    )
+    assert code == 1
+    assert f"channels u; y, but {path} was fitted on y; u, in this order" in err
     code, out, err = run("diagnose", path, file, "--channel", "y")
     assert code == 1
     assert err.splitlines()[-1] == f"  {file}: 1 channel, but {path} was fitted on 2"
@@ -381,10 +372,8 @@ def test_another_sampling_rate_is_refused(run, model, workshop):
     assert code == 1
     assert f"{path}: sampled at 44100 Hz, but {model} was fitted at 50000 Hz" in err
     code, _, err = run("diagnose", model, path, "--sampling-rate", "50e3")
-    assert (
-        code == 1
-        and f"{path}: sampling_rate is 50000 Hz but the file states 44100" in err
-    )
+    assert code == 1
+    assert f"{path}: sampling_rate is 50000 Hz but the file states 44100" in err
     path = workshop / "good_300.npy"
     assert run("diagnose", model, path, "--sampling-rate", "20e3")[0] == 1
     code, out, _ = run("diagnose", model, path, "--sampling-rate", "50e3")
@@ -477,10 +466,8 @@ def test_a_recording_that_fails_costs_no_other_its_verdict(run, model, workshop)
     good = [workshop / "good_300.npy", workshop / "inner_300.npy"]
     code, out, err = run("diagnose", model, gone, good[0], short, good[1], "-o", output)
     assert code == 1
-    assert (
-        "[1/4]" in err.splitlines()[0]
-        and "gone.npy: no such file" in err.splitlines()[0]
-    )
+    assert "[1/4]" in err.splitlines()[0]
+    assert "gone.npy: no such file" in err.splitlines()[0]
     assert err.splitlines()[-3] == "2 of 4 recordings failed:"
     assert str(gone) in err.splitlines()[-2] and "fewer than" in err.splitlines()[-1]
     rows = pd.read_csv(output)
@@ -504,10 +491,8 @@ def test_foreign_model_files_are_refused_in_one_line(run, workshop):
     path.write_bytes(b"no zip file")
     code, out, err = run("diagnose", path, workshop / "good_300.npy")
     assert code == 1 and not out
-    assert (
-        err.strip().count("\n") == 0
-        and f"{path}: no diagnoser saved by skarxlag" in err
-    )
+    assert err.strip().count("\n") == 0
+    assert f"{path}: no diagnoser saved by skarxlag" in err
 
 
 def test_what_save_diagnoser_wrote_is_accepted(run, workshop):

@@ -54,9 +54,8 @@ def result(journal, recording):
 
 def test_an_interrupted_run_leaves_its_results(journal, recording, capsys):
     text = interrupted(journal, recording)
-    assert (
-        journal.path.name == "out.csv.skarxlag-journal" and len(text.splitlines()) == 2
-    )
+    assert journal.path.name == "out.csv.skarxlag-journal"
+    assert len(text.splitlines()) == 2
     err = capsys.readouterr().err
     assert err.startswith(f"{journal.path}: The results so far are saved.")
     found = result(journal, recording)

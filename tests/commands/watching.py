@@ -23,11 +23,9 @@ def verdicts_of(text):
     """The fields of `MonitorVerdict` and the healthy condition, in each line."""
     lines = [json.loads(line) for line in text.splitlines()]
     for line in lines:
-        assert (
-            line.pop("kind") == "verdict"
-            and line.pop("sensor")
-            and len(line.pop("model")) == 12
-        )
+        assert line.pop("kind") == "verdict"
+        assert line.pop("sensor")
+        assert len(line.pop("model")) == 12
         line["time"] = line.pop("seconds")
     return lines
 

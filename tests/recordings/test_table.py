@@ -262,11 +262,7 @@ def test_recording_shorter_than_a_window_is_named(folder):
             r"columns are path, conditon.*expected path, and any of",
         ),
         ("path,", "file,", r"columns are file.*expected path"),
-        (
-            "path,",
-            "path,path,",
-            r"columns are path, path.*expected path, and any of",
-        ),
+        ("path,", "path,path,", r"columns are path, path.*expected path, and any of"),
         ("50e3,\n", "50e3,,,,\n", r"cannot be read as a csv table"),
         ("50000,y", "50000,y,u", r"cannot be read as a csv table .*line 3"),
         (GOOD, "path,condition\n", r"lists no recording"),

@@ -1,8 +1,8 @@
 """Diagnose recordings with a model that `fit` or `save_diagnoser` saved.
 
 Each recording gets one verdict from the evidence of all its windows. With --bearing and
-without a model, the orders of the bearing name the place of a fault; with a model, they
-are marked in the report. A .csv among RECORDING holds samples; a table of recordings,
+without a model, the orders of the bearing (BPFO, BPFI, BSF, FTF) name the location of a
+fault; with a model, they are marked in the report. A .csv among RECORDING holds samples; a table of recordings,
 with the columns that `fit` takes, is given with --table. With -o, results are written
 as .csv or .parquet (rows of windows in a second file, FILE_windows), .json, or .html, a
 report to read and print. An interrupted run goes on where it stopped if it is started
