@@ -18,7 +18,8 @@ from .messages import UsageError
 
 #: Ways to state a bearing.
 BEARING = (
-    "a name such as 6205, dimensions 9,7.94,39.04, or orders outer=3.585,inner=5.415 (BPFO, BPFI)"
+    "a name such as 6205, dimensions 9,7.94,39.04, or orders outer=3.585,inner=5.415 "
+    "(BPFO, BPFI)"
 )
 #: Facts of recordings that no table lists.
 FACTS = ("pattern", "channel", "sampling_rate", "rpm", "pulses_per_revolution", "dtype")

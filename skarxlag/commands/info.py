@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
         if model.healthy is not None and capabilities(limited).alarm:
             further["healthy_limits"] = limits_basis(limited, model.rows)
         sentences = limits(model)
-        lines = [_line(*each) for each in (model.summary | further).items()]
+        lines = [_line(*fact) for fact in (model.summary | further).items()]
         lines += ["Limits", *(f"  - {sentence}" for sentence in sentences)]
         facts = model.summary | {"model": model.short_identity, "limits": sentences}
     print(json.dumps(facts) if args.json else "\n".join(lines))

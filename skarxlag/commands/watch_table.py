@@ -167,8 +167,8 @@ class Plant:
         """Read the table, and start, restart or end sensors by their lines."""
         version = file_version(self._args.model)
         listed = listed_sensors(self._args)
-        _check_pulses(self._args, [each.args for each in listed])
-        lines = {each.key: each for each in listed}
+        _check_pulses(self._args, [line.args for line in listed])
+        lines = {line.key: line for line in listed}
         for key, sensor in [*self._sensors.items()]:
             line = lines.get(key)
             if line is not None and (sensor.args, sensor.mistake) == line[1:]:
@@ -220,7 +220,7 @@ class Plant:
         args = self._args
         since = time.monotonic()
         while watched := [
-            each for each in self._sensors.values() if _is_watched(each, signals)
+            sensor for sensor in self._sensors.values() if _is_watched(sensor, signals)
         ]:
             is_news = [sensor.step() for sensor in watched]
             if any(is_news):
@@ -241,7 +241,9 @@ class Plant:
         """Print all summaries, and return whether a problem remains."""
         for sensor in self._sensors.values():
             sensor.finish()
-        return self._has_failed or any(each.problem for each in self._sensors.values())
+        return self._has_failed or any(
+            sensor.problem for sensor in self._sensors.values()
+        )
 
 
 def _is_watched(sensor, signals):
@@ -249,5 +251,5 @@ def _is_watched(sensor, signals):
 
 
 def _check_pulses(args, sensors):
-    if not any("speed_source" in each.rpm for each in sensors):
+    if not any("speed_source" in sensor.rpm for sensor in sensors):
         refuse(args, ["pulses_per_revolution"], f"belongs to --rpm {TACHO}CHANNEL")

@@ -40,7 +40,7 @@ def rates_agree(first: float | None, second: float | None) -> bool:
     return abs(first - second) <= RATE_TOLERANCE * max(first, second)
 
 
-def unit_advice(known: float, expected: float) -> str:
+def unit_advice(rate: float, expected: float) -> str:
     """Return advice if a rate differs from the expected one by the factor of a unit of time.
 
     Examples
@@ -49,7 +49,7 @@ def unit_advice(known: float, expected: float) -> str:
     ("; times in min need the unit in their name: 'time (min)'", '')
     """
     for unit in ("min", "h", "ms", "us"):
-        if abs(known / expected / SECONDS[unit] - 1) < 0.01:
+        if abs(rate / expected / SECONDS[unit] - 1) < 0.01:
             return f"; times in {unit} need the unit in their name: 'time ({unit})'"
     return ""
 

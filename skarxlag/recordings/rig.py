@@ -145,7 +145,7 @@ def read_recording_table(
     check_repeated(listed)
     reader = Reader(resample)
     recordings = [
-        np.concatenate([*reader.blocks(each, None)], axis=-1) for each in listed
+        np.concatenate([*reader.blocks(entry, None)], axis=-1) for entry in listed
     ]
     return Bunch(recordings=recordings, **reader.facts(listed))
 

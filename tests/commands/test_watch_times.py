@@ -105,7 +105,7 @@ def test_times_of_another_rate_end_the_command(run, models, piped, factor):
     assert code == 1 and len(out.splitlines()) <= 1
     assert "-: " in err
     assert "samples take" in err
-    assert "at 1000 Hz: another sampling rate" in err
+    assert "s at 1000 Hz: the sampling rate is another" in err
 
 
 def test_the_clock_of_a_logger_drifts(run, models, piped):

@@ -2,13 +2,13 @@
 
 Each recording gets one verdict from the evidence of all its windows. With --bearing and
 without a model, the orders of the bearing (BPFO, BPFI, BSF, FTF) name the location of a
-fault; with a model, they are marked in the report. A .csv among RECORDING holds samples; a table of recordings,
-with the columns that `fit` takes, is given with --table. With -o, results are written
-as .csv or .parquet (rows of windows in a second file, FILE_windows), .json, or .html, a
-report to read and print. An interrupted run goes on where it stopped if it is started
-again with the same file. Exit status: 0 if all recordings were diagnosed, 1 if some
-could not be, 2 if an argument is wrong, 3 with --fail-on alarm if a verdict is not the
-healthy condition.
+fault; with a model, they are marked in the report. A .csv among RECORDING holds
+samples; a table of recordings, with the columns that `fit` takes, is given with
+--table. With -o, results are written as .csv or .parquet (rows of windows in a second
+file, FILE_windows), .json, or .html, a report to read and print. An interrupted run
+goes on where it stopped if it is started again with the same file. Exit status: 0 if
+all recordings were diagnosed, 1 if some could not be, 2 if an argument is wrong, 3 with
+--fail-on alarm if a verdict is not the healthy condition.
 """
 
 import argparse

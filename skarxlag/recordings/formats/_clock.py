@@ -143,14 +143,14 @@ class Clock:
         first = min(filter(None, wrong), default=None)
         return Compared(places, seconds, steps, is_break, first)
 
-    def _standing(self, known, places):
+    def _standing(self, timed, places):
         """Return the end of a time that stays the same for too long."""
         offset = self._n_samples
-        ends = np.append(self._last_known, known + offset)
+        ends = np.append(self._last_known, timed + offset)
         starts = np.append(
             offset if self._last is None else self._last[0], places + offset
         )
-        n_equal = np.append(ends[np.searchsorted(known, places)], ends[-1]) - starts
+        n_equal = np.append(ends[np.searchsorted(timed, places)], ends[-1]) - starts
         self._last_known = int(ends[-1])
         bad = np.flatnonzero(n_equal > MEASURED_FOR * self.rate)
         if bad.size == 0:

@@ -34,10 +34,10 @@ def number(field: str, decimal: str = ",") -> float:
 
 def distinct(names: list[str]) -> list[str]:
     """Return the names, with a number after those that occur a second time, as in pandas."""
-    found = []
+    columns = []
     n_before = Counter()
     for i, name in enumerate(names):
         shown = name or f"Unnamed: {i}"
-        found.append(f"{shown}.{n_before[shown]}" if n_before[shown] else shown)
+        columns.append(f"{shown}.{n_before[shown]}" if n_before[shown] else shown)
         n_before[shown] += 1
-    return found
+    return columns

@@ -172,12 +172,12 @@ def _usual_step(times):
 
 def _rate_of_times(places, times):
     """Return the sampling rate of times that change at places, and its relative tolerance."""
-    known = np.flatnonzero(np.isfinite(times))
-    is_coarse = len(places) < len(known)
+    timed = np.flatnonzero(np.isfinite(times))
+    is_coarse = len(places) < len(timed)
     # Coarse times are equal for several samples. How long the first and last of them
     # were equal is unknown, so the rate is that between two changes, which are known to
     # about a sample.
-    ends = places[[1, -1]] if is_coarse else known[[0, -1]]
+    ends = places[[1, -1]] if is_coarse else timed[[0, -1]]
     n_steps = np.diff(ends)[0]
     seconds = np.diff(times[ends])[0]
     steps = np.diff(times[places])
