@@ -1,6 +1,7 @@
 """Models that diagnose recordings: a saved diagnoser, and the orders of a bearing."""
 
 import argparse
+import operator
 import os
 from contextlib import suppress
 from dataclasses import replace
@@ -11,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from .. import diagnosers
@@ -25,18 +25,15 @@ from ..recordings.files import chosen_channels
 from ..recordings.listing import ListedRecording
 from ..recordings.rates import NO_RATE, rates_agree, resampled_blocks, unit_advice
 from ..recordings.windows import block_length, cut_blocks
+from ..verdicts.healthy_limits import FEW_HEALTHY, HOLD_FOR_RECORDED, LEAST_HEALTHY
+from ..verdicts.judge import Judge
 from ..verdicts.names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
-from ..verdicts.recordings import (
-    FEW_HEALTHY,
-    HOLD,
-    HOLD_FOR_RECORDED,
-    LEAST_HEALTHY,
-    Judge,
-)
-from .channels import channel_remarks, channels_of_model
+from ..verdicts.windows import HOLD, joined_tables
+from .channels import channel_remarks, channels_of_model, plain_unit
 from .diagnosis import Diagnosis, cancelled
 from .messages import CommandError, as_command_error, counted, listed, printable
 from .refused_rows import compares_orders, why_no_orders
+from .velocity import velocity_rms
 
 #: Titles and makers of the diagnosers that `evaluate` compares, in the order of its
 #: tables.
@@ -115,18 +112,17 @@ class SavedModel:
     def _judge(self, facts):
         names = ("conditions", "train_rpm", "sampling_rate")
         stated = {name: facts[name] for name in names if facts.get(name)}
+        stated["has_healthy"] = facts.get("healthy", "") is not None
+        if self.can.healthy is not None:
+            by_health = partial(operator.ne, self.can.healthy)
+            stated.setdefault("conditions", sorted(self.can.conditions, key=by_health))
+        models = {"known": self.known, "detector": self.detector}
         try:
-            judge = Judge(
-                self.diagnoser, known=self.known, detector=self.detector, **stated
+            return Judge(
+                self.diagnoser, **models, **stated, outputs=facts.get("channels")
             )
         except ValueError as error:
             raise CommandError(f"{self.path}: {error}") from error
-        judge.outputs = (facts.get("channels") or judge.outputs)[: len(judge.outputs)]
-        if facts.get("healthy", judge.healthy) is None:
-            # Without a healthy condition there are no healthy limits.
-            judge.healthy, judge.detects = None, False
-        judge.conditions.sort(key=lambda name: name != judge.healthy)
-        return judge
 
     @property
     def short_identity(self) -> str:
@@ -155,27 +151,41 @@ class SavedModel:
 
     def diagnose(self, recording: ListedRecording, resample: bool = False) -> Diagnosis:
         """Diagnose a recording, block by block."""
-        old_rates, parts, n_windows, length = [], [], 0, self.window_length
+        old_rates, parts, starts, speeds = [], [], [], []
+        n_windows, length = 0, self.window_length
         asked, recording = recording.channel, self.with_channel(recording)
         if self.takes_rpm:
             recording = recording.with_speed()
+        channels = self._compared_channels(recording, asked)
+        unit = plain_unit(channels[0][1] or "") if channels else None
+        velocities = []
         blocks, sampling_rate = self.windows(recording, resample, old_rates.append)
         for X in blocks:
             if cancelled.is_set():
                 raise KeyboardInterrupt
             start = np.arange(n_windows, n_windows + len(X)) * length
             rpm = recording.speeds(start, length, sampling_rate or self.sampling_rate)
-            parts.append(self.judge.windows(X, rpm))
-            parts[-1].insert(0, "start", start)
+            parts.append(self.judge.window_results(X, rpm))
+            starts.append(start)
             if recording.profile is not None:
-                parts[-1].insert(1, "rpm", rpm.mean(axis=1))
+                speeds.append(rpm.mean(axis=1))
             n_windows += len(X)
-        windows = pd.concat(parts, ignore_index=True)
-        verdict = self.judge.recording(windows)
+            output = X if X.ndim == 2 else X[:, 0]
+            velocities.append(velocity_rms(output.ravel(), sampling_rate, unit))
+        windows, evidence = joined_tables(parts)
+        windows.insert(0, "start", np.concatenate(starts))
+        if speeds:
+            windows.insert(1, "rpm", np.concatenate(speeds))
+        verdict = self.judge.recording(windows, evidence)
+        if velocities[0] is not None:
+            # Blocks are of equal length, except for the last, which may be too short.
+            stated = [velocity for velocity in velocities if velocity is not None]
+            verdict["velocity_rms_mm_s"] = float(np.sqrt(np.mean(np.square(stated))))
         remarks = [
             f"Resampled from {r:g} to {self.sampling_rate:g} Hz." for r in old_rates
         ]
-        remarks += self.channel_remarks(recording, asked)
+        if channels:
+            remarks += channel_remarks(channels, self.facts, asked)
         remarks += _remarks(windows, verdict)
         if verdict["verdict"] == CHANGED and self.facts.get("bearing"):
             remarks.append(f"No comb of bearing {self.facts['bearing']} shows a fault.")
@@ -233,14 +243,18 @@ class SavedModel:
 
     def channel_remarks(self, recording: ListedRecording, asked: Any) -> list[str]:
         """Return remarks on channels and units that are not those of the model."""
+        channels = self._compared_channels(recording, asked)
+        return [*channel_remarks(channels, self.facts, asked)] if channels else []
+
+    def _compared_channels(self, recording, asked):
+        """Return names and units of channels; none if the model states nothing to compare."""
         is_same = [*np.atleast_1d(asked)] == self.facts.get("channels")
         if self.facts.get("unit") is None and (
             is_same or not self.facts.get("channel_names")
         ):
             return []
         options = {"channel": recording.channel, "dtype": recording.dtype}
-        found = chosen_channels(recording.path, **options)
-        return [*channel_remarks(found, self.facts, asked)]
+        return chosen_channels(recording.path, **options)
 
     def check_order(self, name: str, channels: str | list[str] | None) -> None:
         """Refuse the channels of the model in another order."""
@@ -313,11 +327,12 @@ class BearingModel:
         # this speed.
         facts = {"conditions": self.conditions, "train_rpm": [rpm.mean()]}
         judge = Judge(self.fitted(X[0], sampling_rate), **facts)
-        windows = judge.windows(
+        results = judge.window_results(
             X, rpm if recording.profile is not None else recording.rpm
         )
+        windows = results.table()
         windows.insert(0, "start", start)
-        verdict = judge.recording(windows)
+        verdict = judge.recording(windows, results.evidence)
         texts = windows["evidence"].dropna() if "evidence" in windows else []
         said = [f"{text[0].upper()}{text[1:]}." for text in texts]
         said += [_NO_COMB] if verdict["verdict"] == HEALTHY else []

@@ -20,7 +20,7 @@ from ..recordings.live_times import StreamTimes
 from ..recordings.rates import rates_agree
 from ..recordings.speeds import TACHO
 from ..recordings.tacho import TachoStream
-from ..verdicts.recordings import HOLD
+from ..verdicts.windows import HOLD
 from .arguments import refuse
 from .channels import channel_remarks
 from .messages import (

@@ -13,7 +13,7 @@ from sklearn.utils import Bunch, column_or_1d
 from sklearn.utils.metaestimators import available_if
 
 from ..core.base import SignalEstimator
-from ..core.capabilities import capabilities, offers, requests
+from ..core.capabilities import capabilities, offers, requests, training_speeds
 from ..core.diagnosing_classifier import DiagnosingClassifier
 from ..core.fault_locations import FAULT_LOCATIONS, location_of_label
 from ..core.speeds import log_speeds, with_plausible_speeds
@@ -23,7 +23,6 @@ from ..core.state import (
     Labels,
     Values,
     expect,
-    finish_fit,
     uses_fitted,
 )
 from ..core.validation import (
@@ -262,7 +261,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             self.place_exponent_ = location_exponent(
                 self._residual(), X, y, specimens, self._place_of_rows(y), metadata
             )
-        return finish_fit(self)
+        return self
 
     def _residual(self):
         return StretchResidual() if self.residual is None else self.residual
@@ -362,7 +361,8 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         Returns
         -------
         Bunch
-            ``levels``, the residuals of shape (n_rows, n_classes); ``log_probability``
+            ``levels``, the residuals of shape (n_rows, n_classes); ``row_evidence``, of
+            which `join` takes the mean over the rows of a recording; ``log_probability``
             of shape (n_rows, n_classes + 1), that of the conditions and, in the last
             column, of an unknown one; ``recorded``, the probability of a recorded
             specimen; ``verdict``, ``probability`` and ``score``, the results of
@@ -371,7 +371,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             threshold.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
-        speeds = capabilities(self.residual_).speeds
+        speeds = training_speeds(self.residual_)
         is_plausible = np.ones(len(X), dtype=bool)
         if len(speeds) > 0:
             rpm, is_plausible = with_plausible_speeds(rpm, len(X), speeds)
@@ -380,31 +380,58 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         levels = self._levels(X, rpm)
         # Equal residuals name no condition.
         levels[~is_plausible] = 1.0
+        log_drift = np.log(self._drift(rpm, X))
+        evidence = np.column_stack([posterior.logarithms(levels), log_drift])
+        diagnosis = self._judged(evidence, is_plausible)
+        diagnosis.update(levels=levels, row_evidence=evidence)
+        if self.healthy_index_ >= 0:
+            of_healthy = levels[:, self.healthy_index_]
+            diagnosis.alarm = of_healthy > self.detection_threshold_
+        return diagnosis
+
+    @uses_fitted
+    def join(self, evidence: ArrayLike, n_rows: float = 1.0) -> Bunch:
+        """Diagnose a recording by the mean evidence of its rows.
+
+        Parameters
+        ----------
+        evidence : array-like of shape (n_classes + 1,)
+            Mean of ``row_evidence``, which `diagnose` returns: natural logarithms of the
+            residuals of each class, and of the factor on the drift.
+        n_rows : float, default=1.0
+            Number of rows, or the sum of their weights, above 0.
+
+        Returns
+        -------
+        Bunch
+            As `diagnose` returns it, for one row, without what only a row has.
+        """
+        return self._judged(np.asarray(evidence)[np.newaxis], np.ones(1, bool), n_rows)
+
+    def _judged(self, evidence, is_plausible, n_rows=1.0):
+        """Return probabilities and verdicts; equal ones for implausible rows."""
         places, healthy = self.questions()
         found = posterior.condition_log_probabilities(
-            posterior.logarithms(levels),
+            evidence[:, :-1],
             places,
             healthy,
-            self._drift(rpm, X),
+            np.exp(evidence[:, -1]),
             noise_gaps=tuple(self.noise_gaps_.tolist()),
             prior=self.recorded_prior,
             location_exponent=self.place_exponent_,
+            n_rows=n_rows,
         )
-        equal = np.append(
-            np.full(len(self.classes_), -np.log(len(self.classes_))), _NEVER
-        )
+        n_classes = len(self.classes_)
+        equal = np.append(np.full(n_classes, -np.log(n_classes)), _NEVER)
         found.log_probability[~is_plausible] = equal
-        known = Bunch(levels=levels, **found._asdict())
-        known.update(
-            posterior.decided(found.log_probability, self.classes_, places, healthy)
+        decided = posterior.decided(
+            found.log_probability, self.classes_, places, healthy
         )
-        if self.healthy_index_ >= 0:
-            known.alarm = levels[:, self.healthy_index_] > self.detection_threshold_
-        return known
+        return Bunch(**found._asdict(), **decided)
 
     def _drift(self, rpm, X):
         """Return the factor on the drift at the speed of each row; 1 if the speed is not known."""
-        known = np.array(capabilities(self.residual_).speeds)
+        known = np.array(training_speeds(self.residual_))
         if rpm is None or len(known) == 0:
             return np.ones(len(X))
         speeds = log_speeds(rpm, len(X), X.shape[-1])
@@ -466,7 +493,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             "places": self._place_names(),
             "n_specimens": tuple(self.n_specimens_.tolist()),
         }
-        own["states_unknown"] = True
+        own |= {"states_unknown": True, "n_evidence": len(self.classes_) + 1}
         if self.healthy_index_ < 0:
             return own | {"alarm": False}
         healthy = self.classes_.tolist()[self.healthy_index_]

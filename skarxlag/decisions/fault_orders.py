@@ -32,7 +32,6 @@ from ..core.state import (
     Labels,
     Values,
     expect,
-    finish_fit,
     uses_fitted,
 )
 from ..core.validation import (
@@ -43,7 +42,11 @@ from ..core.validation import (
     validate_innovations,
     weighted_windows,
 )
-from ..kernels.evidence import COMB_CORRELATION, effective_number
+from ..kernels.evidence import (
+    COMB_CORRELATION,
+    SMALLEST_PROBABILITY,
+    effective_number,
+)
 from ..kernels.posterior import decided
 from .comb_probabilities import (
     VISIBLE_ALONE,
@@ -192,8 +195,7 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
     References
     ----------
     .. [1] R. B. Randall and J. Antoni (2011), "Rolling element bearing diagnostics - a
-           tutorial",
-       Mechanical Systems and Signal Processing 25, 485-520.
+           tutorial", Mechanical Systems and Signal Processing 25, 485-520.
 
     Examples
     --------
@@ -291,13 +293,14 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
         self.conditions_: Any = None
         self._calibrate(np.empty((0, len(FAULTS))), np.empty(0))
         if y is None:
-            labels, locations = FAULT_LOCATIONS, range(len(FAULT_LOCATIONS))
+            labels = FAULT_LOCATIONS
+            locations = range(len(FAULT_LOCATIONS))
         else:
             labels, locations = self._learn(X, y, rpm, sample_weight, specimen)
         classes, index = np.unique(labels, return_index=True)
         self.classes_: NDArray[Any] = classes
         self.class_places_: NDArray[Any] = np.asarray(locations)[index]
-        return finish_fit(self)
+        return self
 
     def _learn(self, X, y, rpm, sample_weight, specimen):
         """Learn limits and spectra from labelled rows, and return classes and their locations."""
@@ -444,10 +447,10 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
             and the bearing.
             ``contrasts`` and ``rpm``: as in `match`. With `conditions`,
             ``log_probability`` are those of the conditions and, in the last column, of
-            an unknown one, ``spectra`` are the same by spectra alone, ``levels`` and
-            ``recorded`` are those of `ConditionClassifier.diagnose`, and ``comb`` is
-            the probability of a fault by combs alone, NaN for rows whose combs are not
-            used.
+            an unknown one, ``levels`` and ``recorded`` are those of
+            `ConditionClassifier.diagnose`, ``comb`` is the probability of a fault by
+            combs alone, NaN for rows whose combs are not used, and ``row_evidence`` is
+            that of which `join` takes the mean over the rows of a recording.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
         matches = self._match(X, rpm)
@@ -458,9 +461,11 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
         else:
             learned = self.conditions_.diagnose(X, rpm=rpm)
             judged = self._judge(matches, learned.log_probability)
-            judged.spectra = learned.log_probability
             judged.recorded = learned.recorded
             judged.levels = learned.levels
+            # No row excludes a condition by its comb alone.
+            by_combs = np.maximum(judged.pop("by_combs"), np.log(SMALLEST_PROBABILITY))
+            judged.row_evidence = np.hstack([learned.row_evidence, by_combs])
             # The limits of combs do not belong to conditions that were learned.
             del judged["alarm"]
             if "alarm" in learned:
@@ -469,13 +474,42 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
         judged.rpm = matches.rpm
         return judged
 
+    @available_if(lambda self: self.conditions is not None)
+    @uses_fitted
+    def join(self, evidence: ArrayLike, n_rows: float = 1.0) -> Bunch:
+        """Diagnose a recording by the mean evidence of its rows.
+
+        Spectra are joined as by `ConditionClassifier.join`. The log probabilities of
+        locations by combs count as often as the effective number of rows
+        (`skarxlag.kernels.evidence.effective_number`).
+
+        Parameters
+        ----------
+        evidence : array-like of shape (2 * n_classes + 2,)
+            Mean of ``row_evidence``, which `diagnose` returns with learned conditions.
+        n_rows : float, default=1.0
+            Number of rows, or the sum of their weights, above 0.
+
+        Returns
+        -------
+        Bunch
+            ``log_probability``, ``probability``, ``verdict`` and ``score``, as
+            `diagnose` returns them, for one row; ``recorded``: the probability of a
+            recorded specimen.
+        """
+        by_spectra, by_combs = np.split(np.asarray(evidence), 2)
+        learned = self.conditions_.join(by_spectra, n_rows)
+        scores = learned.log_probability + effective_number(n_rows) * by_combs
+        return Bunch(recorded=learned.recorded, **self._decided(scores))
+
     @uses_fitted
     def diagnose_gathered(
         self,
         contrast: NDArray[Any],
         n_rows: float,
         rpm: float,
-        spectra: NDArray[Any] | None = None,
+        evidence: NDArray[Any] | None = None,
+        n_joined: float = 1.0,
     ) -> Bunch:
         """Diagnose the mean contrast of several rows of a machine.
 
@@ -494,19 +528,23 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
             Number of rows, or the sum of their weights.
         rpm : float
             Their speed. NaN: combs are not used.
-        spectra : ndarray of shape (n_classes + 1,) or None, default=None
-            Mean of ``spectra`` times the effective number of rows. Required with
+        evidence : ndarray of shape (2 * n_classes + 2,) or None, default=None
+            Mean of ``row_evidence``, of which spectra are used. Required with
             `conditions`, and not used without them.
+        n_joined : float, default=1.0
+            Number of rows of `evidence`, or the sum of their weights, above 0.
 
         Returns
         -------
         Bunch
-            As `diagnose` returns it, for one row, without ``contrasts`` and ``spectra``.
+            As `diagnose` returns it, for one row, without ``contrasts``.
         """
         matches = self._search().match_gathered(contrast, self.window_shape_[-1], rpm)
         if self.conditions_ is None:
-            spectra = None
-        return self._judge(matches, spectra, n_rows)
+            return self._judge(matches, None, n_rows)
+        by_spectra, _ = np.split(np.asarray(evidence), 2)
+        learned = self.conditions_.join(by_spectra, n_joined)
+        return self._judge(matches, learned.log_probability, n_rows)
 
     @available_if(lambda self: self.conditions is not None)
     def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
@@ -598,13 +636,18 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
         is_fault = locations != _HEALTHY
         of_fault = np.exp(by_combs).max(axis=1, where=is_fault, initial=0.0)
         has_combs = ~np.isnan(matches.rpm)
-        scores = spectra + np.where(has_combs[:, np.newaxis], by_combs, 0.0)
-        log_probability = log_softmax(scores, axis=1)
+        by_combs[~has_combs] = 0.0
         return {
             "comb": np.where(has_combs, of_fault, np.nan),
-            "log_probability": log_probability,
-            **decided(log_probability, self.classes_, *self.conditions_.questions()),
+            "by_combs": by_combs,
+            **self._decided(spectra + by_combs),
         }
+
+    def _decided(self, scores):
+        """Return log probabilities, probabilities, verdicts and scores of conditions."""
+        logs = log_softmax(scores, axis=1)
+        of_classes = decided(logs, self.classes_, *self.conditions_.questions())
+        return {"log_probability": logs} | of_classes
 
     def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the probability that a healthy row has a comb as strong.
@@ -626,6 +669,8 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
         fields = {"alarm": True, "sampling_rate": self.sampling_rate}
         if self.conditions_ is not None:
             learned = capabilities(self.conditions_)
+            # Each condition, and an unknown one, by spectra and by combs.
+            fields["n_evidence"] = 2 * (len(self.classes_) + 1)
             return fields | {name: getattr(learned, name) for name in _OF_CONDITIONS}
         healthy = self.classes_[self.class_places_ == _HEALTHY].tolist()
         return fields | {

@@ -14,10 +14,11 @@ from sklearn.utils.metadata_routing import get_routing_for_object
 from sklearn.utils.metaestimators import available_if
 
 from ..core.base import SignalEstimator
-from ..core.capabilities import capabilities
+from ..core.capabilities import capabilities, unfolded_steps
+from ..core.diagnosing_classifier import DiagnosingClassifier
 from ..core.fault_locations import HEALTHY
 from ..core.pipelines import as_diagnosis_pipeline
-from ..core.state import WINDOWS, expect, finish_fit, is_fitted, uses_fitted
+from ..core.state import WINDOWS, expect, is_fitted, uses_fitted
 from ..core.validation import check_count, validate_signals
 from ..kernels.evidence import SMALLEST_PROBABILITY
 from ..kernels.posterior import decided
@@ -150,7 +151,7 @@ class SensorFusion(SignalEstimator, BaseEstimator):
             .fit(_channels(X, s, n), y, **params)
             for s in range(n)
         ]
-        return finish_fit(self)
+        return self
 
     def _asked(self, method, X, params):
         """Return the results of a method of all outputs."""
@@ -181,36 +182,64 @@ class SensorFusion(SignalEstimator, BaseEstimator):
             unknown condition, and ``recorded``, the mean probability of a recorded
             specimen; ``verdict_of_outputs``, the verdict of each output by itself, of
             shape (n_rows, n_outputs); if `estimator` has a detection threshold,
-            ``alarm``, of bool; and ``refusal``, if `estimator` returns it.
+            ``alarm``, of bool; and ``refusal`` and ``row_evidence``, if `estimator`
+            returns them.
         """
-        found = self._asked("diagnose", X, params)
-        states_unknown = "log_probability" in found[0]
-        names = "log_probability" if states_unknown else "probability"
-        values = np.array([each[names] for each in found])
-        logs = (
-            values
-            if states_unknown
-            else np.log(np.maximum(values, SMALLEST_PROBABILITY))
+        of_outputs = self._asked("diagnose", X, params)
+        fused = self._fused(of_outputs)
+        if all("alarm" in output for output in of_outputs):
+            fused.alarm = np.any([output.alarm for output in of_outputs], axis=0)
+        if "refusal" in of_outputs[0]:
+            fused.refusal = of_outputs[0].refusal
+        if "row_evidence" in of_outputs[0]:
+            fused.row_evidence = np.hstack([each.row_evidence for each in of_outputs])
+        return fused
+
+    @available_if(_names_conditions)
+    @uses_fitted
+    def join(self, evidence: ArrayLike, n_rows: float = 1.0) -> Bunch:
+        """Diagnose a recording by the mean evidence of its rows.
+
+        Parameters
+        ----------
+        evidence : array-like of shape (n_values,)
+            Mean of ``row_evidence``, which `diagnose` returns if that of `estimator`
+            does.
+        n_rows : float, default=1.0
+            Number of rows, or the sum of their weights, above 0.
+
+        Returns
+        -------
+        Bunch
+            As `diagnose` returns it, for one row, without what only a row has.
+        """
+        parts = np.split(np.asarray(evidence), len(self.estimators_))
+        outputs = zip(self.estimators_, parts, strict=True)
+        return self._fused(
+            [unfolded_steps(model)[-1].join(part, n_rows) for model, part in outputs]
         )
-        logs = np.maximum(logs, np.log(SMALLEST_PROBABILITY)).mean(axis=0)
+
+    def _fused(self, of_outputs):
+        """Return probabilities and verdicts from those of each output."""
+        states_unknown = "log_probability" in of_outputs[0]
         if states_unknown:
-            answer = Bunch(log_probability=log_softmax(logs, axis=1))
-            answer.update(
-                decided(answer.log_probability, self.classes_, *_places_of(self))
-            )
-            answer.recorded = np.mean([each.recorded for each in found], axis=0)
+            logs = np.array([output.log_probability for output in of_outputs])
         else:
-            probability = softmax(logs, axis=1)
+            with np.errstate(divide="ignore"):
+                logs = np.log([output.probability for output in of_outputs])
+        mean = np.maximum(logs, np.log(SMALLEST_PROBABILITY)).mean(axis=0)
+        if states_unknown:
+            fused = Bunch(log_probability=log_softmax(mean, axis=1))
+            locations = _locations_of(self)
+            fused.update(decided(fused.log_probability, self.classes_, *locations))
+            fused.recorded = np.mean([output.recorded for output in of_outputs], axis=0)
+        else:
+            probability = softmax(mean, axis=1)
             verdict = self.classes_[probability.argmax(axis=1)]
-            answer = Bunch(probability=probability, verdict=verdict)
-        answer.verdict_of_outputs = np.array(
-            [each.verdict for each in found], dtype=object
-        ).T
-        if all("alarm" in each for each in found):
-            answer.alarm = np.any([each.alarm for each in found], axis=0)
-        if "refusal" in found[0]:
-            answer.refusal = found[0].refusal
-        return answer
+            fused = Bunch(probability=probability, verdict=verdict)
+        verdicts = [output.verdict for output in of_outputs]
+        fused.verdict_of_outputs = np.array(verdicts, dtype=object).T
+        return fused
 
     def predict(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
         """Return the condition of each row; of a detector 1, and -1 for outliers.
@@ -245,36 +274,7 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         """
         return self.diagnose(X, **params).probability
 
-    @available_if(_names_conditions)
-    def score(
-        self,
-        X: ArrayLike,
-        y: ArrayLike,
-        sample_weight: ArrayLike | None = None,
-        **params: Any,
-    ) -> float:
-        """Compute the share of rows whose condition is right.
-
-        Parameters
-        ----------
-        X, **params
-            As in `fit`.
-        y : array-like of shape (n_rows,)
-            Their conditions.
-        sample_weight : array-like of shape (n_rows,) or None, default=None
-            Weight of each row.
-
-        Returns
-        -------
-        float
-            From 0 to 1.
-        """
-        # No other method needs this package, which takes long to import.
-        from sklearn.metrics import accuracy_score
-
-        return float(
-            accuracy_score(y, self.predict(X, **params), sample_weight=sample_weight)
-        )
+    score = available_if(_names_conditions)(DiagnosingClassifier.score)
 
     @available_if(_detects_outliers)
     @uses_fitted
@@ -351,6 +351,7 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         n, inner = len(self.estimators_), vars(capabilities(self.estimators_[0]))
         rate = None if inner["stated_rate"] is None else n * inner["stated_rate"]
         own = {"n_outputs": n, "n_channels": inner["n_channels"] + n - 1}
+        own["n_evidence"] = n * inner["n_evidence"]
         return inner | own | {"stated_rate": rate}
 
     def _check_parameters(self):
@@ -391,12 +392,14 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         return tags
 
 
-def _places_of(fusion):
-    """Number of the place of each condition, and that of the healthy one."""
-    known = capabilities(fusion)
-    names = known.places or len(known.conditions) * [None]
+def _locations_of(fusion):
+    """Number of the location of each condition, and that of the healthy one."""
+    described = capabilities(fusion)
+    locations = described.places or len(described.conditions) * [None]
+    # A condition without a location is one of its own.
     keys = [
-        place or (name,) for place, name in zip(names, known.conditions, strict=True)
+        location or (condition,)
+        for location, condition in zip(locations, described.conditions, strict=True)
     ]
     order = list(dict.fromkeys(keys))
     healthy = order.index(HEALTHY) if HEALTHY in order else -1

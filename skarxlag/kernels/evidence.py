@@ -9,9 +9,9 @@ from scipy.special import ndtr, ndtri
 #: Smallest probability of a condition in a window. Without it, a single window could
 #: veto a condition for the whole recording.
 SMALLEST_PROBABILITY = 1e-6
-#: Correlation of the evidence of two windows of one recording, chosen by ``python -m
-#: benchmarks.recipe recording-evidence``: they share specimen, mounting, load and the
-#: error of the model at this speed.
+#: Correlation of the probabilities of two windows of one recording, for classifiers
+#: that do not join windows: they share specimen, mounting, load and the error of the
+#: model at this speed. It was chosen on real rigs with earlier probabilities.
 CORRELATION = 0.7
 #: Correlation of the p-values of two windows of one recording: they share the error of
 #: the limits at this speed. Of 0.5, 0.8 and 1, it had the fewest false alarms and

@@ -241,6 +241,7 @@ def condition_log_probabilities(
     noise_gaps: tuple[float, float] = (0.0, 0.0),
     prior: float = 0.5,
     location_exponent: float = PLACE_EXPONENT,
+    n_rows: float = 1.0,
 ) -> Posterior:
     r"""Compute the log probability of each condition, and that of an unknown one.
 
@@ -250,10 +251,15 @@ def condition_log_probabilities(
     `answer_log_probabilities`. The conditions of a place differ by specimen, so the
     third has the exponent of a recorded specimen.
 
+    Whether the specimen was recorded is the same for all rows of a recording. So the
+    questions are asked once, about the mean of the logarithms over its n rows. The gap
+    that noise reaches is then :math:`g_0 / \sqrt{n}`, because the noise of the rows is
+    independent.
+
     Parameters
     ----------
     residuals : ndarray of shape (n_rows, n_conditions)
-        Natural logarithms of the residuals.
+        Natural logarithms of the residuals, or means of them.
     places : ndarray of int of shape (n_conditions,)
         Number of the place of each condition; all numbers from 0 to the largest occur.
     healthy : int
@@ -267,6 +273,8 @@ def condition_log_probabilities(
         Probability that a row is of a recorded specimen, in (0, 1).
     location_exponent : float, default=4.0
         Exponent of the residuals of places for other specimens, at least 0.
+    n_rows : float, default=1.0
+        Number n of rows that each mean is of, above 0.
 
     Returns
     -------
@@ -282,6 +290,8 @@ def condition_log_probabilities(
     >>> np.exp(found.log_probability).round(2), found.recorded.round(2)
     (array([[0.  , 0.96, 0.  , 0.01, 0.03]]), array([0.87]))
     """
+    fault_gap = max(noise_gaps[0], LEAST_FAULT_GAP) / np.sqrt(n_rows)
+    place_gap = max(noise_gaps[1], LEAST_PLACE_GAP) / np.sqrt(n_rows)
     nearest = _nearest(residuals, places)
     n_places = nearest.shape[1]
     of_place = np.zeros((len(residuals), n_places))
@@ -289,16 +299,12 @@ def condition_log_probabilities(
     of_faults = nearest[:, is_fault]
     recorded = np.full(len(residuals), -np.inf)
     if of_faults.shape[1] > 0:
-        recorded = recorded_log_odds(
-            of_faults, max(noise_gaps[1], LEAST_PLACE_GAP), prior
-        )
+        recorded = recorded_log_odds(of_faults, place_gap, prior)
         answers = answer_log_probabilities(of_faults, location_exponent, recorded)
         of_place[:, is_fault] = answers
     if healthy >= 0 and of_faults.shape[1] > 0:
         question = np.stack([nearest[:, healthy], of_faults.min(axis=1)], axis=1)
-        of_question = recorded_log_odds(
-            question, max(noise_gaps[0], LEAST_FAULT_GAP), prior
-        )
+        of_question = recorded_log_odds(question, fault_gap, prior)
         answers = answer_log_probabilities(question, FAULT_EXPONENT, of_question)
         of_place[:, healthy] = answers[:, 0]
         of_place[:, is_fault] += answers[:, 1:]

@@ -1,5 +1,6 @@
 """A fitted diagnoser on a running sensor."""
 
-from .monitor import ConditionMonitor, MonitorVerdict
+from .monitor import ConditionMonitor
+from .verdict import MonitorVerdict
 
 __all__ = ["ConditionMonitor", "MonitorVerdict"]

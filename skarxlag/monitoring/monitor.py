@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..core.capabilities import capabilities, offers, unfolded_steps
+from ..core.capabilities import capabilities
 from ..core.speeds import speeds_of_rows
 from ..core.state import expect
 from ..core.validation import (
@@ -22,16 +22,11 @@ from ..core.validation import (
     check_rate,
     check_real,
 )
-from ..kernels.evidence import (
-    SMALLEST_PROBABILITY,
-    combined_score,
-    effective_number,
-    p_value_score,
-)
-from ..kernels.fault_orders import N_ORDERS
+from ..verdicts.judge import Judge
 from ..verdicts.names import NO_VERDICT
-from ..verdicts.recordings import Judge
 from . import _memory
+from ._recent import RecentWindows
+from .verdict import MonitorVerdict
 
 #: Largest number of windows that are diagnosed together.
 _BATCH = 256
@@ -40,78 +35,12 @@ _BATCH = 256
 _LONGEST_DELAY = 1000
 
 
-class MonitorVerdict(NamedTuple):
-    """Verdict of a `ConditionMonitor` when a window is complete.
-
-    Parameters
-    ----------
-    start : int
-        Number of samples before the window.
-    time : float
-        Time in seconds at the end of the window: on the clock of the blocks' times, or
-        since the first sample if there are none.
-    rpm : float
-        Stated shaft speed in the middle of the window; NaN if there is none.
-    quality : str
-        ``"good"``; why the window carries no signal, see `signal_quality`; or ``"no
-        verdict"``.
-    quality_share : float
-        Share in [0, 1] of the window that this affects, as `signal_quality` returns it.
-    window_verdict : object
-        Condition of this window alone; ``"no verdict: ..."`` with the reason, such as
-        an implausible speed; None if the window carries no signal or there is no
-        classifier.
-    verdict : object
-        Condition by the evidence of all recent windows; ``"changed"`` if this is the
-        healthy condition, or there is no classifier, while windows keep the alarm on;
-        ``"not identifiable"`` if two places fit the combs of recent windows; ``"no
-        verdict: ..."`` as for the window; None if no window within the half-life had a
-        verdict.
-    probability : float
-        Probability of `verdict`; NaN if it is no condition.
-    exceeds : bool or None
-        Whether this window alone exceeds the healthy limits; None if they do not hold
-        at its speed, or the window carries no signal.
-    alarm : bool or None
-        Whether the alarm is on, also one that is latched; None if there are no healthy
-        limits.
-    alarm_level : float
-        Cumulative sum over its limit, from 0 to 1; NaN if there are no healthy limits.
-    p_value : float
-        Probability that recent windows of the healthy machine deviate as much, from
-        those for which the healthy limits hold; NaN without a detector, or if there was
-        none within the half-life.
-    limits : str
-        ``"hold"``, or why the healthy limits do not hold at the speed of the window.
-    alarm_state : str
-        ``"off"``; ``"not yet an alarm"`` if recent windows exceed the limits, but the
-        cumulative sum has not reached its limit; ``"on"``; ``"latched"`` if recent
-        windows do not exceed any more, but the alarm was not acknowledged; ``"none"``
-        if there are no healthy limits.
-    """
-
-    start: int
-    time: float
-    rpm: float
-    quality: str
-    quality_share: float
-    window_verdict: object
-    verdict: object
-    probability: float
-    exceeds: bool | None
-    alarm: bool | None
-    alarm_level: float
-    p_value: float
-    limits: str
-    alarm_state: str
-
-
 class ConditionMonitor:
     """Diagnoser of a running sensor, from blocks of samples to verdicts.
 
     Blocks of any length are cut into windows across their borders. Each window that
-    carries a signal is diagnosed by itself. Fading evidence turns the probabilities of
-    the windows into a verdict. With a bearing, the contrasts of the windows are
+    carries a signal is diagnosed by itself. The verdict follows from the fading mean of
+    the evidence of the windows. With a bearing, the contrasts of the windows are
     gathered: combs of their mean decide, together with the probabilities by spectra if
     the model learned several conditions. Page's cumulative sum turns windows that
     exceed the healthy limits into an alarm with a stated rate of false alarms. Windows
@@ -259,17 +188,18 @@ class ConditionMonitor:
             diagnoser, same_speed=True, sampling_rate=sampling_rate, **options
         )
         model = detector if diagnoser is None else diagnoser
-        can, last = capabilities(model), unfolded_steps(model)[-1]
-        self.conditions: list[Any] = (
-            [] if can.conditions is None else self._judge.conditions
-        )
+        described = capabilities(model)
+        self.conditions: list[Any] = []
+        if described.conditions is not None:
+            self.conditions = self._judge.conditions
         self.healthy: Any = self._judge.healthy
-        self._n_channels, self._half_life = can.n_channels, float(half_life)
-        self._length, self._hop = int(window_length), int(hop)
-        self._combs = last if offers(last, "diagnose_gathered") else None
+        self._half_life = float(half_life)
+        self._n_channels = described.n_channels
+        self._length = int(window_length)
+        self._hop = int(hop)
         # The shaft speed is one more channel.
         sizes = {
-            "n_rows": can.n_channels + 1,
+            "n_rows": described.n_channels + 1,
             "window_length": self._length,
             "hop": self._hop,
         }
@@ -280,7 +210,7 @@ class ConditionMonitor:
         self._windowing = sizes | times
         # Windows that share samples exceed together.
         persistence = max(float(persistence), 1 - hop / window_length)
-        self._alarming = {"persistence": persistence, "rate": self._judge.alarm_rate}
+        self._alarming = {"persistence": persistence, "rate": self._judge.limits.rate}
         self._windows_an_hour = 3600 * sampling_rate / hop
         self._alarming["run_length"] = false_alarm_interval * self._windows_an_hour
         self._alarming["delay"] = alarm_delay
@@ -298,12 +228,8 @@ class ConditionMonitor:
 
     def _start_afresh(self):
         self._stream = _memory.WindowStream(**self._windowing)
-        self._evidence = _memory.FadingEvidence(self._judge.n_answers, self._half_life)
-        # The speed of the windows is one more value.
-        n_values = 0 if self._combs is None else N_ORDERS + 1
-        self._contrasts = _memory.FadingEvidence(n_values, self._half_life)
-        self._p_values = _memory.FadingEvidence(1, self._half_life)
-        self._alarm = self._new_alarm(self._seen) if self._judge.detects else None
+        self._recent = RecentWindows(self._judge, self._half_life)
+        self._alarm = self._new_alarm(self._seen) if self._judge.limits.exist else None
         self._qualities, self._rpm, self._varies = Counter(), None, False
         self.latched: bool = False
 
@@ -427,7 +353,7 @@ class ConditionMonitor:
             no alarm can be as rare as stated.
         """
         expect(
-            self._judge.detects,
+            self._judge.limits.exist,
             "detector",
             None,
             "a detector, or a diagnoser with limits",
@@ -486,42 +412,53 @@ class ConditionMonitor:
             rpm = np.where(
                 np.isnan(windows[:, -1]), speeds[:, np.newaxis], windows[:, -1]
             )
-        found = self._judge.window_results(rows, rpm)
-        names, columns = (
-            found.table.keys(),
-            map(np.ndarray.tolist, found.table.values()),
-        )
+        results = self._judge.window_results(rows, rpm)
+        names = results.columns.keys()
+        columns = [column.tolist() for column in results.columns.values()]
         tables = [
             dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)
         ]
         return [
-            self._verdict(found, i, tables[i], start + i * self._hop, rpm)
+            self._verdict(results, i, tables[i], start + i * self._hop, rpm)
             for i, rpm in enumerate(speeds.tolist())
         ]
 
-    def _verdict(self, found, i, table, start, rpm):
+    def _verdict(self, results, i, table, start, rpm):
         end = self._stream.time_of(start + self._length)
-        for evidence in (self._evidence, self._contrasts, self._p_values):
-            evidence.move_to(end)
-        if not math.isnan(table.get("p-value", np.nan)):
-            self._p_values.add(p_value_score(table["p-value"]))
+        self._recent.move_to(end)
+        self._recent.add_p_value(table.get("p-value", np.nan))
         exceeds = None if math.isnan(table["alarm"]) else bool(table["alarm"])
         if exceeds is not None:
             self._count(exceeds)
-        quality, window_verdict = table["quality"], None
-        if quality == "good" and found.refusal[i] != "":
+        quality = table["quality"]
+        window_verdict = None
+        if quality == "good" and results.refusal[i] != "":
             quality, window_verdict = NO_VERDICT, table["verdict"]
             verdict, probability = window_verdict, np.nan
         else:
             if quality == "good":
-                window_verdict = self._add(found, i)
-            verdict, probability = self._condition()
+                self._recent.add(results, i)
+                window_verdict = table["verdict"] if self.conditions else None
+            # A latched alarm is of earlier windows.
+            alarm = None if self._alarm is None else self._alarm.active
+            verdict, probability, _ = self._recent.named(alarm)
         self._qualities[quality] += 1
+        is_on, level = self._alarm_and_level()
         return MonitorVerdict(
-            *(start, end, rpm, quality, table["quality share"]),
-            *(window_verdict, verdict, probability),
-            *(exceeds, *self._alarm_and_level()),
-            *(self._p_value(), table["limits"], self.alarm_state),
+            start=start,
+            time=end,
+            rpm=rpm,
+            quality=quality,
+            quality_share=table["quality share"],
+            window_verdict=window_verdict,
+            verdict=verdict,
+            probability=probability,
+            exceeds=exceeds,
+            alarm=is_on,
+            alarm_level=level,
+            p_value=self._recent.p_value(),
+            limits=table["limits"],
+            alarm_state=self.alarm_state,
         )
 
     def _count(self, exceeds):
@@ -535,42 +472,6 @@ class ConditionMonitor:
         if self._alarm is None:
             return None, np.nan
         return self._alarm.active or self.latched, self._alarm.sum / self._alarm.limit
-
-    def _add(self, found, i):
-        """Add the evidence of a window, and return its condition."""
-        logs = found.spectra[i] if "spectra" in found else found.log_probability[i]
-        logs = logs[: self._judge.n_answers]
-        self._evidence.add(np.maximum(logs, np.log(SMALLEST_PROBABILITY)))
-        if self._combs is not None and not np.isnan(found.rpm[i]):
-            self._contrasts.add([*found.contrasts[i], found.rpm[i]])
-        return found.table["verdict"][i] if self.conditions else None
-
-    def _condition(self):
-        """Verdict by the evidence of all recent windows, and its probability."""
-        # A latched alarm is of earlier windows.
-        alarm = None if self._alarm is None else self._alarm.active
-        mean = self._evidence.mean()
-        if mean is None:
-            return None, np.nan
-        if self._combs is None:
-            return self._judge.named(mean, self._evidence.weight, alarm)[:2]
-        gathered = self._contrasts.mean()
-        if gathered is None:
-            gathered = np.append(np.zeros(N_ORDERS), np.nan)
-        *contrast, rpm = gathered
-        logs = effective_number(self._evidence.weight) * mean
-        found = self._combs.diagnose_gathered(
-            contrast, self._contrasts.weight, rpm, logs
-        )
-        return self._judge.gathered(found, alarm)[:2]
-
-    def _p_value(self):
-        mean = self._p_values.mean()
-        return (
-            np.nan
-            if mean is None
-            else combined_score(float(mean[0]), self._p_values.weight)
-        )
 
     def state(self) -> dict[str, Any]:
         """Return the state that `restore` continues from after a restart.
@@ -591,9 +492,8 @@ class ConditionMonitor:
         return own | {name: part.state() for name, part in self._parts().items()}
 
     def _parts(self):
-        names = ("stream", "evidence", "contrasts", "p_values", "alarm")
-        parts = {name: vars(self)[f"_{name}"] for name in names}
-        return {name: part for name, part in parts.items() if part is not None}
+        parts = {"stream": self._stream, **self._recent.parts}
+        return parts if self._alarm is None else parts | {"alarm": self._alarm}
 
     def restore(self, state: dict[str, Any]) -> Self:
         """Continue from the state of a monitor with the same settings.

@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 from scipy.io import savemat, wavfile
 from scipy.signal import lfilter
-from scipy.special import softmax
 
 from skarxlag import (
     make_alpio,
@@ -184,7 +183,7 @@ def test_fit_is_the_pipeline_on_the_chosen_windows(run, workshop, name, maker):
     np.testing.assert_array_equal(diagnoser.predict_proba(X), expected.predict_proba(X))
 
 
-def test_verdicts_sum_the_evidence_of_windows(run, model, workshop):
+def test_verdicts_join_the_evidence_of_windows(run, model, workshop):
     path = workshop / "run_17.npy"
     recording = signal("inner", 7 * WINDOW + 50, seed=77, gain=3.0)
     np.save(path, recording)
@@ -197,15 +196,15 @@ def test_verdicts_sum_the_evidence_of_windows(run, model, workshop):
     names = ["good", "inner", "outer", "unknown_condition"]
     probability = windows[[f"probability_of_{name}" for name in names]].to_numpy()
     # Windows that known conditions reject are less probable to be of one.
-    stated = np.exp(diagnoser.diagnose(X).log_probability)
+    diagnosed = diagnoser.diagnose(X)
+    stated = np.exp(diagnosed.log_probability)
     kept = windows["p_value_of_nearest"] >= 0.01
     np.testing.assert_allclose(probability[kept], stated[kept])
     assert (probability[~kept, :3] < stated[~kept, :3]).all()
-    evidence = np.log(np.maximum(probability, 1e-6)).mean(axis=0)
-    assert diagnoser.classes_[evidence.argmax()] == "inner"
+    joined = diagnoser["decide"].join(diagnosed.row_evidence.mean(axis=0), 7)
+    assert joined.verdict.tolist() == ["inner"]
     line = next(line for line in out.splitlines() if line.startswith(str(path)))
-    # Seven windows count as 7 / (1 + 6 * .7) independent ones. The speed is not stated.
-    probability_of_recording = softmax(7 / 5.2 * evidence).max()
+    probability_of_recording = np.exp(joined.log_probability).max()
     assert line.split()[1:] == [
         "inner",
         f"{min(probability_of_recording, 0.999):.1%}",

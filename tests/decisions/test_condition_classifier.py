@@ -102,6 +102,24 @@ def test_probabilities_are_those_of_the_kernel(fitted, data):
     assert fitted.score(X, data[1]) > 0.9
 
 
+def test_rows_are_joined_by_their_mean_log_residuals(fitted, data):
+    found = fitted.diagnose(data[0][:5])
+    one = fitted.join(found.row_evidence[0])
+    for name in ("log_probability", "recorded", "score"):
+        np.testing.assert_allclose(one[name][0], found[name][0])
+    assert one.verdict[0] == found.verdict[0]
+    expected = posterior.condition_log_probabilities(
+        np.log(found.levels).mean(axis=0, keepdims=True),
+        np.array([0, 0, 2, 1]),
+        2,
+        np.ones(1),
+        tuple(fitted.noise_gaps_),
+        n_rows=5,
+    )
+    joined = fitted.join(found.row_evidence.mean(axis=0), 5)
+    np.testing.assert_allclose(joined.log_probability, expected.log_probability)
+
+
 def test_the_prior_moves_rows_between_recorded_and_unknown(data):
     X, y = data
     low, high = (

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from skarxlag.kernels import posterior
 
 
-def literal(residuals, places, healthy, drift, gaps, prior, exponent):
+def literal(residuals, places, healthy, drift, gaps, prior, exponent, n_rows):
     """Probabilities of one row, written out condition by condition."""
 
     def softmax(values, power):
@@ -21,7 +21,8 @@ def literal(residuals, places, healthy, drift, gaps, prior, exponent):
     def recorded(values, noise):
         first, *rest = sorted(values)
         gap = math.log(rest[0] / first) if rest else 0.0
-        odds = math.log(prior / (1 - prior)) + min(max(5 * (gap - noise), -6), 8)
+        beyond = 5 * (gap - noise / math.sqrt(n_rows))
+        odds = math.log(prior / (1 - prior)) + min(max(beyond, -6), 8)
         return 1 / (1 + math.exp(-(odds - 8 * max(math.log(first / 1.6), 0))))
 
     def answered(values, power, q):
@@ -65,18 +66,18 @@ def literal(residuals, places, healthy, drift, gaps, prior, exponent):
     st.tuples(st.floats(0, 1), st.floats(0, 1)),
     st.floats(0.05, 0.95),
     st.sampled_from([1.0, 4.0, 12.0]),
+    st.sampled_from([0.5, 1.0, 40.0]),
 )
 def test_probabilities_are_those_of_the_equations(
-    residuals, random, drift, gaps, prior, exponent
+    residuals, random, drift, gaps, prior, exponent, n_rows
 ):
     _, places = np.unique([random.randrange(4) for _ in residuals], return_inverse=True)
     healthy = random.choice([-1, *range(places.max() + 1)])
+    settings = (gaps, prior, exponent, n_rows)
     found = posterior.condition_log_probabilities(
-        np.log([residuals]), places, healthy, np.array([drift]), gaps, prior, exponent
+        np.log([residuals]), places, healthy, np.array([drift]), *settings
     )
-    expected, recorded = literal(
-        residuals, places.tolist(), healthy, drift, gaps, prior, exponent
-    )
+    expected, recorded = literal(residuals, places.tolist(), healthy, drift, *settings)
     probability = np.exp(found.log_probability[0])
     np.testing.assert_allclose(probability, expected, rtol=1e-6, atol=1e-12)
     assert probability.sum() == pytest.approx(1)

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from scipy.special import softmax
+from scipy.special import log_softmax, softmax
 from scipy.stats import norm
 from sklearn.calibration import CalibratedClassifierCV
 from sklearn.svm import LinearSVC
@@ -88,16 +88,19 @@ def test_verdicts_on_windows_are_those_of_the_diagnoser_and_the_detector(
 
 def test_evidence_fades_with_the_stated_half_life(make, diagnoser):
     signal = np.concatenate([sound("good", 2000, 3), sound("worn", 2000, 4)])
-    log_p = diagnoser.diagnose(make_windows(signal, WINDOW)).log_probability
-    log_p = np.maximum(log_p, np.log(1e-6))
+    logs = np.log(diagnoser.diagnose(make_windows(signal, WINDOW)).levels)
     half_life = 0.7
+
+    def probabilities(weights):
+        mean = np.append(np.average(logs[: len(weights)], axis=0, weights=weights), 0)
+        joined = diagnoser["decide"].join(mean, weights.sum())
+        return np.exp(joined.log_probability[0])
+
     verdicts = make(half_life=half_life).update(signal)
     for k, verdict in enumerate(verdicts):
         age = (k - np.arange(k + 1)) * WINDOW / RATE
         weights = 0.5 ** (age / half_life)
-        expected = softmax(
-            effective_number(weights.sum()) * weights @ log_p[: k + 1] / weights.sum()
-        )
+        expected = probabilities(weights)
         best = [*diagnoser.classes_, "unknown condition"][expected.argmax()]
         if verdict.alarm and best == "good":
             assert verdict.verdict == "changed" and np.isnan(verdict.probability)
@@ -105,7 +108,7 @@ def test_evidence_fades_with_the_stated_half_life(make, diagnoser):
             assert verdict.probability == pytest.approx(expected.max(), rel=1e-9)
             assert verdict.verdict == best
     never = make(half_life=np.inf).update(signal)
-    expected = softmax(effective_number(len(log_p)) * log_p.mean(axis=0))
+    expected = probabilities(np.ones(len(logs)))
     assert never[-1].probability == pytest.approx(expected.max(), rel=1e-9)
 
 
@@ -431,8 +434,8 @@ def test_what_is_no_state_is_refused(make, state):
         b"\xff\xfe",
         pickle.dumps({}),
         b'{"format": "another", "facts": {}, "state": {}}',
-        b'{"format": "skarxlag monitor 8", "facts": 3, "state": {}}',
-        b'{"format": "skarxlag monitor 8", "facts": {}}',
+        b'{"format": "skarxlag monitor 9", "facts": 3, "state": {}}',
+        b'{"format": "skarxlag monitor 9", "facts": {}}',
     ],
     ids=range(8),
 )
@@ -739,8 +742,9 @@ def test_combs_are_gathered_beside_learned_spectra(joint):
     last = monitor.update(remounted, rpm=850)[-1]
     assert last.verdict == "worn outer" and last.probability > 0.9 > doubt
     # The last verdict, from all that the rows show.
-    spectra = effective_number(40) * found.spectra.mean(axis=0)
     contrast, decide = found.contrasts.mean(axis=0), joint["decide"]
+    by_spectra = decide.conditions_.join(found.row_evidence[:, :3].mean(axis=0), 40)
+    spectra = by_spectra.log_probability[0]
     orders, places = decide.orders_, decide.class_places_
     scores = best_combs(contrast, 3, orders, 0.1, 0.03)["scores"] - decide.reference_
     places = np.append(places, 3)  # an unknown condition shows no comb
@@ -750,12 +754,25 @@ def test_combs_are_gathered_beside_learned_spectra(joint):
     assert last.probability == pytest.approx(softmax(spectra + combs).max())
 
 
+def test_rows_are_joined_by_spectra_and_combs(joint):
+    decide = joint["decide"]
+    found = joint.diagnose(turning(6, 3, 5, 850.0), rpm=850)
+    one = decide.join(found.row_evidence[0])
+    np.testing.assert_allclose(one.log_probability[0], found.log_probability[0])
+    mean = found.row_evidence.mean(axis=0)
+    spectra = decide.conditions_.join(mean[:3], 6).log_probability[0]
+    expected = log_softmax(spectra + effective_number(6) * mean[3:])
+    joined = decide.join(mean, 6)
+    np.testing.assert_allclose(joined.log_probability[0], expected)
+
+
 def test_spectra_decide_alone_while_the_speed_is_not_known(joint):
     rows = turning(8, 9, 3, 850.0)
     monitor = ConditionMonitor(joint, 1e4, window_length=2000, half_life=np.inf)
     blind = monitor.update(rows[:4].ravel())[-1]
-    logs = joint.diagnose(rows[:4]).log_probability.mean(axis=0)
-    assert blind.probability == pytest.approx(softmax(effective_number(4) * logs).max())
+    evidence = joint.diagnose(rows[:4]).row_evidence.mean(axis=0)
+    joined = joint["decide"].join(evidence, 4)
+    assert blind.probability == pytest.approx(np.exp(joined.log_probability).max())
     seen = monitor.update(rows[4:].ravel(), rpm=850)[-1]
     assert monitor.state()["contrasts"]["weight"] == 4
     assert (

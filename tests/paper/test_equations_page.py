@@ -18,7 +18,7 @@ SECTIONS = dict(
 )
 PAGES = [
     DOCS / "method.md",
-    *(DOCS / "paper" / f"{name}.md" for name in ("index", "equations")),
+    *(DOCS / "paper" / f"{name}.md" for name in ("index", "equations", "observers")),
 ]
 PAGES.append(DOCS / "paper" / "errata.md")
 ALL = [f"({n})" for n in range(1, 33)] + [f"A-{n}" for n in range(1, 10)]

@@ -24,13 +24,11 @@ from skarxlag.kernels.evidence import (
     combined_p_value,
     effective_number,
 )
-from skarxlag.verdicts.recordings import (
-    FEW_HEALTHY,
-    HOLD,
-    Judge,
-    check_conditions,
-    no_verdict,
-)
+from skarxlag.kernels.posterior import condition_log_probabilities
+from skarxlag.verdicts.healthy_limits import FEW_HEALTHY
+from skarxlag.verdicts.judge import Judge
+from skarxlag.verdicts.names import check_conditions, no_verdict
+from skarxlag.verdicts.windows import HOLD
 
 from ..decisions.test_fault_orders import classifier
 from ..decisions.test_fault_orders import row as signal_of
@@ -38,6 +36,11 @@ from ..distances.test_orders import ORDERS, RATE, stretches
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 SPEEDS = np.repeat([900.0, 1200.0], 100)
+
+
+def log_probabilities(table):
+    """Evidence of windows for a classifier that cannot join rows."""
+    return np.log(table[["probability of coloured", "probability of white"]].to_numpy())
 
 
 @pytest.fixture(scope="module")
@@ -93,6 +96,26 @@ def test_evidence_of_a_recording_counts_correlated_windows(diagnoser, windows):
         assert row["windows"] == n
 
 
+def test_a_recording_is_diagnosed_by_the_mean_log_residuals_of_its_windows(windows):
+    X, y = windows
+    diagnoser = make_diagnoser(healthy="white").fit(X, y)
+    X = np.random.default_rng(5).normal(size=(9, 400)).cumsum(axis=1)
+    X[6:] = np.nan
+    row = recording_verdicts(diagnoser, X, np.zeros(9)).iloc[0]
+    decide = diagnoser["decide"]
+    found = condition_log_probabilities(
+        np.log(diagnoser.diagnose(X[:6]).levels).mean(axis=0, keepdims=True),
+        np.array([0, 1]),
+        1,
+        np.ones(1),
+        noise_gaps=tuple(decide.noise_gaps_),
+        n_rows=6,
+    )
+    assert (row["verdict"], row["no signal"]) == ("coloured", 3)
+    expected = np.exp(found.log_probability[0, 0])
+    assert row["probability"] == pytest.approx(expected)
+
+
 def test_effective_number_is_that_of_the_variance_of_a_mean():
     n, rng = 7, np.random.default_rng(0)
     covariance = np.full((n, n), P_VALUE_CORRELATION) + (
@@ -123,7 +146,7 @@ def test_detector_alone_says_healthy_or_changed(detector, healthy):
     assert found.loc["a", "p-value"] > 0.01 > found.loc["b", "p-value"]
     assert found["probability"].isna().all() and (found["limits"] == "hold").all()
     assert (found["share of changed"] > 0.9).tolist() == [False, True]
-    assert Judge(detector).window_results(X, 900.0).log_probability.shape == (40, 0)
+    assert Judge(detector).window_results(X, 900.0).evidence.shape == (40, 0)
     named = recording_verdicts(detector, X[:20], np.zeros(20), ["ok"], rpm=1000.0)
     assert named["verdict"].tolist() == ["ok"]
     without = recording_verdicts(detector, X[:20], np.zeros(20))
@@ -400,18 +423,19 @@ def test_most_windows_must_exceed_the_limits_of_a_recording(
     windows = pd.DataFrame(columns, index=range(n_windows))
     windows[["probability of white", "probability of coloured"]] = [0.9, 0.1]
     windows.loc[: n_exceed - 1, "alarm"] = True
-    answer = Judge(diagnoser).recording(windows)
+    answer = Judge(diagnoser).recording(windows, log_probabilities(windows))
     assert answer["alarm"] == alarm
     assert answer["verdict"] == ("changed" if alarm == "yes" else "white")
 
 
 def test_recording_whose_p_value_is_the_stated_rate_is_healthy(detector, healthy):
     judge = Judge(detector)
-    windows = judge.windows(healthy[:2], rpm=900.0)
-    judge.alarm_rate = combined_p_value(windows["p-value"])
-    assert judge.recording(windows)["alarm"] == "no"
-    judge.alarm_rate = np.nextafter(judge.alarm_rate, 1)
-    assert judge.recording(windows)["alarm"] == "yes"
+    results = judge.window_results(healthy[:2], rpm=900.0)
+    windows = results.table()
+    judge.limits.rate = combined_p_value(windows["p-value"])
+    assert judge.recording(windows, results.evidence)["alarm"] == "no"
+    judge.limits.rate = np.nextafter(judge.limits.rate, 1)
+    assert judge.recording(windows, results.evidence)["alarm"] == "yes"
 
 
 @pytest.mark.parametrize(
@@ -434,7 +458,8 @@ def test_rows_unlike_all_conditions_need_a_clear_comb(
     table["p-value of nearest"] = p_value
     if combs is not None:
         table["probability of a comb"] = combs
-    answer = Judge(diagnoser, known=known).recording(table)
+    judge = Judge(diagnoser, known=known)
+    answer = judge.recording(table, log_probabilities(table))
     assert (answer["verdict"], answer["alarm"]) == (verdict, "-")
     assert (answer["share of white"], answer["share of coloured"]) == (1, 0)
 
@@ -447,7 +472,7 @@ def test_half_of_the_windows_do_not_make_a_recording_unidentifiable(diagnoser):
         table["verdict"] = [
             {"u": NOT_IDENTIFIABLE, "w": "white"}[each] for each in verdicts
         ]
-        answer = Judge(diagnoser).recording(table)
+        answer = Judge(diagnoser).recording(table, log_probabilities(table))
         assert answer["verdict"] == expected
         assert answer["share of white"] == verdicts.count("w") / 4
 
@@ -469,18 +494,18 @@ def test_limits_without_speeds_hold_near_the_stated_training_speeds(
     X = windows[0][:1]
     detector = make_detector().fit(windows[0][:20]) if with_detector else None
     judge = Judge(diagnoser, detector=detector, train_rpm=[600.0, 900.0])
-    assert judge.window_results(X, rpm).table["limits"].tolist() == [limits]
+    assert judge.window_results(X, rpm).columns["limits"].tolist() == [limits]
 
 
 def test_limits_that_widen_hold_at_any_plausible_speed(detector, windows):
     X = windows[0][:20]
-    assert Judge(detector).window_results(X[:1], 3000.0).table["limits"].tolist() == [
+    assert Judge(detector).window_results(X[:1], 3000.0).columns["limits"].tolist() == [
         "hold"
     ]
     # Those of a detector without speeds are for a speed that differs.
     unknown = make_detector().fit(X)
     for rpm in (None, 3000.0):
-        assert Judge(unknown).window_results(X[:1], rpm).table["limits"].tolist() == [
+        assert Judge(unknown).window_results(X[:1], rpm).columns["limits"].tolist() == [
             "hold"
         ]
 
@@ -524,7 +549,7 @@ def test_nothing_warns_of_windows_without_numbers(diagnoser):
     with warnings.catch_warnings(action="error"):
         Judge(make_diagnoser(healthy="a").fit(
             np.random.default_rng(0).normal(size=(8, 400)), list("aaaabbbb")
-        )).windows(np.full((2, 400), np.nan))  # fmt: skip
+        )).window_results(np.full((2, 400), np.nan)).table()  # fmt: skip
 
 
 def test_combs_name_a_place_although_spectra_resemble_no_condition():
@@ -554,7 +579,7 @@ def test_combs_name_a_place_although_spectra_resemble_no_condition():
 def test_rows_without_two_turns_have_no_verdict_by_combs():
     rows = np.stack([signal_of(place) for place in ("healthy", "outer", "outer")])
     judge = Judge(classifier().fit(rows), train_rpm=[300])
-    found = judge.windows(rows, rpm=[900, 100, 900])
+    found = judge.window_results(rows, rpm=[900, 100, 900]).table()
     reason = "combs need a plausible speed, and two revolutions of the shaft in a row"
     assert found["verdict"].tolist() == ["healthy", f"no verdict: {reason}", "outer"]
     assert found["probability of outer"].isna().tolist() == [False, True, False]

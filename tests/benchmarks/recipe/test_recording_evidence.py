@@ -1,44 +1,67 @@
 import numpy as np
+import pandas as pd
 import pytest
 
 from benchmarks.recipe.recording_evidence import (
+    ANOTHER,
     CORRELATIONS,
+    SUM,
+    Answer,
+    answer,
     chosen_correlation,
-    recording_logs,
-    scored,
+    frame,
     table,
 )
 from benchmarks.recipe.rigs import Recording, Rig
+from skarxlag import ConditionClassifier
 
 
-def simulated(correlation, n_recordings, n, rng):
-    """Recordings of two conditions whose windows have log odds of this correlation."""
-    covariance = np.full((n, n), correlation) + (1 - correlation) * np.eye(n)
-    # Mean 1 and variance 2 are calibrated odds of a single window.
-    odds = 1 + np.sqrt(2) * rng.multivariate_normal(
-        np.zeros(n), covariance, n_recordings
+def answers(rig, test, losses, right=True):
+    """Frame of one recording, with the loss of each way."""
+    facts = {"rig": rig, "test": test, "right": right, "confidence": 0.75}
+    return pd.DataFrame(
+        [facts | {"way": way, "loss": loss} for way, loss in losses.items()]
     )
-    return [(np.array([mean, 0.0]), 0, n) for mean in odds.mean(axis=1)]
 
 
-@pytest.mark.parametrize("correlation", [0.05, 0.2, 0.5])
-def test_the_correlation_of_simulated_recordings_is_found(correlation):
-    recordings = simulated(correlation, 4000, 30, np.random.default_rng(0))
-    found = CORRELATIONS.index(chosen_correlation({"rig": recordings}))
-    assert abs(found - CORRELATIONS.index(correlation)) <= 1
-    probability, right = scored(recordings, correlation)
-    assert probability.mean() == pytest.approx(right.mean(), abs=0.02)
-
-
-def test_every_rig_is_left_out_once():
+def test_the_answer_of_a_location_is_the_sum_of_its_conditions():
     rng = np.random.default_rng(0)
-    by_rig = {"a": simulated(0.2, 50, 9, rng), "b": simulated(0.5, 70, 9, rng)}
-    found = table(by_rig).set_index("rig")
-    assert found.loc["a", "correlation"] == chosen_correlation({"b": by_rig["b"]})
-    assert found["recordings"].tolist() == [50, 70, 120, 120]
+    X = rng.normal(size=(24, 600)) * np.repeat([1.0, 2.0, 3.0], 8)[:, np.newaxis]
+    y = np.repeat(["IR2", "IR5", "OR2"], 8)
+    decide = ConditionClassifier().fit(X, y)
+    logs = np.log([0.3, 0.3, 0.3, 0.1])
+    groups = ["inner", "inner", "outer"]
+    found = answer(logs, decide, groups, "inner")
+    assert found.right and found.confidence == pytest.approx(2 / 3)
+    assert found.loss == pytest.approx(-np.log(2 / 3))
+    wrong = answer(logs, decide, groups, "outer")
+    assert not wrong.right and wrong.loss == pytest.approx(-np.log(1 / 3))
 
 
-def test_second_halves_at_other_speeds_are_scored():
+def test_the_other_rigs_choose_and_both_tests_of_a_rig_count():
+    best = {rig: dict.fromkeys([SUM, *map(str, CORRELATIONS)], 1.0) for rig in "ab"}
+    best["a"][str(CORRELATIONS[1])] = 0.5
+    best["b"][str(CORRELATIONS[3])] = 0.2
+    best["b"][SUM] = 0.0
+    found = pd.concat(
+        [
+            answers("a", "same", best["a"]),
+            answers("a", ANOTHER, best["a"], right=False),
+            answers("b", "same", best["b"]),
+        ]
+    )
+    assert chosen_correlation(found) == CORRELATIONS[1]
+    shown = table(found).set_index(["test", "rig"])
+    assert shown["correlation"].dropna().tolist() == [
+        CORRELATIONS[3],
+        CORRELATIONS[1],
+        CORRELATIONS[3],
+    ]
+    of_others = shown[shown.index.get_level_values("test") == ANOTHER]
+    assert (of_others["accuracy, sum"] == 0).all()
+
+
+def test_recordings_at_other_speeds_get_an_answer_of_each_way():
     rng = np.random.default_rng(0)
     recordings = [
         Recording(signal, condition, speed)
@@ -48,7 +71,7 @@ def test_second_halves_at_other_speeds_are_scored():
     for each in recordings:
         if each.condition == "b":
             each.samples[:] = each.samples.cumsum()
-    found = recording_logs(Rig("r", 10_000.0, recordings), "windows of 1200")
-    # Two speeds: all but one is one, so each pair is there twice.
-    assert [n for *_, n in found] == [8] * 8
-    assert all(logs.argmax() == true for logs, true, _ in found)
+    found = frame(Rig("UESTC", 5_000.0, recordings))
+    # Two speeds: all but one is one, so each pair is there twice, for each kind of rows.
+    assert len(found) == 3 * 8 * (1 + len(CORRELATIONS))
+    assert found["right"].all() and set(found) >= set(Answer._fields)

@@ -1,0 +1,297 @@
+"""Models that together give one answer for windows and for recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from ..core.capabilities import capabilities
+from ..core.speeds import speed_errors, speeds_of_rows
+from ..core.state import expect
+from ..measures.quality import quality_of_outputs
+from .healthy_limits import HealthyLimits
+from .members import NEAREST, Classifier, Detector, Known
+from .names import (
+    CHANGED,
+    NO_SIGNAL,
+    NO_VERDICT,
+    UNKNOWN,
+    Named,
+    check_conditions,
+)
+from .windows import HOLD, WindowResults, WindowStatus
+
+
+class Judge:
+    """Models that together give one answer for windows and for recordings.
+
+    Parameters
+    ----------
+    diagnoser : estimator or None
+        Fitted classifier with probabilities, or a detector.
+    conditions : sequence of label, default=None
+        Order of the conditions, the healthy one first: a permutation of those of the
+        diagnoser. For a detector alone, the name of the healthy condition. None:
+        sorted, or ``["healthy"]``.
+    has_healthy : bool, default=True
+        Whether one of the conditions is healthy. False: there are no healthy limits.
+    known : estimator or None, default=None
+        Fitted known conditions, which reject windows that resemble none of them.
+    detector : estimator or None, default=None
+        Fitted detector with the healthy limits. None: the detection threshold of the
+        diagnoser, if it has one.
+    train_rpm : sequence of float, default=()
+        Training speeds. Empty: those that the models state. Rows whose stated speed
+        lies farther than a factor of 5 outside them get no verdict.
+    same_speed : bool, default=False
+        Whether windows without a stated speed are taken to be of a training speed.
+    sampling_rate : float, default=None
+        In Hz, to find mains hum. None: that of the models, if they state it.
+    outputs : sequence of str, default=None
+        Names of the outputs. None: "output 1" and so on.
+
+    Attributes
+    ----------
+    conditions : list
+        See above.
+    healthy : label or None
+        The healthy condition; None if it is not known.
+    limits : HealthyLimits
+        The healthy limits.
+    n_evidence : int
+        Values of the evidence of a window; 0 without a classifier.
+    gathers_combs : bool
+        Whether combs of several windows are gathered.
+    outputs : list of str
+        Names of the outputs.
+    train_rpm : list of float
+        Training speeds.
+    sampling_rate : float or None
+        In Hz.
+
+    Raises
+    ------
+    ValueError
+        If there is neither a classifier nor a detector, the classifier has no
+        probabilities, `conditions` is no permutation, or a condition is named like
+        another verdict.
+    """
+
+    def __init__(
+        self,
+        diagnoser: Any,
+        *,
+        conditions: Sequence[Any] | None = None,
+        has_healthy: bool = True,
+        known: Any = None,
+        detector: Any = None,
+        train_rpm: Sequence[float] = (),
+        same_speed: bool = False,
+        sampling_rate: float | None = None,
+        outputs: Sequence[str] | None = None,
+    ) -> None:
+        classifier, detector = _classifier_and_detector(diagnoser, detector)
+        names, healthy = ["healthy"], "healthy"
+        if classifier is not None:
+            described = capabilities(classifier)
+            if not described.states_probabilities:
+                raise ValueError(
+                    "diagnoser states no probabilities, expected predict_proba"
+                )
+            names, healthy = described.conditions, described.healthy
+        stated = names if conditions is None else conditions
+        check_conditions(stated, None if classifier is None else names)
+        self.conditions: list[Any] = list(stated)
+        # The first of a user's order is the healthy condition.
+        healthy = healthy if conditions is None else self.conditions[0]
+        self.healthy: Any = healthy if has_healthy else None
+        self._detector = None if detector is None else Detector(detector)
+        self._classifier = None
+        if classifier is not None:
+            self._classifier = Classifier(classifier, self.conditions, self.healthy)
+        self._known = None if known is None else Known(known)
+        members = (self._classifier, self._detector, self._known)
+        described = [each.described for each in members if each is not None]
+        speeds = [train_rpm, *(each.speeds for each in described)]
+        rates = [sampling_rate, *(each.sampling_rate for each in described)]
+        self.train_rpm: list[float] = list(next(filter(len, speeds), ()))
+        self.sampling_rate: float | None = next(filter(None, rates), None)
+        limiting = self._detector or self._classifier
+        self.limits = HealthyLimits(limiting.described, self.train_rpm, same_speed)
+        self.limits.exist = self.limits.exist and has_healthy
+        n_outputs = max(each.n_outputs for each in described)
+        numbered = [f"output {number}" for number in range(1, n_outputs + 1)]
+        self.outputs: list[str] = list(outputs or numbered)[:n_outputs]
+        self.n_evidence: int = 0
+        self.gathers_combs: bool = False
+        if self._classifier is not None:
+            self.n_evidence = self._classifier.n_evidence
+            self.gathers_combs = self._classifier.gathers_combs
+
+    def window_results(
+        self, X: NDArray[Any], rpm: ArrayLike | None = None
+    ) -> WindowResults:
+        """Evaluate all models on windows.
+
+        Parameters
+        ----------
+        X : ndarray of shape (n_windows, ...)
+            Windows; NaN is allowed, and is no signal.
+        rpm : float, array-like of shape (n_windows,) or (n_windows, n_samples), default=None
+            Speed of each window, or at each of its samples.
+
+        Returns
+        -------
+        WindowResults
+            Columns of the table, evidence and gathered combs.
+        """
+        status = self._status(X, rpm)
+        diagnosed = None
+        if self._classifier is not None:
+            diagnosed = self._classifier.diagnose(X, status)
+        results = WindowResults.of_status(status)
+        if self._detector is not None:
+            self._detector.fill(results, X, status)
+        if self._classifier is None:
+            is_changed = results.columns["alarm"][status.usable] == 1
+            verdicts = np.where(is_changed, CHANGED, self.healthy)
+            results.columns["verdict"][status.usable] = verdicts
+        else:
+            fills_alarm = self.limits.exist and self._detector is None
+            self._classifier.fill(
+                results, diagnosed, status, self.outputs, fills_alarm=fills_alarm
+            )
+        if self._known is not None:
+            self._known.fill(results, X, status, self._classifier)
+        return results
+
+    def _status(self, X, rpm):
+        """Return speed, quality and limits of each window, and why it gets no verdict."""
+        n_windows = len(X)
+        refusal = np.full(n_windows, "", dtype=object)
+        if rpm is not None:
+            refusal = speed_errors(rpm, n_windows, self.train_rpm)
+            rpm = speeds_of_rows(rpm, n_windows)
+        mean = rpm if rpm is None or rpm.ndim == 1 else rpm.mean(axis=1)
+        options = {"sampling_rate": self.sampling_rate, "rpm": mean}
+        quality, share = quality_of_outputs(X, self.outputs, **options)
+        limits = self.limits.at(mean, n_windows)
+        if self._classifier is None:
+            # Without limits, a detector has no verdict.
+            is_refused = (refusal == "") & (limits != HOLD)
+            refusal = np.where(is_refused, limits, refusal)
+        return WindowStatus(rpm, quality, share, limits, refusal)
+
+    def recording(
+        self, windows: pd.DataFrame, evidence: NDArray[Any]
+    ) -> dict[str, Any]:
+        """Return one answer for the windows of one recording.
+
+        Parameters
+        ----------
+        windows : DataFrame
+            Table of `WindowResults`, also of several calls.
+        evidence : ndarray of shape (n_windows, n_evidence)
+            Their evidence.
+
+        Returns
+        -------
+        dict
+            The columns of `recording_verdicts`.
+        """
+        is_refused = windows["verdict"].astype(str).str.startswith(NO_VERDICT)
+        has_signal = windows["quality"] == "good"
+        is_usable = (has_signal & ~is_refused).to_numpy()
+        usable = windows[is_usable]
+        of_limits = self.limits.of_recording(usable)
+        answer = {"verdict": NO_SIGNAL, "probability": np.nan}
+        answer |= {name: of_limits[name] for name in ("alarm", "p-value")}
+        if self._known is not None:
+            answer[NEAREST] = self._known.p_value(usable)
+        of_outputs = [name for name in usable if name.startswith("verdict of ")]
+        answer |= {name: usable[name].mode().get(0) for name in of_outputs}
+        if not usable.empty:
+            answer |= self._recording_condition(usable, evidence[is_usable], answer)
+        elif is_refused.any():
+            answer["verdict"] = windows.loc[is_refused, "verdict"].mode()[0]
+        answer["windows"] = len(windows)
+        answer["no signal"] = int((~has_signal).sum())
+        answer["limits"] = of_limits["limits"]
+        possible = [self.healthy, CHANGED]
+        if self._classifier is not None:
+            possible = self._classifier.names.names
+        for name in possible:
+            answer[f"share of {name}"] = float((usable["verdict"] == name).mean())
+        return answer
+
+    def _recording_condition(self, usable, evidence, answer):
+        """Return the entries of the verdict, its probability and what it resembles."""
+        if self._known is not None and self._known.rejects(answer[NEAREST], usable):
+            return {"verdict": UNKNOWN, "probability": np.nan}
+        entries = {"verdict": self.healthy, "probability": np.nan}
+        if self._classifier is not None:
+            entries = self._classifier.of_recording(usable, evidence)
+        if answer["alarm"] == "yes" and entries["verdict"] == self.healthy:
+            entries |= {"verdict": CHANGED, "probability": np.nan}
+        return entries
+
+    def named(
+        self,
+        evidence: NDArray[Any],
+        n_windows: float,
+        alarm: bool | None,
+        contrast: tuple[Any, ...] | None = None,
+    ) -> Named:
+        """Return the verdict by the mean evidence of windows, and the alarm.
+
+        Parameters
+        ----------
+        evidence : ndarray of shape (n_evidence,)
+            Mean of the evidence of windows.
+        n_windows : float
+            Number of windows, or the sum of their weights.
+        alarm : bool or None
+            Whether healthy limits are exceeded.
+        contrast : tuple or None, default=None
+            With a bearing: mean contrast over orders, sum of weights and speed, as
+            `FaultOrderClassifier.diagnose_gathered` takes them.
+
+        Returns
+        -------
+        Named
+            The verdict; "changed" instead of the healthy condition with an alarm.
+        """
+        named = Named(self.healthy, np.nan, None)
+        if contrast is not None:
+            named = self._classifier.gathered(
+                *contrast, evidence=evidence, n_windows=n_windows
+            )
+        elif self._classifier is not None:
+            named = self._classifier.named(evidence, n_windows)
+        is_changed = alarm and named.verdict == self.healthy
+        return Named(CHANGED, np.nan, None) if is_changed else named
+
+
+def _classifier_and_detector(diagnoser, detector):
+    """Return the classifier and the detector among the models, or None for each."""
+    some = "a diagnoser, a detector, or both"
+    expect(
+        diagnoser is not None or detector is not None,
+        "diagnoser and detector",
+        None,
+        some,
+    )
+    classifier = diagnoser
+    if diagnoser is not None and capabilities(diagnoser).conditions is None:
+        beside = "a classifier beside a detector"
+        expect(detector is None, "diagnoser", diagnoser, beside)
+        classifier, detector = None, diagnoser
+    if detector is not None:
+        described = capabilities(detector)
+        is_detector = described.alarm and described.conditions is None
+        expect(is_detector, "detector", detector, "an outlier detector")
+    return classifier, detector

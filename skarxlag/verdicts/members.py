@@ -1,0 +1,340 @@
+"""Models that give a verdict together: classifier, detector and known conditions.
+
+Each of them fills its own columns of the table of windows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.special import log_softmax
+from sklearn.utils import Bunch
+
+from ..core.capabilities import capabilities, offers
+from ..core.fault_locations import NOT_IDENTIFIABLE
+from ..core.pipelines import as_diagnosis_pipeline
+from ..kernels.evidence import (
+    NEAREST_CORRELATION,
+    SMALLEST_PROBABILITY,
+    combined_p_value,
+    effective_number,
+)
+from .healthy_limits import MOST_WINDOWS, RECORDED
+from .names import UNKNOWN, Named, VerdictNames
+from .windows import WindowResults, WindowStatus, for_all_windows
+
+#: Column with the probability of a fault by combs, above which a condition is named
+#: although spectra resemble none; and that probability.
+COMB = "probability of a comb"
+_CLEAR_COMB = 0.9
+#: Column with the p-value of the nearest known condition.
+NEAREST = "p-value of nearest"
+#: Column with what an unknown condition, or a condition of several, resembles.
+MOST_LIKE = "most like"
+#: Columns for results that only some classifiers return.
+_COLUMNS = {"recorded": RECORDED, "comb": COMB, "evidence": "evidence"}
+#: Results of a bearing's combs that a monitor gathers.
+_GATHERED = ("contrasts", "rpm")
+
+
+def has_clear_comb(table: pd.DataFrame) -> bool:
+    """Return whether the windows of a recording clearly show the comb of a fault."""
+    return COMB in table and table[COMB].median() > _CLEAR_COMB
+
+
+class Member:
+    """Fitted model that fills columns of the table of windows.
+
+    Parameters
+    ----------
+    model : estimator
+        The model.
+
+    Attributes
+    ----------
+    described : Capabilities
+        Its description.
+    """
+
+    def __init__(self, model: Any) -> None:
+        self.described = capabilities(model)
+        self._pipeline = as_diagnosis_pipeline(model)
+
+    def _diagnose(self, X, rpm, rows):
+        """Return the results of the model for some windows."""
+        chosen = X if rows.all() else np.asarray(X)[rows]
+        takes_rpm = rpm is not None and self.described.takes_rpm
+        return self._pipeline.diagnose(
+            chosen, **({"rpm": rpm[rows]} if takes_rpm else {})
+        )
+
+
+class Detector(Member):
+    """Detector with the healthy limits: fills ``alarm``, ``score`` and ``p-value``."""
+
+    def fill(
+        self, results: WindowResults, X: NDArray[Any], status: WindowStatus
+    ) -> None:
+        """Fill the columns of the detector."""
+        within, columns = status.within_limits, results.columns
+        columns["score"] = np.full(len(within), np.nan)
+        if within.any():
+            found = self._diagnose(X, status.rpm, within)
+            columns["alarm"][within] = found.alarm
+            columns["score"][within] = found.score
+        # The score is the logarithm of the p-value over the stated rate.
+        rate = self.described.stated_rate if self.described.healthy_p_value else np.nan
+        columns["p-value"] = np.exp(columns["score"]) * rate
+
+
+class Classifier(Member):
+    """Classifier of conditions: fills verdicts, probabilities and evidence.
+
+    Parameters
+    ----------
+    model : estimator
+        Fitted classifier with probabilities.
+    conditions : list of label
+        Its conditions, in the order of the columns.
+    healthy : label or None
+        The healthy one.
+
+    Attributes
+    ----------
+    names : VerdictNames
+        Names of its verdicts.
+    n_evidence : int
+        Values of the evidence of a window.
+    gathers_combs : bool
+        Whether it is a classifier by combs, which `gathered` takes the mean of.
+    """
+
+    def __init__(self, model: Any, conditions: list[Any], healthy: Any) -> None:
+        super().__init__(model)
+        self.names = VerdictNames(conditions, healthy, self.described)
+        self.possible = list(conditions)
+        if self.described.states_unknown:
+            self.possible.append(UNKNOWN)
+        order = [self.described.conditions.index(name) for name in conditions]
+        #: Columns of its log probabilities, of which that of an unknown one is the last.
+        self._order = [*order, -1]
+        self.n_evidence: int = self.described.n_evidence or len(self.possible)
+        decide = self._pipeline.steps[-1][1]
+        self.gathers_combs: bool = offers(decide, "diagnose_gathered")
+
+    def diagnose(self, X: NDArray[Any], status: WindowStatus) -> Bunch | None:
+        """Return the results for the usable windows, and refuse those that it refuses.
+
+        None if no window is usable.
+        """
+        usable = status.usable
+        if not usable.any():
+            return None
+        found = self._diagnose(X, status.rpm, usable)
+        if "refusal" not in found:
+            return found
+        reasons = found.pop("refusal")
+        status.refusal[usable] = reasons
+        return Bunch(**{name: of[reasons == ""] for name, of in found.items()})
+
+    def fill(
+        self,
+        results: WindowResults,
+        found: Bunch | None,
+        status: WindowStatus,
+        outputs: Sequence[str],
+        *,
+        fills_alarm: bool,
+    ) -> None:
+        """Fill the columns of the classifier.
+
+        Parameters
+        ----------
+        results : WindowResults
+            Results to fill.
+        found : Bunch or None
+            As `diagnose` returns it.
+        status : WindowStatus
+            Status of the windows.
+        outputs : sequence of str
+            Names of the outputs.
+        fills_alarm : bool
+            Whether the detection threshold of the classifier is the healthy limit.
+        """
+        n_conditions = len(self.possible)
+        if found is None:
+            found = Bunch(probability=np.empty((0, len(self.described.conditions))))
+        usable, columns = status.usable, results.columns
+        logs = self._in_order(found)
+        named = [self.names.name(row[:-1], row[-1]) for row in np.exp(logs)]
+        verdicts = np.empty(len(named), dtype=object)
+        verdicts[:] = [name.verdict for name in named]
+        columns["verdict"][usable] = found.get("named", verdicts)
+        if fills_alarm and "alarm" in found:
+            self._fill_alarm(results, found, status)
+        if self.described.states_unknown:
+            most_like = np.full(len(usable), None, dtype=object)
+            most_like[usable] = [name.most_like for name in named]
+            columns[MOST_LIKE] = most_like
+        probability = for_all_windows(np.exp(logs), usable)
+        for condition, column in zip(self.possible, probability.T, strict=False):
+            columns[f"probability of {condition}"] = column
+        for name, title in _COLUMNS.items():
+            if name in found:
+                columns[title] = for_all_windows(found[name], usable)
+        floor = np.log(SMALLEST_PROBABILITY)
+        evidence = np.maximum(logs[:, :n_conditions], floor)
+        if self.described.n_evidence:
+            evidence = found.get("row_evidence", np.empty((0, self.n_evidence)))
+        results.evidence = for_all_windows(evidence, usable)
+        results.gathered = {
+            name: for_all_windows(found[name], usable)
+            for name in _GATHERED
+            if name in found
+        }
+        if "verdict_of_outputs" in found:
+            of_outputs = for_all_windows(found.verdict_of_outputs, usable)
+            for name, verdict in zip(outputs, of_outputs.T, strict=False):
+                columns[f"verdict of {name}"] = verdict
+
+    def _in_order(self, found):
+        """Return log probabilities of conditions in their order, and of an unknown one."""
+        logs = found.get("log_probability")
+        if logs is None:
+            with np.errstate(divide="ignore"):
+                known = np.log(found.probability)
+            logs = np.column_stack([known, np.full(len(known), -np.inf)])
+        return logs[:, self._order]
+
+    def _fill_alarm(self, results, found, status):
+        """Fill the alarm, and the p-value if it belongs to the alarm."""
+        within = status.within_limits
+        of_usable = within[status.usable]
+        results.columns["alarm"][within] = found.alarm[of_usable]
+        # The p-value of combs does not belong to the alarm of learned conditions.
+        if "p_value" in found and "comb" not in found:
+            p_value = for_all_windows(found.p_value[of_usable], within)
+            results.columns["p-value"] = p_value
+
+    def named(self, evidence: NDArray[Any], n_windows: float) -> Named:
+        """Return the verdict by the mean evidence of windows.
+
+        Parameters
+        ----------
+        evidence : ndarray of shape (n_evidence,)
+            Mean of the evidence of windows.
+        n_windows : float
+            Number of windows, or the sum of their weights.
+
+        Returns
+        -------
+        Named
+            The verdict.
+        """
+        if self.described.n_evidence:
+            joined = self._pipeline.steps[-1][1].join(evidence, n_windows)
+            return self._named(self._in_order(joined)[0])
+        logs = log_softmax(effective_number(n_windows) * evidence)
+        n_conditions = len(self.names.conditions)
+        unknown = np.exp(logs[n_conditions:]).sum()
+        return self.names.name(np.exp(logs[:n_conditions]), float(unknown))
+
+    def gathered(self, *contrast: Any, evidence: Any, n_windows: float) -> Named:
+        """Return the verdict by the gathered combs and the mean evidence of windows.
+
+        Parameters
+        ----------
+        *contrast
+            Mean contrast, sum of weights and speed, as
+            `FaultOrderClassifier.diagnose_gathered` takes them.
+        evidence, n_windows
+            As in `named`.
+
+        Returns
+        -------
+        Named
+            The verdict.
+        """
+        decide = self._pipeline.steps[-1][1]
+        found = decide.diagnose_gathered(*contrast, evidence, n_windows)
+        if "named" not in found:
+            return self._named(self._in_order(found)[0])
+        verdict = found.named[0]
+        is_condition = verdict in self.names.conditions
+        probability = float(found.probability.max()) if is_condition else np.nan
+        return Named(verdict, probability, None)
+
+    def _named(self, logs):
+        probability = np.exp(logs)
+        return self.names.name(probability[:-1], float(probability[-1]))
+
+    def of_recording(
+        self, usable: pd.DataFrame, evidence: NDArray[Any]
+    ) -> dict[str, Any]:
+        """Return verdict, probability and resemblance of a recording.
+
+        Parameters
+        ----------
+        usable : DataFrame
+            Windows of the recording that were diagnosed; at least one.
+        evidence : ndarray of shape (n_windows, n_evidence)
+            Their evidence.
+
+        Returns
+        -------
+        dict
+            These columns of `recording_verdicts`.
+        """
+        if (usable["verdict"] == NOT_IDENTIFIABLE).mean() > MOST_WINDOWS:
+            return {"verdict": NOT_IDENTIFIABLE, "probability": np.nan}
+        named = self.named(evidence.mean(axis=0), len(evidence))
+        entries = {"verdict": named.verdict, "probability": named.probability}
+        if self.described.states_unknown:
+            entries[MOST_LIKE] = named.most_like
+        return entries
+
+
+class Known(Member):
+    """Known conditions: fills ``p-value of nearest``, and rejects windows unlike all."""
+
+    def fill(
+        self,
+        results: WindowResults,
+        X: NDArray[Any],
+        status: WindowStatus,
+        classifier: Classifier | None,
+    ) -> None:
+        """Fill the column, and the columns of the classifier for rejected windows."""
+        rate, usable = self.described.stated_rate, status.usable
+        p_value = np.full(len(usable), np.nan)
+        if usable.any():
+            score = self._diagnose(X, status.rpm, usable).score
+            p_value[usable] = np.exp(score) * rate
+        results.columns[NEAREST] = p_value
+        if classifier is None or not classifier.described.states_unknown:
+            return
+        # A clear comb shows the location of a fault of another bearing, too.
+        comb = results.columns.get(COMB, np.zeros(len(p_value)))
+        rejected = np.flatnonzero((p_value < rate) & ~(comb > _CLEAR_COMB))
+        names = [f"probability of {name}" for name in classifier.possible]
+        for row in rejected:
+            known = np.array([results.columns[name][row] for name in names[:-1]])
+            known *= p_value[row] / rate
+            unknown = 1 - known.sum()
+            for name, probability in zip(names, [*known, unknown], strict=True):
+                results.columns[name][row] = probability
+            named = classifier.names.name(known, unknown)
+            results.columns["verdict"][row] = named.verdict
+            results.columns[MOST_LIKE][row] = named.most_like
+
+    def p_value(self, usable: pd.DataFrame) -> float:
+        """Return the p-value of the nearest condition of a recording."""
+        return combined_p_value(usable[NEAREST], NEAREST_CORRELATION)
+
+    def rejects(self, p_value: float, usable: pd.DataFrame) -> bool:
+        """Return whether a recording is of an unknown condition."""
+        return p_value < self.described.stated_rate and not has_clear_comb(usable)

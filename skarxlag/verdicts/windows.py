@@ -1,0 +1,133 @@
+"""State of windows before a verdict, and the results of all models for them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from .names import NO_SIGNAL, no_verdict
+
+#: Entry of the column ``limits`` if healthy limits hold. Other entries are reasons.
+HOLD = "hold"
+
+
+@dataclass(eq=False)
+class WindowStatus:
+    """Speeds, quality and limits of windows, and why some get no verdict.
+
+    Parameters
+    ----------
+    rpm : ndarray of shape (n_windows,) or (n_windows, n_samples), or None
+        Speeds; None if they are not stated.
+    quality : ndarray of str of shape (n_windows,)
+        "good", or why a window carries no signal.
+    share : ndarray of shape (n_windows,)
+        Share of the window that this affects.
+    limits : ndarray of str of shape (n_windows,)
+        `HOLD`, or why healthy limits do not hold.
+    refusal : ndarray of str of shape (n_windows,)
+        Why a window gets no verdict; empty if it gets one.
+    """
+
+    rpm: NDArray[Any] | None
+    quality: NDArray[Any]
+    share: NDArray[Any]
+    limits: NDArray[Any]
+    refusal: NDArray[Any]
+
+    @property
+    def usable(self) -> NDArray[np.bool_]:
+        """Return which windows can be diagnosed."""
+        return (self.quality == "good") & (self.refusal == "")
+
+    @property
+    def within_limits(self) -> NDArray[np.bool_]:
+        """Return for which of these windows healthy limits hold."""
+        return self.usable & (self.limits == HOLD)
+
+    def verdicts(self) -> NDArray[Any]:
+        """Return the verdict on each window that cannot be diagnosed."""
+        reasons = [no_verdict(reason) for reason in self.refusal]
+        verdicts = np.array(reasons, dtype=object)
+        verdicts[self.quality != "good"] = NO_SIGNAL
+        return verdicts
+
+
+@dataclass(eq=False)
+class WindowResults:
+    """Results of all models for windows, which the models fill in one after another.
+
+    Parameters
+    ----------
+    columns : dict of str to ndarray
+        Columns of `window_verdicts`, in which ``alarm`` is 1, 0, or NaN if healthy
+        limits do not hold.
+    refusal : ndarray of str of shape (n_windows,)
+        As in `WindowStatus`.
+    evidence : ndarray of shape (n_windows, n_values)
+        Evidence of each window for the conditions, of which a recording has the mean.
+        NaN for windows that cannot be diagnosed.
+    gathered : dict of str to ndarray
+        With a bearing, ``contrasts`` over orders, of shape (n_windows, 4001), and
+        ``rpm``, as `FaultOrderClassifier.diagnose` returns them.
+    """
+
+    columns: dict[str, NDArray[Any]]
+    refusal: NDArray[Any]
+    evidence: NDArray[Any]
+    gathered: dict[str, NDArray[Any]] = field(default_factory=dict)
+
+    @classmethod
+    def of_status(cls, status: WindowStatus) -> Self:
+        """Return results without those of any model."""
+        columns = {
+            "verdict": status.verdicts(),
+            "alarm": np.full(len(status.quality), np.nan),
+            "quality": status.quality,
+            "quality share": status.share,
+            "limits": status.limits,
+        }
+        return cls(columns, status.refusal, np.empty((len(status.quality), 0)))
+
+    def table(self) -> pd.DataFrame:
+        """Return a row for each window, as `window_verdicts` does."""
+        table = pd.DataFrame(self.columns)
+        return table if table["alarm"].isna().any() else table.astype({"alarm": bool})
+
+
+def for_all_windows(values: NDArray[Any], rows: NDArray[np.bool_]) -> NDArray[Any]:
+    """Return values of some windows for all windows; the others are NaN.
+
+    Parameters
+    ----------
+    values : ndarray of shape (n_chosen, ...)
+        Values of the chosen windows.
+    rows : ndarray of bool of shape (n_windows,)
+        Which windows are chosen.
+
+    Returns
+    -------
+    ndarray of shape (n_windows, ...)
+        Of the type of `values`, in which integers cannot be.
+
+    Examples
+    --------
+    >>> for_all_windows(np.array([0.5]), np.array([False, True]))
+    array([nan, 0.5])
+    """
+    everywhere = np.full((len(rows), *values.shape[1:]), np.nan, dtype=values.dtype)
+    everywhere[rows] = values
+    return everywhere
+
+
+def joined_tables(
+    parts: Sequence[WindowResults],
+) -> tuple[pd.DataFrame, NDArray[Any]]:
+    """Return the table and the evidence of the windows of several blocks."""
+    table = pd.concat([part.table() for part in parts], ignore_index=True)
+    return table, np.concatenate([part.evidence for part in parts])
