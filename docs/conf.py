@@ -30,6 +30,7 @@ extensions = [
     "myst_parser",
     "sphinx_gallery.gen_gallery",
     "api_links",
+    "kept_outputs",
     "mathml",
     "repository",
 ]
@@ -51,7 +52,7 @@ numpydoc_show_class_members = False
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",
-    # Examples with other names need a download; they are shown, not run.
+    # Examples with other names need a download. Their last output is kept and shown.
     "filename_pattern": r"plot_\w+\.py$",
     "within_subsection_order": "FileNameSortKey",
     "doc_module": "skarxlag",

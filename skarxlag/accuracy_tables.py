@@ -56,13 +56,12 @@ def speed_summary(accuracy: pd.DataFrame) -> dict[str, Any]:
     (85.0, 80.0)
     """
     is_same = np.equal.outer(accuracy.index, accuracy.columns)
-    other, same = (
-        pd.Series(accuracy.to_numpy()[cells]) for cells in (~is_same, is_same)
-    )
+    other_speed = pd.Series(accuracy.to_numpy()[~is_same])
+    same_speed = pd.Series(accuracy.to_numpy()[is_same])
     return {
-        "mean_other_speed": float(other.mean()),
-        "worst_pair": float(other.min()),
-        "mean_same_speed": float(same.mean()),
+        "mean_other_speed": float(other_speed.mean()),
+        "worst_pair": float(other_speed.min()),
+        "mean_same_speed": float(same_speed.mean()),
     }
 
 

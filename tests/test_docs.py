@@ -241,7 +241,7 @@ def test_every_fetcher_is_in_the_table_of_rigs():
 
 
 def test_every_residual_evaluation_is_in_the_table():
-    text = (ROOT / "docs" / "method.md").read_text("utf-8")
+    text = (ROOT / "docs" / "paper" / "observers.md").read_text("utf-8")
     rows = re.findall(r"^\| `\"(\w+)\"` \|", text, flags=re.M)
     assert rows == list(RESIDUAL_EVALUATIONS)
 

@@ -1,4 +1,4 @@
-"""Write the table of the catalogue of bearings, and the list of its sources.
+"""Write the table of the catalogue of bearings, with the source of each.
 
 ``python -m benchmarks.pages.bearings --write docs/bearings.md``
 """
@@ -17,10 +17,9 @@ CATALOGUE = Path(skarxlag.__file__).parent / "bearings" / "catalogue.csv"
 
 
 def bearings_table():
-    """Return a Markdown table of all bearings, and the numbered list of their sources."""
+    """Return a Markdown table of all bearings."""
     with CATALOGUE.open(encoding="utf-8", newline="") as file:
         catalogue = list(csv.DictReader(file))
-    sources = list(dict.fromkeys(map(_source, catalogue)))
     rows = []
     for bearing in catalogue:
         orders = bearing_orders(bearing["name"])
@@ -33,11 +32,10 @@ def bearings_table():
                 "inner": orders["inner"],
                 "spin": orders["spin"],
                 "cage": orders["cage"],
-                "source": str(sources.index(_source(bearing)) + 1),
+                "source": _source(bearing),
             }
         )
-    numbered = [f"{number}. {source}." for number, source in enumerate(sources, 1)]
-    return markdown(pd.DataFrame(rows)) + "\n\nSources:\n\n" + "\n".join(numbered)
+    return markdown(pd.DataFrame(rows))
 
 
 def _source(bearing):

@@ -243,6 +243,14 @@ PARTS = {
         data=_CHECKSUMS,
         canaries=_WINDOWS,
     ),
+    "gallery": Part(
+        "-m benchmarks.pages.gallery",
+        {},
+        ("docs/images/gallery/*",),
+        downloads=True,
+        data=(*_CHECKSUMS, "examples/*/real_*.py", "skarxlag/**/*.py"),
+        canaries=(*_WINDOWS, "stretches", "detector", "fault_orders"),
+    ),
     "dot-plots": Part(
         "-m benchmarks.pages.dot_plots",
         {},

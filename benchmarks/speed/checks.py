@@ -15,7 +15,7 @@ from skarxlag import make_diagnoser, make_extended_state_pio
 
 _TARGET = 0.02
 #: Functions that check fitted attributes, and functions that check them and all input.
-_STATE = {"as_fitted": skarxlag.core.state}
+_STATE = {"check_state": skarxlag.core.state}
 _ALL = _STATE | {
     "validate_data": skarxlag.core.validation,
     "validate_signals": skarxlag.core.validation,

@@ -2,10 +2,12 @@
 Real recordings: one speed known, three speeds new
 ==================================================
 
-A diagnoser is fitted on the recordings of the UESTC rig at 800 rpm and identifies the
-condition of every recording at 1000, 1200 and 1400 rpm. The example downloads 34 MB
-once.
+A diagnoser is fitted on the recordings of the UESTC rig at 800 rpm and used on
+recordings at 1000, 1200 and 1400 rpm. It needs no speed. If it is not sure of the fault
+location, it says so. The example downloads 34 MB once.
 """
+
+# sphinx_gallery_thumbnail_path = 'images/gallery/real_recordings.png'
 
 import matplotlib.pyplot as plt
 from sklearn.metrics import ConfusionMatrixDisplay

@@ -74,9 +74,9 @@ def _longest_beginning(joined, names):
 
 
 def _check_suffixes(designation, name, suffixes, kind):
-    known = "|".join([*_SUFFIXES.values(), _OF_TYPES.get(kind, "(?!)")])
+    harmless = "|".join([*_SUFFIXES.values(), _OF_TYPES.get(kind, "(?!)")])
     for suffix in suffixes:
-        if not re.fullmatch(f"(?:{known})*", suffix):
+        if not re.fullmatch(f"(?:{harmless})*", suffix):
             raise ValueError(
                 f"bearing {designation!r} is not known: the suffix {suffix} may stand for other "
                 f"rolling elements or another contact angle. If it does not, give {name!r}. "

@@ -90,11 +90,8 @@ SKF_6205 = BearingGeometry(n_elements=9, element_diameter=7.940, pitch_diameter=
 
 def _catalogue():
     """Read the bearings of the catalogue and their types, by name."""
-    with (
-        Path(__file__)
-        .with_name("catalogue.csv")
-        .open(encoding="utf-8", newline="") as file
-    ):
+    path = Path(__file__).with_name("catalogue.csv")
+    with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     bearings = {row["name"]: _of_row(row) for row in rows}
     return bearings, {row["name"]: row["type"] for row in rows}
@@ -141,7 +138,7 @@ def defect_frequencies(
         f_{ball} = 2 f_{spin}.
 
     Every element that passes hits a defect of a ring. A defect of an element hits both
-    rings in each turn of the element.
+    rings in each revolution of the element.
 
     Parameters
     ----------
@@ -153,8 +150,8 @@ def defect_frequencies(
     Returns
     -------
     dict of str to float or ndarray
-        "cage" (FTF), "outer" (BPFO), "inner" (BPFI), "spin" (BSF) and "ball" (twice
-        BSF), each in Hz and of the shape of `rpm`.
+        "cage" (FTF), "outer" (BPFO), "inner" (BPFI), "spin" (BSF) and "ball" (2 BSF),
+        each in Hz and of the shape of `rpm`.
 
     See Also
     --------
@@ -163,7 +160,7 @@ def defect_frequencies(
     References
     ----------
     .. [1] R. B. Randall, J. Antoni, "Rolling element bearing diagnostics - a tutorial",
-       Mechanical Systems and Signal Processing 25 (2011), Eqs. 1-4.
+           Mechanical Systems and Signal Processing 25 (2011), Eqs. 1-4.
 
     Examples
     --------
@@ -172,7 +169,8 @@ def defect_frequencies(
     >>> {name: round(float(value), 4) for name, value in frequencies.items()}
     {'cage': 0.3983, 'outer': 3.5848, 'inner': 5.4152, 'spin': 2.3567, 'ball': 4.7135}
     """
-    rate, ratio = rpm / 60, bearing.diameter_ratio
+    rate = rpm / 60
+    ratio = bearing.diameter_ratio
     cage = rate / 2 * (1 - ratio)
     spin = (
         rate * bearing.pitch_diameter / (2 * bearing.element_diameter) * (1 - ratio**2)
@@ -204,15 +202,16 @@ def bearing_orders(bearing: BearingLike, gear_ratio: float = 1.0) -> dict[str, f
         missing. A text may also hold dimensions, as in "9,7.94,39.04", or orders, as in
         "outer=3.585,inner=5.415".
     gear_ratio : float, default=1.0
-        Turns of the bearing's shaft in a turn of the shaft whose speed is given, above
-        0.
+        Revolutions of the bearing's shaft for each revolution of the shaft whose speed
+        is given, above 0.
 
     Returns
     -------
     dict of str to float
         "shaft"; "cage" (FTF); "outer" (BPFO) and "inner" (BPFI), the orders at which
-        elements hit a fault of a ring; "spin" (BSF), the turns of an element about its
-        own axis; and "ball", which is twice that. All are multiplied by the gear ratio.
+        elements hit a fault of a ring; "spin" (BSF), the revolutions of an element
+        about its axis; and "ball" (2 BSF), the order of impacts of a fault of an
+        element. All are multiplied by the gear ratio.
 
     Raises
     ------
@@ -290,35 +289,31 @@ def _from_sheet(sheet):
     for name, value in sheet.items():
         key = name.lower().replace("_", " ")
         key = _SHEET.get(key, key)
-        known = "outer", "inner", "spin", "ball", "cage", "shaft"
-        wanted = "outer, inner, cage, and spin or twice_spin, either of which is BSF in some sheets"
-        expect(key in known, "Order", name, wanted)
+        is_order = key in ("outer", "inner", "spin", "ball", "cage", "shaft")
+        expected = (
+            "outer (BPFO), inner (BPFI), cage (FTF), and spin or twice_spin, either of "
+            "which is BSF in some sheets"
+        )
+        expect(is_order, "Order", name, expected)
         check_real(value, f"order {name!r}", **ABOVE_0)
         given[key] = float(value)
-    expect(
-        given.keys() >= {"outer", "inner"},
-        "Orders",
-        sorted(sheet),
-        "at least outer and inner",
-    )
-    outer, inner = given["outer"], given["inner"]
-    expect(
-        inner > outer,
-        "inner",
-        inner,
-        f"above outer == {outer:g}: the outer ring stands still",
-    )
-    cage = given.get("cage", outer / (outer + inner))
+    has_both = given.keys() >= {"outer", "inner"}
+    expected = "at least outer (BPFO) and inner (BPFI)"
+    expect(has_both, "Orders", sorted(sheet), expected)
+    outer = given["outer"]
+    inner = given["inner"]
+    expected = f"above outer == {outer:g}: the outer ring stands still"
+    expect(inner > outer, "inner", inner, expected)
     ratio = (inner - outer) / (inner + outer)
     spin = given.get("spin", given.get("ball", (1 - ratio**2) / ratio) / 2)
-    found = {
-        "cage": cage,
+    return {
+        "shaft": 1.0,
+        "cage": given.get("cage", outer / (outer + inner)),
         "outer": outer,
         "inner": inner,
         "spin": spin,
         "ball": 2 * spin,
     }
-    return {"shaft": 1.0} | found
 
 
 def contact_speed(

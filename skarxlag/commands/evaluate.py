@@ -37,11 +37,18 @@ _CRACKS_MM, _SIMULATED_RPM = (3.0, 6.0), 500.0
 #: Windows of a table are long if every recording holds two of them. Those of a rig are
 #: short.
 _LONG, _SHORT = 4800, 1200
-#: Explanation of the columns of the summary.
+_QUESTION = (
+    "How often does each method name the right condition and the right fault location\n"
+    "at a speed, on a bearing or under a load that its training did not have?"
+)
+#: Explanations of the columns of the summary.
 _LEGEND = (
-    "bearings: number of tested ones; condition, place: windows with the right one;\n"
-    f"stated: windows whose place has a probability of {protocols.STATED:g} or more; "
-    "of these: right places among them."
+    "bearings: how many were tested; condition, place: windows with the right one, in %;\n"
+    "*: the best of a test."
+)
+_LEGEND_OF_STATED = (
+    f"stated: windows whose place has a probability of {protocols.STATED:g} or more, in %; "
+    "of these: right ones."
 )
 #: Titles of protocols across speeds: of a rig, and of the recordings of a table.
 _HALVES = {
@@ -64,33 +71,28 @@ def run(args: argparse.Namespace) -> int:
         args.output.mkdir(parents=True, exist_ok=True)
         progress = messages.Progress(sum(len(case.methods) for case in cases), args)
         bar = ProgressBar(_work(cases), args)
+        summaries = []
         for case in cases:
             verdicts = _verdicts(case, args.n_jobs, progress, bar)
             across_speeds = verdicts[verdicts["protocol"].isin(case.protocols)]
             tables = _tables(case, across_speeds)
-            table = protocols.summary(verdicts)
-            sentences = [
-                protocols.reading(table, case.recommended),
-                *protocols.better_ones(table, case.recommended),
-                *case.sentences,
-            ]
-            block = _block(case.title, "summary, windows in %", table)
-            shown = [_heading(case), block + _LEGEND, "", *sentences, ""]
-            texts += [*shown, *(_block(case.title, *each) for each in tables.values())]
+            summaries.append(protocols.summary(verdicts))
+            texts += [_block(case.title, *block) for block in tables.values()]
             if missing is None:
                 _save_figure(case, across_speeds, args.output)
             tables["verdicts"] = "", verdicts
-            tables["protocols"] = "", table
+            tables["protocols"] = "", summaries[-1]
             for name, (_, table) in tables.items():
                 content = table.to_csv(float_format="%.6g").encode()
                 write_atomically(args.output / f"{case.stem}_{name}.csv", content)
-            # A summary whose tables cannot be written is not printed.
-            bar.clear()
-            print(*shown, sep="\n", flush=True)
-            bar.show()
             bar.advance("tables", len(case.data))
         stem = args.rig if is_rig else cases[0].stem
+        summary = _summary(cases, summaries)
+        texts = [summary, "", *texts]
         write_atomically(args.output / f"{stem}_report.txt", "\n".join(texts).encode())
+        bar.clear()
+    # A summary whose tables cannot be written is not printed.
+    print(summary, flush=True)
     print(missing or "Drawn as PNG: accuracy and confusion matrices.")
     print(f"Report, tables and figures are in {args.output.resolve()}")
     return 0
@@ -116,28 +118,30 @@ def _work(cases):
 def _rig_cases(args):
     """Yield the cases of a rig: one for each crack size of the simulated rig.
 
-    A case is a rig with further entries: ``title``; ``stem`` of its files; ``splits``,
+    A case is a rig with further entries: ``title``; ``part``, what distinguishes it
+    from other cases of the same rig; ``stem`` of its files; ``splits``,
     which are the rows of a training and of its test, the protocol, and the speed of the
     training if there is one; ``methods``, the diagnosers to compare; ``spectra``, the
     rows of those that take spectra instead of windows, by name; ``recommended``, the
     name of one of them; ``protocols``, the titles of those across speeds; ``sentences``
     on what is not measured; and ``note``, a sentence on the recordings of a table.
     """
-    length, title = args.window_length or _SHORT, TITLES[args.rig]
-    messages.report_progress(args, f"{title}: loading")
+    length = args.window_length or _SHORT
+    messages.report_progress(args, f"{TITLES[args.rig]}: loading")
     if args.rig in FETCHERS:
         rig = FETCHERS[args.rig](data_home=args.data_home, window_length=length)
-        yield _rig_case(args, title, args.rig, rig, "all")
+        yield _rig_case(args, "", args.rig, rig, "all")
         return
     # A tail that fills no window is not simulated.
     n_samples = max((args.n_samples or N_SAMPLES) // length, 1) * length
     for crack in _CRACKS_MM:
         rig = simulate_rig(crack_mm=crack, n_samples=n_samples, window_length=length)
-        name, stem = f"{title}, crack {crack:g} mm", f"{args.rig}_{crack:g}mm"
-        yield _rig_case(args, name, stem, rig, _SIMULATED_RPM)
+        part = f"crack {crack:g} mm"
+        stem = f"{args.rig}_{crack:g}mm"
+        yield _rig_case(args, part, stem, rig, _SIMULATED_RPM)
 
 
-def _rig_case(args, title, stem, rig, train_rpm):
+def _rig_case(args, part, stem, rig, train_rpm):
     if np.unique(rig.recording, return_counts=True)[1].min() < 2:
         length = f"argument --window-length: {rig.data.shape[-1]}"
         raise UsageError(f"{length}, expected at most half of the shortest recording")
@@ -160,7 +164,8 @@ def _rig_case(args, title, stem, rig, train_rpm):
         name: make(healthy=rig.target_names[0]) for name, make in DIAGNOSERS.values()
     }
     case = {
-        "title": title,
+        "title": ", ".join(filter(None, [TITLES[args.rig], part])),
+        "part": part,
         "stem": stem,
         "methods": methods,
         "note": "",
@@ -222,6 +227,7 @@ def _own_case(args):
     note = _CAMPAIGNS if "campaign" in rig.further else _NO_CAMPAIGNS
     case = {
         "title": str(args.table),
+        "part": "",
         "stem": args.table.resolve().stem,
         "speeds": speeds,
     }
@@ -393,13 +399,45 @@ def _of_confusions(case, verdicts):
     )
 
 
-def _heading(case):
-    names, speeds = case.target_names, listed(np.unique(case.rpm))
-    conditions = (
-        f"{counted(len(names), 'condition')} ({', '.join(names)}) at {speeds} rpm"
+def _summary(cases, summaries):
+    """Return the question, the data, one table of all cases, and sentences that read it."""
+    first = cases[0]
+    names, speeds = first.target_names, listed(np.unique(first.rpm))
+    conditions = f"{counted(len(names), 'condition')} ({', '.join(names)})"
+    rate = f"{first.data.shape[-1]} samples at {first.sampling_rate:g} Hz"
+    title = first.title.removesuffix(f", {first.part}")
+    parts = [case.part for case in cases]
+    table = summaries[0] if parts == [""] else pd.concat(summaries, keys=parts)
+    legend = [_LEGEND]
+    if table["of these"].notna().any():
+        legend.append(_LEGEND_OF_STATED)
+    else:
+        table = table.drop(columns=["stated", "of these"])
+    sentences = []
+    for case, own in zip(cases, summaries, strict=True):
+        read = [
+            protocols.reading(own, case.recommended),
+            *protocols.better_ones(own, case.recommended),
+        ]
+        start = f"{case.part.capitalize()}: " if case.part else ""
+        sentences += [f"{start}{sentence}" for sentence in read]
+    sentences += dict.fromkeys(
+        sentence for case in cases for sentence in case.sentences
     )
-    windows = f"windows of {case.data.shape[-1]} samples at {case.sampling_rate:g} Hz"
-    return f"{case.title}: {conditions}, {windows}.{case.note}\n"
+    return "\n".join(
+        [
+            _QUESTION,
+            "",
+            f"{title}: {conditions}",
+            f"at {speeds} rpm, windows of {rate}.{first.note}",
+            "",
+            protocols.with_marks(table),
+            *legend,
+            "",
+            *sentences,
+            "",
+        ]
+    )
 
 
 def _block(case, title, table):

@@ -6,6 +6,7 @@ the page; labels are text of the page next to it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,13 @@ _MARGIN = 0.05
 #: Values beyond this size are not drawn, and a range of less than this share of the
 #: largest value is drawn like that of a constant.
 _LARGEST, _CONSTANT = 1e150, 1e-9
+
+_DAY = 86_400
+#: Steps between dates on an axis, in seconds.
+_DATE_STEPS = (
+    *(60, 300, 900, 1800, 3600, 10_800, 21_600, 43_200),
+    *(days * _DAY for days in (1, 2, 7, 14, 30, 91, 182, 365)),
+)
 
 
 @dataclass(frozen=True)
@@ -75,6 +83,28 @@ class Axis:
         )
 
 
+class DateAxis(Axis):
+    """Axis of seconds since 1970 in UTC, with dates as labels."""
+
+    @property
+    def ticks(self) -> list[tuple[float, str]]:
+        """Positions in percent of the axis, and texts.
+
+        >>> DateAxis("Time (UTC)", 0.0, 3 * 86_400.0).ticks
+        [(0.0, '01-01'), (33.33, '01-02'), (66.67, '01-03'), (100.0, '01-04')]
+        """
+        span = self.high - self.low
+        step = next((step for step in _DATE_STEPS if span / step <= 4), span / 3)
+        times = np.arange(np.ceil(self.low / step), self.high / step + 1e-9) * step
+        form = "%H:%M" if span <= _DAY else "%m-%d %H:%M"
+        if step >= _DAY:
+            form = "%m-%d" if span < 300 * _DAY else "%Y-%m"
+        texts = [datetime.fromtimestamp(time, UTC).strftime(form) for time in times]
+        return list(
+            zip((100 * self.share(times)).round(2).tolist(), texts, strict=True)
+        )
+
+
 @dataclass(frozen=True)
 class Mark:
     """Curve or area of a figure.
@@ -86,7 +116,7 @@ class Mark:
     style : str
         CSS class: its colour.
     label : str
-        Text in the legend.
+        Text in the legend; empty: none.
     is_area : bool, default=False
         Whether the path is filled.
     """
@@ -147,10 +177,10 @@ class Figure:
     @property
     def alternative(self) -> str:
         """Text for those who cannot see the figure."""
-        shown = ", ".join(
-            [mark.label for mark in self.marks] + [rule.legend for rule in self.rules]
-        )
-        return f"{self.title}. {self.y.label} over {self.x.label.lower()}: {shown}."
+        labels = [mark.label for mark in self.marks if mark.label]
+        labels += [rule.legend for rule in self.rules]
+        axes = f"{self.title}. {self.y.label} over {self.x.label.lower()}"
+        return f"{axes}: {', '.join(labels)}." if labels else f"{axes}."
 
 
 @dataclass(frozen=True)
@@ -206,6 +236,28 @@ def curve(x: Any, y: Any) -> str:
         f"{sign}{across} {down}"
         for sign, (across, down) in zip(signs, limited.tolist(), strict=True)
     )
+
+
+def dots(x: Any, y: Any) -> str:
+    """Return the path of points, which the style draws as round ends of no line.
+
+    Parameters
+    ----------
+    x, y : array-like of shape (n_points,)
+        As in `curve`.
+
+    Returns
+    -------
+    str
+        The path.
+
+    Examples
+    --------
+    >>> dots([0, 1], [0.5, np.nan])
+    'M0 120h0'
+    """
+    starts = (curve([across], [up]) for across, up in zip(x, y, strict=True))
+    return "".join(f"{start}h0" for start in starts if start)
 
 
 def area(x: Any, low: Any, high: Any) -> str:

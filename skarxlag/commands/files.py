@@ -11,7 +11,8 @@ from .messages import CommandError, UsageError
 #: Part of every file of results, so that a later run may replace it.
 MARK = "skarxlag results 1"
 SUFFIXES = (".csv", ".json", ".parquet", ".html")
-_HEADS = (b"recording,verdict,probability,alarm,", b"recording,start,verdict,alarm,")
+WINDOWS_HEAD = b"recording,start,verdict,alarm,"
+_HEADS = (b"recording,verdict,probability,alarm,", WINDOWS_HEAD)
 
 
 def check_input(path: Path) -> None:

@@ -216,6 +216,37 @@ def summary(verdicts: pd.DataFrame) -> pd.DataFrame:
     return table.reindex([test for test in order if test in table.index], level="test")
 
 
+def with_marks(table: pd.DataFrame) -> str:
+    """Return a summary as text, in which the best shares of each test are marked.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As `summary` returns it, also with further levels before those.
+
+    Returns
+    -------
+    str
+        The table. Equal shares are all marked.
+
+    Examples
+    --------
+    >>> tests = pd.MultiIndex.from_product([["another speed"], ["A", "B"]])
+    >>> table = pd.DataFrame({"bearings": [8, 8], "place": [97.14, 61.0]}, tests)
+    >>> print(with_marks(table))
+                     bearings  place
+    another speed A         8  97.1*
+                  B         8    61
+    """
+    rounded = table.round(1)
+    texts = rounded.map("{:g}".format).where(table.notna(), "-")
+    tests = list(range(table.index.nlevels - 1))
+    for name in rounded.columns.intersection(["condition", "place", "of these"]):
+        best = rounded[name].groupby(level=tests).transform("max")
+        texts[name] += np.where(rounded[name] == best, "*", " ")
+    return texts.rename_axis(table.index.nlevels * [None]).to_string()
+
+
 def reading(table: pd.DataFrame, diagnoser: str) -> str:
     """Return a sentence that reads the summary of one diagnoser.
 

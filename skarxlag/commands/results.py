@@ -1,6 +1,7 @@
 """Files of results: rows of recordings and of windows in several formats."""
 
 import json
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,7 @@ def recording_rows(
         reason = str(row["verdict"]).partition(f"{NO_VERDICT}: ")[2]
         row |= {"remark": " ".join(diagnosis.remarks), "error": printable(reason)}
         row |= {"condition": recording.condition, "rpm": recording.rpm}
+        row["file_time"] = _time_of(diagnosis.file)
         facts = {
             "specimen": recording.specimen,
             "load": recording.load,
@@ -51,6 +53,14 @@ def recording_rows(
         rows.append(row | {f"stated {name}": text for name, text in stated.items()})
     table = pd.DataFrame(rows).astype({"windows": "Int64", "no signal": "Int64"})
     return machine_names(table.assign(alarm=table["alarm"].fillna("-")))
+
+
+def _time_of(file):
+    """Return when the content of a file changed, in ISO 8601; None if it is not known."""
+    if file is None:
+        return None
+    seconds = file[1] // 10**9
+    return datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 def agreement(rows: pd.DataFrame, model: Any) -> tuple[int, int]:

@@ -48,7 +48,7 @@ def velocity_rms(
     >>> time = np.arange(20_000) / 10_000
     >>> acceleration = np.sin(2 * np.pi * 50 * time)
     >>> rms = velocity_rms(acceleration, 10_000, "m/s2")
-    >>> round(rms, 3), round(1000 / (100 * np.pi) / np.sqrt(2), 3)
+    >>> round(rms, 3), round(float(1000 / (100 * np.pi) / np.sqrt(2)), 3)
     (2.251, 2.251)
     """
     if unit not in _UNITS or sampling_rate is None or sampling_rate < 2 * BAND[1]:

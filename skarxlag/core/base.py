@@ -12,7 +12,7 @@ from sklearn.utils.validation import check_is_fitted
 from ..kernels.speed_references import group_speeds
 from .parallel import map_batches
 from .speeds import log_speeds, speeds_of_rows, with_plausible_speeds
-from .state import INNOVATIONS, CheckedEstimator, finish_fit, uses_fitted
+from .state import INNOVATIONS, CheckedEstimator, uses_fitted
 from .validation import (
     check_input_names,
     validate_innovations,
@@ -100,7 +100,7 @@ class InnovationsTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         validate_innovations(self, X, reset=True)
         self._check_parameters()
         self._certify()
-        return finish_fit(self)
+        return self
 
     def _certify(self):
         """Set what follows from the parameters, or raise a ValueError."""
@@ -240,7 +240,7 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
             self.speeds_ = np.exp(group_speeds(log_speed[rows])[0])
             rpm = speeds_of_rows(rpm, len(X))[rows]
         self._learn(X if len(rows) == len(X) else X[rows], target, weights, rpm)
-        return finish_fit(self)
+        return self
 
     def fit_transform(self, X: ArrayLike, y: ArrayLike, **params: Any) -> NDArray[Any]:
         """Fit, and compute the residuals of the same rows.

@@ -15,8 +15,9 @@ from sklearn.base import is_classifier, is_outlier_detector
 from sklearn.frozen import FrozenEstimator
 from sklearn.pipeline import Pipeline
 from sklearn.utils.metadata_routing import get_routing_for_object
+from sklearn.utils.validation import check_is_fitted
 
-from .state import CheckedEstimator, as_fitted, estimators_within, is_fitted
+from .state import CheckedEstimator, estimators_within, is_fitted
 
 #: Fields that describe the last step; other fields may come from any step.
 _OF_THE_DECISION = {
@@ -115,11 +116,11 @@ def capabilities(model: Any) -> Capabilities:
 
     Returns
     -------
-    Answers
+    Capabilities
         The description.
     """
+    steps = _all_steps(model)
     *before, decision = unfolded_steps(model)
-    steps = [*before, *_steps_within(decision)]
     declared = [_declared(step) for step in steps]
     own = _declared(decision)
     # A step that comes first takes precedence.
@@ -139,6 +140,12 @@ def capabilities(model: Any) -> Capabilities:
     elif not own:
         found["alarm"] = is_outlier_detector(decision)
     return Capabilities(**found)
+
+
+def training_speeds(model: Any) -> tuple[float, ...]:
+    """Return the field `speeds` of `capabilities`, which takes less time than all fields."""
+    declared = [_declared(step) for step in _all_steps(model)]
+    return next((each["speeds"] for each in declared if "speeds" in each), ())
 
 
 def offers(estimator: Any, method: str) -> bool:
@@ -176,7 +183,16 @@ def unfolded_steps(model: Any) -> list[Any]:
 
 
 def _declared(step):
-    return as_fitted(step)._capabilities() if isinstance(step, CheckedEstimator) else {}
+    if not isinstance(step, CheckedEstimator):
+        return {}
+    check_is_fitted(step)
+    return step._capabilities()
+
+
+def _all_steps(model):
+    """Return the steps of a model, and those within its last step."""
+    *before, decision = unfolded_steps(model)
+    return [*before, *_steps_within(decision)]
 
 
 def _steps_within(decision):

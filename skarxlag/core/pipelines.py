@@ -19,7 +19,7 @@ from sklearn.utils.metaestimators import available_if
 
 from ..kernels.lanes import LANES
 from .base import DocumentedEstimator
-from .capabilities import capabilities, offers, unfolded_steps
+from .capabilities import offers, training_speeds, unfolded_steps
 from .parallel import map_batches
 from .state import CheckedEstimator, expect
 from .validation import is_cross_validated, warn_of_lost_speeds
@@ -391,11 +391,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
     def _notice_lost_speeds(self, params):
         """Warn if model selection drops the speeds. Threads of batches do not show who calls."""
-        if (
-            params.get("rpm") is None
-            and is_cross_validated()
-            and capabilities(self).speeds
-        ):
+        if params.get("rpm") is None and is_cross_validated() and training_speeds(self):
             warn_of_lost_speeds(self)
 
     def _in_batches(self, method, X, params):

@@ -1,8 +1,6 @@
 """Common code of the fetchers: download the recordings of a rig, verify them, cut them."""
 
-import functools
 import hashlib
-import inspect
 import os
 import sys
 from collections.abc import Callable
@@ -58,23 +56,8 @@ class Source(NamedTuple):
     n_samples: int | None = None
 
 
-def fetcher(source_of: Callable[..., Source]) -> Callable[..., Any]:
-    """Make the public fetcher of a rig from a function that returns its source.
-
-    The fetcher has the parameters of both functions. The sections that all fetchers
-    share stand at ``{shared}`` of its docstring.
-    """
-
-    @functools.wraps(source_of)
-    def fetch(**options: Any) -> Any:
-        own = {name: options.pop(name) for name in parts.parameters if name in options}
-        return fetch_rig(source_of(**own), **options)
-
-    parts, shared = inspect.signature(source_of), inspect.signature(fetch_rig)
-    options = [each for name, each in shared.parameters.items() if name != "source"]
-    fetch.__signature__ = shared.replace(
-        parameters=[*parts.parameters.values(), *options]
-    )
+def shares_sections(fetch: Callable[..., Any]) -> Callable[..., Any]:
+    """Insert the sections that all fetchers share at ``{shared}`` of a docstring."""
     # Docstrings are None if Python runs without them.
     text = str(fetch_rig.__doc__).partition("The source of the rig.\n")[2]
     fetch.__doc__ = str(fetch.__doc__).replace("    {shared}\n", text)
@@ -188,40 +171,54 @@ def fetch_rig(
     home = Path(get_data_home() if data_home is None else data_home).expanduser()
     listed = []
     for recording in source.recordings:
-        path, channel = home / (recording.converted or ""), CONVERTED
+        path = home / (recording.converted or "")
+        channel = CONVERTED
         if not path.is_file():
             path = home / source.folder / recording.path
-            if download_if_missing:
-                url = f"{(mirror or source.url).rstrip('/')}/{quote(recording.path)}"
-                _download(url, path, recording.sha256)
-            elif not path.is_file():
-                raise OSError(f"{path} is missing and download_if_missing is False")
-            elif recording.sha256 not in (
-                None,
-                hashlib.sha256(path.read_bytes()).hexdigest(),
-            ):
-                state = "is not the original (another SHA-256)"
-                raise OSError(f"{path} {state} and download_if_missing is False")
-            is_held = recording.channel in set(list_channels(path)["channel"])
-            channel = recording.channel if is_held else source.channel
-            n_samples = source.n_samples and len(
-                read_recording(path, channel=channel)[0]
-            )
-            if n_samples != source.n_samples:
-                original = f"the original has {source.n_samples}"
-                raise OSError(f"{path} has {n_samples} samples, but {original}.")
-        labels = {"condition": recording.condition, "rpm": float(recording.rpm)}
-        labels["load"] = recording.load
+            _provide(recording, path, source, mirror, download_if_missing)
+            channel = _original_channel(recording, path, source)
         listed.append(
             ListedRecording(
-                None, recording.name, path, channel, source.sampling_rate, **labels
+                None,
+                recording.name,
+                path,
+                channel,
+                source.sampling_rate,
+                condition=recording.condition,
+                rpm=float(recording.rpm),
+                load=recording.load,
             )
         )
     rig = cut_recordings(listed, source.folder, window_length)
-    rig.update(
-        bearing=source.bearing, DESCR=description(source.description or source.folder)
-    )
+    rig.bearing = source.bearing
+    rig.DESCR = description(source.description or source.folder)
     return (rig.data, rig.target) if return_X_y else rig
+
+
+def _provide(recording, path, source, mirror, download_if_missing):
+    """Download an original file, or check that it is there."""
+    if download_if_missing:
+        url = f"{(mirror or source.url).rstrip('/')}/{quote(recording.path)}"
+        _download(url, path, recording.sha256)
+        return
+    refusal = "and download_if_missing is False"
+    if not path.is_file():
+        raise OSError(f"{path} is missing {refusal}")
+    sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
+    if recording.sha256 not in (None, sha256):
+        raise OSError(f"{path} is not the original (another SHA-256) {refusal}")
+
+
+def _original_channel(recording, path, source):
+    """Return the channel to read of an original file, whose length is checked."""
+    is_held = recording.channel in set(list_channels(path)["channel"])
+    channel = recording.channel if is_held else source.channel
+    if source.n_samples is not None:
+        n_samples = len(read_recording(path, channel=channel)[0])
+        if n_samples != source.n_samples:
+            original = f"the original has {source.n_samples}"
+            raise OSError(f"{path} has {n_samples} samples, but {original}.")
+    return channel
 
 
 def _text(path):

@@ -1,7 +1,16 @@
 """The rig of Case Western Reserve University: nine faults at four loads."""
 
+import os
+from typing import Any
+
 from skarxlag.bearings import SKF_6205, BearingGeometry
-from skarxlag.datasets._repository import Recording, Source, checksums, fetcher
+from skarxlag.datasets._repository import (
+    Recording,
+    Source,
+    checksums,
+    fetch_rig,
+    shares_sections,
+)
 
 URL = "https://engineering.case.edu/sites/default/files"
 SAMPLING_RATE = 12_000.0
@@ -26,8 +35,16 @@ ENDS = {
 }
 
 
-@fetcher
-def fetch_cwru(*, end: str = "drive") -> Source:
+@shares_sections
+def fetch_cwru(
+    *,
+    end: str = "drive",
+    data_home: str | os.PathLike[str] | None = None,
+    download_if_missing: bool = True,
+    return_X_y: bool = False,
+    window_length: int = 1200,
+    mirror: str | None = None,
+) -> Any:
     """Fetch the bearing data of Case Western Reserve University (download of 105 or 79 MB).
 
     Acceleration next to a faulty bearing of a motor: three sizes of faults of the inner
@@ -59,7 +76,7 @@ def fetch_cwru(*, end: str = "drive") -> Source:
     References
     ----------
     .. [1] Case Western Reserve University Bearing Data Center,
-       https://engineering.case.edu/bearingdatacenter.
+           https://engineering.case.edu/bearingdatacenter.
 
     Examples
     --------
@@ -71,17 +88,33 @@ def fetch_cwru(*, end: str = "drive") -> Source:
     if end not in ENDS:
         raise ValueError(f"end must be one of {list(ENDS)}, got {end!r}.")
     first_files, first_load, sensor, bearing = ENDS[end]
-    sums, recordings = checksums("cwru"), []
+    sums = checksums("cwru")
+    recordings = []
     for condition, first in first_files.items():
         for load in range(first_load, len(SPEEDS)):
-            number, name = first + load, f"{condition}_{SPEEDS[load]}"
-            number = OUT_OF_SEQUENCE.get(number, number)
-            path, converted = f"{number}.mat", f"cwru_{end}_end/{name}.npz"
-            # Some files repeat the arrays of another file.
-            own = f"X{number:03d}_{sensor}_time"
-            facts = {"converted": converted, "channel": own, "load": str(load)}
+            number = OUT_OF_SEQUENCE.get(first + load, first + load)
+            path = f"{number}.mat"
+            name = f"{condition}_{SPEEDS[load]}"
             recordings.append(
-                Recording(path, condition, SPEEDS[load], name, sums[path], **facts)
+                Recording(
+                    path,
+                    condition,
+                    SPEEDS[load],
+                    name,
+                    sums[path],
+                    converted=f"cwru_{end}_end/{name}.npz",
+                    # Some files repeat the arrays of another file.
+                    channel=f"X{number:03d}_{sensor}_time",
+                    load=str(load),
+                )
             )
     pattern = f"*_{sensor}_time"
-    return Source("cwru", URL, SAMPLING_RATE, recordings, bearing, channel=pattern)
+    source = Source("cwru", URL, SAMPLING_RATE, recordings, bearing, channel=pattern)
+    return fetch_rig(
+        source,
+        data_home=data_home,
+        download_if_missing=download_if_missing,
+        return_X_y=return_X_y,
+        window_length=window_length,
+        mirror=mirror,
+    )

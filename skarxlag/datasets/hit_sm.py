@@ -1,7 +1,15 @@
 """The two rigs of the HIT-SM bearing data sets: seven conditions at three speeds."""
 
+import os
+from typing import Any
+
 from skarxlag.bearings import SKF_6205
-from skarxlag.datasets._repository import Source, fetcher, named_recordings
+from skarxlag.datasets._repository import (
+    Source,
+    fetch_rig,
+    named_recordings,
+    shares_sections,
+)
 
 URL = (
     "https://raw.githubusercontent.com/hitwzc/Bearing-datasets/"
@@ -15,8 +23,16 @@ RIGS = {
 }
 
 
-@fetcher
-def fetch_hit_sm(*, rig: str = "spectraquest") -> Source:
+@shares_sections
+def fetch_hit_sm(
+    *,
+    rig: str = "spectraquest",
+    data_home: str | os.PathLike[str] | None = None,
+    download_if_missing: bool = True,
+    return_X_y: bool = False,
+    window_length: int = 1200,
+    mirror: str | None = None,
+) -> Any:
     """Fetch a rig of the HIT-SM data sets, cut into windows (download of 37 MB).
 
     Vibration of normal bearings and of bearings with a fault of the inner or the outer
@@ -48,9 +64,8 @@ def fetch_hit_sm(*, rig: str = "spectraquest") -> Source:
     References
     ----------
     .. [1] "Multisource cross-domain fault diagnosis of rolling bearing based on
-           subdomain
-       adaptation network", the paper that the repository hitwzc/Bearing-datasets
-       belongs to.
+           subdomain adaptation network", the paper that the repository
+           hitwzc/Bearing-datasets belongs to.
 
     Examples
     --------
@@ -63,4 +78,12 @@ def fetch_hit_sm(*, rig: str = "spectraquest") -> Source:
         raise ValueError(f"rig must be one of {list(RIGS)}, got {rig!r}.")
     folder, bearing = RIGS[rig]
     recordings = named_recordings("hit_sm", folder)
-    return Source("hit_sm", URL, SAMPLING_RATE, recordings, bearing, f"hit_sm_{rig}")
+    source = Source("hit_sm", URL, SAMPLING_RATE, recordings, bearing, f"hit_sm_{rig}")
+    return fetch_rig(
+        source,
+        data_home=data_home,
+        download_if_missing=download_if_missing,
+        return_X_y=return_X_y,
+        window_length=window_length,
+        mirror=mirror,
+    )

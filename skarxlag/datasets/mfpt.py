@@ -1,7 +1,10 @@
 """The bearing fault data of the MFPT society: two faults at seven loads."""
 
+import os
+from typing import Any
+
 from skarxlag.bearings import BearingGeometry
-from skarxlag.datasets._repository import Recording, Source, fetcher
+from skarxlag.datasets._repository import Recording, Source, fetch_rig, shares_sections
 
 URL = (
     "https://raw.githubusercontent.com/mathworks/RollingElementBearingFaultDiagnosis-Data/"
@@ -14,8 +17,15 @@ MM_PER_INCH = 25.4
 NICE = BearingGeometry(8, 0.235 * MM_PER_INCH, 1.245 * MM_PER_INCH)
 
 
-@fetcher
-def fetch_mfpt() -> Source:
+@shares_sections
+def fetch_mfpt(
+    *,
+    data_home: str | os.PathLike[str] | None = None,
+    download_if_missing: bool = True,
+    return_X_y: bool = False,
+    window_length: int = 1200,
+    mirror: str | None = None,
+) -> Any:
     """Fetch the bearing fault data of the MFPT society, cut into windows.
 
     Acceleration of a bearing with a fault of the inner or the outer race at seven
@@ -45,8 +55,7 @@ def fetch_mfpt() -> Source:
     References
     ----------
     .. [1] E. Bechhoefer, "Condition Based Maintenance Fault Database for Testing
-           Diagnostics and
-       Prognostic Algorithms", MFPT Society, 2013.
+           Diagnostics and Prognostic Algorithms", MFPT Society, 2013.
 
     Examples
     --------
@@ -65,5 +74,20 @@ def fetch_mfpt() -> Source:
             recordings.append(
                 Recording(path, condition, RPM, name, None, converted, load=str(load))
             )
-    facts = {"channel": "bearing.gs", "n_samples": N_SAMPLES}
-    return Source("mfpt", URL, SAMPLING_RATE, recordings, NICE, **facts)
+    source = Source(
+        "mfpt",
+        URL,
+        SAMPLING_RATE,
+        recordings,
+        NICE,
+        channel="bearing.gs",
+        n_samples=N_SAMPLES,
+    )
+    return fetch_rig(
+        source,
+        data_home=data_home,
+        download_if_missing=download_if_missing,
+        return_X_y=return_X_y,
+        window_length=window_length,
+        mirror=mirror,
+    )

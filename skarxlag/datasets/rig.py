@@ -25,7 +25,7 @@ LOCATIONS = ("outer", "inner", "ball")
 METRES_PER_MICROMETRE = 1e-6
 #: Mean drive torque in N m: the rated torque of a four-pole motor of about 0.37 kW.
 MEAN_TORQUE = 2.0
-#: Amplitude relative to the mean, and periods per turn of the shaft, of each ripple:
+#: Amplitude relative to the mean, and order of the shaft, of each ripple:
 #: misalignment, a gear mesh, and the lowest harmonic of an inverter-fed motor of two
 #: pole pairs.
 TORQUE_RIPPLES = ((0.02, 1), (0.01, 25), (0.01, 12))
@@ -48,8 +48,8 @@ class Rig:
         The bearing. The default is the SKF 6205-2RS JEM, the drive-end bearing of the
         Case Western Reserve University data, with the dimensions published there.
     paths : TransmissionPaths, default=TransmissionPaths()
-        Resonances, gain and delay between each place and the sensor. The class states
-        the sources.
+        Resonances, gain and delay between each location and the sensor. The class
+        states the sources.
     torque_leak : sequence of float, default=(0.10, 0.05, -0.05, -0.10)
         Response of the output to the torque 1, 2, ... samples earlier, in V/(N m). An
         empty sequence means no leak. Chosen: the values sum to zero, because amplifiers
@@ -67,8 +67,8 @@ class Rig:
         Strength of the strike at the entry into a crack, relative to the impact at its
         end. Chosen; the entry is weaker than the impact [4]_.
     friction_level : float, default=0.02
-        RMS output from friction at one place for a unit contact speed through a path of
-        unit gain, in V/(m/s). Chosen: about 10 mV at 500 rpm behind a preamplifier of
+        RMS output from friction at one location for a unit contact speed through a path
+        of unit gain, in V/(m/s). Chosen: about 10 mV at 500 rpm behind a preamplifier of
         40 dB. The RMS of acoustic emission grows with the speed [5]_.
     rubbing_level : float, default=0.01
         RMS output from rubbing at a defect for each millimetre of its crack, for a unit
@@ -90,19 +90,17 @@ class Rig:
     References
     ----------
     .. [1] F. Piltan, J.-M. Kim, "Nonlinear Extended-state ARX-Laguerre PI Observer
-           Fault
-       Diagnosis of Bearings", Applied Sciences 9(5), 888, 2019.
+           Fault Diagnosis of Bearings", Applied Sciences 9(5), 888, 2019.
     .. [2] R. B. Randall, J. Antoni, "Rolling element bearing diagnostics - a tutorial",
-       Mechanical Systems and Signal Processing 25, 2011.
+           Mechanical Systems and Signal Processing 25, 2011.
     .. [3] T.A. Harris, M.N. Kotzalas, "Rolling Bearing Analysis", 5th ed., 2006.
     .. [4] N. Sawalhi, R. B. Randall, "Vibration response of spalled rolling element
-           bearings:
-       observations, simulations and signal processing techniques to track the spall
-       size", Mechanical Systems and Signal Processing 25, 2011.
+           bearings: observations, simulations and signal processing techniques to track
+           the spall size", Mechanical Systems and Signal Processing 25, 2011.
     .. [5] A. M. Al-Ghamd, D. Mba, "A comparative experimental study on the use of
-           acoustic
-       emission and vibration analysis for bearing defect identification and estimation
-       of defect size", Mechanical Systems and Signal Processing 20, 2006.
+           acoustic emission and vibration analysis for bearing defect identification
+           and estimation of defect size", Mechanical Systems and Signal Processing 20,
+           2006.
 
     Examples
     --------
@@ -149,7 +147,7 @@ DEFAULT_RIG = Rig()
 
 
 def _friction_at_sensor(rig, rpm, location, n_samples, rng):
-    """Simulate the friction emission of one place; its RMS equals the gain of its path."""
+    """Simulate the friction emission of one location; its RMS equals the gain of its path."""
     path = getattr(rig.paths, location)
     contact_time = (
         rig.asperity_um * METRES_PER_MICROMETRE / contact_speed(rig.bearing, rpm)
@@ -165,7 +163,8 @@ def _strikes_at_sensor(rig, rpm, location, crack_mm, n_samples, rng):
     transit = transit_time(rig.bearing, rpm, crack_mm)
     # Strikes before the start of the recording still ring in it.
     lead = len(response) - 1
-    duration, before = n_samples / rig.sampling_rate, lead / rig.sampling_rate + transit
+    duration = n_samples / rig.sampling_rate
+    before = lead / rig.sampling_rate + transit
     times, load = simulate_strikes(rig, rpm, location, duration, before, rng)
     peak = rig.impact_level * impact_velocity(rig.bearing, rpm, crack_mm)
     train = np.zeros(n_samples + lead)
@@ -254,7 +253,8 @@ def background(
     """
     rng = generator("friction")
     friction = sum(
-        _friction_at_sensor(rig, rpm, place, n_samples, rng) for place in LOCATIONS
+        _friction_at_sensor(rig, rpm, location, n_samples, rng)
+        for location in LOCATIONS
     )
     emission = rig.friction_level * contact_speed(rig.bearing, rpm) * friction
     n_lags = len(rig.torque_leak)
@@ -295,10 +295,9 @@ def drive_torque(
     torque : ndarray of shape (n_samples,)
         Torque in N m.
     """
-    turns = rpm / 60 * np.arange(n_samples) / sampling_rate
+    revolutions = rpm / 60 * np.arange(n_samples) / sampling_rate
     ripples, orders = np.transpose(TORQUE_RIPPLES)
     phases = rng.uniform(0, 2 * np.pi, len(ripples))
-    relative = 1 + ripples @ np.cos(
-        2 * np.pi * np.outer(orders, turns) + phases[:, np.newaxis]
-    )
+    angles = 2 * np.pi * np.outer(orders, revolutions) + phases[:, np.newaxis]
+    relative = 1 + ripples @ np.cos(angles)
     return MEAN_TORQUE * relative + TORQUE_FLUCTUATION * rng.standard_normal(n_samples)

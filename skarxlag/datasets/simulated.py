@@ -73,11 +73,11 @@ def simulate_rig(
         y(k) = \sum_{d} \left[ h_d * s_d + c\,w_d\,v\;(g_d * \xi_d) \right](k)
         + \sum_{l} b\,v\;(g_l * \xi'_l)(k) + \sum_{i \ge 1} \beta_i\, u(k - i) + \sigma\,\eta(k)
 
-    The first sum is over the defects d of the condition, the second over all places l
+    The first sum is over the defects d of the condition, the second over all locations l
     (outer ring, inner ring, ball). The terms are, in this order:
 
     - strikes :math:`s_d` at the defect frequency, filtered by the transmission path
-      :math:`h_d` of the defect's place;
+      :math:`h_d` of the defect's location;
     - rubbing at a crack of width :math:`w_d`;
     - friction of the whole bearing;
     - the torque u, which leaks into the output;
@@ -89,7 +89,7 @@ def simulate_rig(
     `noise_level`, and :math:`\beta_i` is `torque_leak`.
 
     A compound fault is the superposition of its single faults. The emission of a defect
-    depends only on its place, the speed and the crack, and its realisation is the same
+    depends only on its location, the speed and the crack, and its realisation is the same
     in the recordings of the single and of the compound fault. Torque, friction of the
     healthy bearing and noise are independent between recordings. A recording does not
     depend on which other recordings are generated.
@@ -165,8 +165,7 @@ def simulate_rig(
     References
     ----------
     .. [1] F. Piltan, J.-M. Kim, "Nonlinear Extended-state ARX-Laguerre PI Observer
-           Fault
-       Diagnosis of Bearings", Applied Sciences 9(5), 888, 2019.
+           Fault Diagnosis of Bearings", Applied Sciences 9(5), 888, 2019.
 
     Examples
     --------
@@ -186,32 +185,23 @@ def simulate_rig(
     """
     speeds = _positive_numbers("rpm", rpm)
     cracks = _positive_numbers("crack_mm", crack_mm)
-    chosen = (
-        list(CONDITIONS) if conditions is None else np.atleast_1d(conditions).tolist()
-    )
-    fits = 0 < len(chosen) == len({*chosen} & {*CONDITIONS})
+    requested = list(CONDITIONS)
+    if conditions is not None:
+        requested = np.atleast_1d(conditions).tolist()
+    fits = 0 < len(requested) == len({*requested} & {*CONDITIONS})
     expect(fits, "conditions", conditions, f"different names out of {list(CONDITIONS)}")
-    names = [name for name in CONDITIONS if name in chosen]
+    names = [name for name in CONDITIONS if name in requested]
     check_scalar(window_length, "window_length", (int, np.integer), min_val=1)
     check_scalar(n_samples, "n_samples", (int, np.integer), min_val=1)
     is_whole = n_samples % window_length == 0
-    expect(
-        is_whole, "n_samples", n_samples, f"a multiple of window_length={window_length}"
-    )
+    expected = f"a multiple of window_length={window_length}"
+    expect(is_whole, "n_samples", n_samples, expected)
     check_scalar(rig, "rig", Rig)
     diameter = rig.bearing.element_diameter
-    expect(
-        max(cracks) <= diameter,
-        "crack_mm",
-        crack_mm,
-        f"at most an element, {diameter} mm",
-    )
-    entropy = (
-        check_random_state(random_state)
-        .randint(2**32, size=4, dtype=np.uint32)
-        .tolist()
-    )
-
+    expected = f"at most an element, {diameter} mm"
+    expect(max(cracks) <= diameter, "crack_mm", crack_mm, expected)
+    random = check_random_state(random_state)
+    entropy = random.randint(2**32, size=4, dtype=np.uint32).tolist()
     recordings = [
         (speed, name, crack)
         for speed, name in product(speeds, names)
@@ -237,9 +227,8 @@ def simulate_rig(
             emission += defects[defect]
             if return_fault:
                 fault[row] += defects[defect]
-        data[row] = (
-            np.stack([emission, torque]).reshape(2, n_windows, -1).swapaxes(0, 1)
-        )
+        channels = np.stack([emission, torque]).reshape(2, n_windows, -1)
+        data[row] = channels.swapaxes(0, 1)
 
     names_of_recordings = [
         f"{name}_{speed:.12g}rpm" + (f"_{crack:.12g}mm" if crack else "")
@@ -249,7 +238,7 @@ def simulate_rig(
     rpm_of, condition_of, crack_of = (
         np.array(column) for column in zip(*recordings, strict=True)
     )
-    found = Bunch(
+    simulated = Bunch(
         data=data.reshape(-1, 2, window_length),
         target=condition_of[source],
         target_names=names,
@@ -263,5 +252,5 @@ def simulate_rig(
         DESCR=description("simulated"),
     )
     if return_fault:
-        found.fault = fault.reshape(-1, window_length)
-    return found
+        simulated.fault = fault.reshape(-1, window_length)
+    return simulated

@@ -39,8 +39,8 @@ def transit_time(bearing: BearingGeometry, rpm: float, crack_mm: float) -> float
     References
     ----------
     .. [1] N. Sawalhi, R. B. Randall, "Vibration response of spalled rolling element
-       bearings: observations, simulations and signal processing techniques to track the
-       spall size", Mechanical Systems and Signal Processing 25 (2011).
+           bearings: observations, simulations and signal processing techniques to track
+           the spall size", Mechanical Systems and Signal Processing 25 (2011).
 
     Examples
     --------
@@ -111,7 +111,7 @@ def load_distribution_at(
     References
     ----------
     .. [1] T. A. Harris, M. N. Kotzalas, "Rolling Bearing Analysis", 5th ed., 2006,
-       chapter 7.
+           chapter 7.
 
     Examples
     --------
@@ -149,8 +149,8 @@ def simulate_strikes(
     variance. The intervals are independent, so their deviations accumulate over time,
     as they do for real rolling elements [1]_. The load zone does not move. A defect of
     the outer ring therefore always carries the largest load. A defect of the inner ring
-    passes through the load zone with each turn of the shaft, and a defect of a ball
-    with each turn of the cage [2]_.
+    passes through the load zone with each revolution of the shaft, and a defect of a
+    ball with each revolution of the cage [2]_.
 
     Parameters
     ----------
@@ -179,11 +179,11 @@ def simulate_strikes(
     References
     ----------
     .. [1] J. Antoni, R. B. Randall, "A stochastic model for simulation and diagnostics
-           of
-       rolling element bearings with localized faults", J. Vib. Acoust. 125 (2003).
+           of rolling element bearings with localized faults", J. Vib. Acoust. 125
+           (2003).
     .. [2] P. D. McFadden, J. D. Smith, "Model for the vibration produced by a single
-           point
-       defect in a rolling element bearing", Journal of Sound and Vibration 96 (1984).
+           point defect in a rolling element bearing", Journal of Sound and Vibration 96
+           (1984).
 
     Examples
     --------
@@ -203,7 +203,6 @@ def simulate_strikes(
     times = times[(times >= -before) & (times < duration)]
     if location == "outer":
         return times, np.ones(len(times))
-    angle = (
-        zone_phase + (rpm / 60 if location == "inner" else frequencies["cage"]) * times
-    )
+    passes = rpm / 60 if location == "inner" else frequencies["cage"]
+    angle = zone_phase + passes * times
     return times, load_distribution_at(2 * np.pi * angle, rig.load_distribution)

@@ -1,6 +1,14 @@
 """The UESTC bearing rig: four conditions at four shaft speeds."""
 
-from skarxlag.datasets._repository import Source, fetcher, named_recordings
+import os
+from typing import Any
+
+from skarxlag.datasets._repository import (
+    Source,
+    fetch_rig,
+    named_recordings,
+    shares_sections,
+)
 
 URL = (
     "https://raw.githubusercontent.com/ChangLiu2024/UESTC-Bearing-Dataset/"
@@ -9,8 +17,15 @@ URL = (
 SAMPLING_RATE = 20_000.0
 
 
-@fetcher
-def fetch_uestc() -> Source:
+@shares_sections
+def fetch_uestc(
+    *,
+    data_home: str | os.PathLike[str] | None = None,
+    download_if_missing: bool = True,
+    return_X_y: bool = False,
+    window_length: int = 1200,
+    mirror: str | None = None,
+) -> Any:
     """Fetch the UESTC bearing rig, cut into windows (download of 34 MB).
 
     Vibration of normal bearings and of bearings with a fault of the ball, the inner or
@@ -36,8 +51,8 @@ def fetch_uestc() -> Source:
     References
     ----------
     .. [1] C. Liu et al., "A New Target Domain One-Class Learning Bearing Fault
-           Detection
-       Framework", IEEE Sensors Journal, 2025, doi 10.1109/JSEN.2025.3635217.
+           Detection Framework", IEEE Sensors Journal, 2025, doi
+           10.1109/JSEN.2025.3635217.
 
     Examples
     --------
@@ -46,4 +61,12 @@ def fetch_uestc() -> Source:
     >>> rig.data.shape  # doctest: +SKIP
     (3488, 1200)
     """
-    return Source("uestc", URL, SAMPLING_RATE, named_recordings("uestc"))
+    source = Source("uestc", URL, SAMPLING_RATE, named_recordings("uestc"))
+    return fetch_rig(
+        source,
+        data_home=data_home,
+        download_if_missing=download_if_missing,
+        return_X_y=return_X_y,
+        window_length=window_length,
+        mirror=mirror,
+    )

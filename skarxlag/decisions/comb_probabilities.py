@@ -10,19 +10,23 @@ from scipy.stats import gumbel_r
 from ..core.fault_locations import FAULT_LOCATIONS
 
 #: Log odds of two fault locations for each neper between the scores of recordings that are
-#: named, which lie 1.6 nepers apart in the mean.
-_CONFIDENCE_NAMED, _MEAN_MARGIN = 10.0, 1.6
+#: named, and the mean of these distances in nepers.
+_CONFIDENCE_NAMED = 10.0
+_MEAN_MARGIN = 1.6
 #: Gumbel distribution of the best score of healthy rows, location and scale in nepers:
 #: from 82 stretches of 1 s of three rigs, `python -m benchmarks.fault_orders --null`.
 #: Scores of longer rows scatter less. The second location is that above the mean scores
 #: of the same machine at other speeds.
-HEALTHY_LOCATION, OTHER_SPEED_LOCATION, HEALTHY_SCALE = 0.86, 0.06, 0.31
+HEALTHY_LOCATION = 0.86
+OTHER_SPEED_LOCATION = 0.06
+HEALTHY_SCALE = 0.31
 #: Rows that `HEALTHY_SCALE` counts for when healthy rows of the machine are at hand.
 _PRIOR_ROWS = 10
 #: Settings of `comb_evidence`, chosen by leaving rigs out, by `python -m
 #: benchmarks.fault_orders joint`: log odds for each neper, and probability that a fault
 #: shows its comb.
-ODDS, VISIBLE = 8.0, 0.1
+ODDS = 8.0
+VISIBLE = 0.1
 #: Probability that a fault shows its comb, if combs decide alone, see `python -m
 #: benchmarks.fault_orders --visible`: of 7 values, .4 or .6 has the least log loss on
 #: recordings and stretches if one of six rigs is left out.
@@ -102,8 +106,9 @@ def comb_evidence(
     """
     log_odds = np.zeros((len(scores), len(FAULT_LOCATIONS)))
     log_odds[:, :-1] = np.logaddexp(np.log(visible) + odds * scores, np.log1p(-visible))
-    every = logsumexp(log_odds[:, np.unique(class_places)], axis=1, keepdims=True)
-    return (log_odds - every)[:, class_places]
+    present = np.unique(class_places)
+    total = logsumexp(log_odds[:, present], axis=1, keepdims=True)
+    return (log_odds - total)[:, class_places]
 
 
 def limit_of_healthy(healthy: NDArray[Any], rate: float) -> float:
@@ -171,4 +176,5 @@ def p_values_of_healthy(
 def _tail_scale(healthy):
     """Return the root mean square of the Gumbel scales of these and of other machines."""
     variances = [6 * np.var(healthy) / np.pi**2, HEALTHY_SCALE**2]
-    return float(np.sqrt(np.average(variances, weights=[len(healthy), _PRIOR_ROWS])))
+    n_rows = [len(healthy), _PRIOR_ROWS]
+    return float(np.sqrt(np.average(variances, weights=n_rows)))

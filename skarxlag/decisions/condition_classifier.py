@@ -13,7 +13,7 @@ from sklearn.utils import Bunch, column_or_1d
 from sklearn.utils.metaestimators import available_if
 
 from ..core.base import SignalEstimator
-from ..core.capabilities import capabilities, offers, requests
+from ..core.capabilities import capabilities, offers, requests, training_speeds
 from ..core.diagnosing_classifier import DiagnosingClassifier
 from ..core.fault_locations import FAULT_LOCATIONS, location_of_label
 from ..core.speeds import log_speeds, with_plausible_speeds
@@ -23,7 +23,6 @@ from ..core.state import (
     Labels,
     Values,
     expect,
-    finish_fit,
     uses_fitted,
 )
 from ..core.validation import (
@@ -262,7 +261,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             self.place_exponent_ = location_exponent(
                 self._residual(), X, y, specimens, self._place_of_rows(y), metadata
             )
-        return finish_fit(self)
+        return self
 
     def _residual(self):
         return StretchResidual() if self.residual is None else self.residual
@@ -372,7 +371,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             threshold.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
-        speeds = capabilities(self.residual_).speeds
+        speeds = training_speeds(self.residual_)
         is_plausible = np.ones(len(X), dtype=bool)
         if len(speeds) > 0:
             rpm, is_plausible = with_plausible_speeds(rpm, len(X), speeds)
@@ -432,7 +431,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
 
     def _drift(self, rpm, X):
         """Return the factor on the drift at the speed of each row; 1 if the speed is not known."""
-        known = np.array(capabilities(self.residual_).speeds)
+        known = np.array(training_speeds(self.residual_))
         if rpm is None or len(known) == 0:
             return np.ones(len(X))
         speeds = log_speeds(rpm, len(X), X.shape[-1])

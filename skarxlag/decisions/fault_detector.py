@@ -19,7 +19,7 @@ from ..kernels.speed_references import UNIT_DISTANCE, group_speeds, speed_distan
 from .row_outliers import RowOutlierDetector, features_of_rows, too_few_rows
 
 #: Fields of `Limits` that are attributes of a detector, with an underscore at the end.
-_LIMITS = [name for name in healthy_limits.Limits._fields if name != "known"]
+_LIMITS = [name for name in healthy_limits.Limits._fields if name != "known_speeds"]
 #: Samples that a spectrum takes at least.
 _SHORTEST_SPECTRUM = 8
 
@@ -41,7 +41,7 @@ class FaultDetector(RowOutlierDetector):
     probability that a healthy row deviates at least as much.
 
     - *Cepstra.* The cosine coefficients d of two log spectra: the spectral shape
-      (colour) and the steadiness of each frequency band:
+      and the steadiness of each frequency band:
 
       .. math::
 
@@ -54,7 +54,7 @@ class FaultDetector(RowOutlierDetector):
       Brownian motion at the row's speed: 0 at a speed of `fit`, 1 at the factor 1.3
       outside these speeds. The root widens the limits close to the speeds of `fit`,
       since two recordings differ in load and mounting, too.
-    - *Unsteadiness* g, the deviation of the power in the bands from that of steady
+    - *Impulsiveness* g, the deviation of the power in the bands from that of steady
       noise:
 
       .. math::
@@ -113,7 +113,7 @@ class FaultDetector(RowOutlierDetector):
     references_ : ndarray of shape (n_speeds or 1, n_cepstra)
         Mean cepstra in these coordinates, for each speed.
     means_ : ndarray of shape (n_speeds or 1, 1 or 2)
-        Mean log unsteadiness, and mean log level if it counts.
+        Mean log impulsiveness, and mean log level if it counts.
     slopes_ : ndarray of shape (1 or 2, 2)
         Their slopes against log speed, and the variances :math:`V_b` of the slopes.
     deviations_ : ndarray of shape (1 or 2,)
@@ -140,7 +140,7 @@ class FaultDetector(RowOutlierDetector):
 
     Examples
     --------
-    Healthy noise whose colour and level change with speed. Tested at a speed that was
+    Healthy noise whose spectral shape and level change with speed. Tested at a speed that was
     not given:
 
     >>> import numpy as np
@@ -293,13 +293,17 @@ class FaultDetector(RowOutlierDetector):
     def _log_p_values_of(self, rows, log_speed, two_sided=False):
         """Compute log p-values of measured rows; for unknown speeds, the largest of some speeds."""
         has_speeds = len(self.speeds_) > 0
-        known = np.log(self.speeds_) if has_speeds else np.zeros(1)
+        known_speeds = np.log(self.speeds_) if has_speeds else np.zeros(1)
         fields = {name: getattr(self, f"{name}_") for name in _LIMITS}
-        limits = healthy_limits.Limits(known=known, **fields)
+        limits = healthy_limits.Limits(known_speeds=known_speeds, **fields)
         if not has_speeds:
             hypotheses = [UNIT_DISTANCE]
         elif log_speed is None:
-            hypotheses = [*known, known[0] - UNIT_DISTANCE, known[-1] + UNIT_DISTANCE]
+            hypotheses = [
+                known_speeds[0] - UNIT_DISTANCE,
+                *known_speeds,
+                known_speeds[-1] + UNIT_DISTANCE,
+            ]
         else:
             hypotheses = [log_speed]
         log_p_values = [

@@ -32,7 +32,6 @@ from ..core.state import (
     Labels,
     Values,
     expect,
-    finish_fit,
     uses_fitted,
 )
 from ..core.validation import (
@@ -196,8 +195,7 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
     References
     ----------
     .. [1] R. B. Randall and J. Antoni (2011), "Rolling element bearing diagnostics - a
-           tutorial",
-       Mechanical Systems and Signal Processing 25, 485-520.
+           tutorial", Mechanical Systems and Signal Processing 25, 485-520.
 
     Examples
     --------
@@ -295,13 +293,14 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
         self.conditions_: Any = None
         self._calibrate(np.empty((0, len(FAULTS))), np.empty(0))
         if y is None:
-            labels, locations = FAULT_LOCATIONS, range(len(FAULT_LOCATIONS))
+            labels = FAULT_LOCATIONS
+            locations = range(len(FAULT_LOCATIONS))
         else:
             labels, locations = self._learn(X, y, rpm, sample_weight, specimen)
         classes, index = np.unique(labels, return_index=True)
         self.classes_: NDArray[Any] = classes
         self.class_places_: NDArray[Any] = np.asarray(locations)[index]
-        return finish_fit(self)
+        return self
 
     def _learn(self, X, y, rpm, sample_weight, specimen):
         """Learn limits and spectra from labelled rows, and return classes and their locations."""

@@ -18,7 +18,7 @@ from ..core.capabilities import capabilities, unfolded_steps
 from ..core.diagnosing_classifier import DiagnosingClassifier
 from ..core.fault_locations import HEALTHY
 from ..core.pipelines import as_diagnosis_pipeline
-from ..core.state import WINDOWS, expect, finish_fit, is_fitted, uses_fitted
+from ..core.state import WINDOWS, expect, is_fitted, uses_fitted
 from ..core.validation import check_count, validate_signals
 from ..kernels.evidence import SMALLEST_PROBABILITY
 from ..kernels.posterior import decided
@@ -151,7 +151,7 @@ class SensorFusion(SignalEstimator, BaseEstimator):
             .fit(_channels(X, s, n), y, **params)
             for s in range(n)
         ]
-        return finish_fit(self)
+        return self
 
     def _asked(self, method, X, params):
         """Return the results of a method of all outputs."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_scalar
 
-from ..core.state import INNOVATIONS, Labels, Values, as_fitted, expect, finish_fit
+from ..core.state import INNOVATIONS, Labels, Values, check_state, expect
 from ..core.validation import check_rate
 from ..kernels.speed_references import group_speeds
 from .fault_detector import FaultDetector
@@ -37,7 +37,7 @@ class KnownConditions(RowOutlierDetector):
         p = \max_c p_c
 
     where :math:`p_c` is the probability that a row of condition c deviates at least as
-    much. The test of the unsteadiness is two-sided: a row with fewer impacts than
+    much. The test of the impulsiveness is two-sided: a row with fewer impacts than
     expected is rejected, too. A row is rejected if p is below the stated rate. Since
     :math:`p \ge p_c`, a row of a known condition c is rejected with a probability of at
     most the rate that the limits of c hold.
@@ -85,7 +85,7 @@ class KnownConditions(RowOutlierDetector):
 
     Examples
     --------
-    Two conditions of different colour, and noise that is like neither:
+    Two conditions of different spectral shape, and noise that is like neither:
 
     >>> import warnings
     >>> import numpy as np
@@ -116,7 +116,8 @@ class KnownConditions(RowOutlierDetector):
         labels = np.full(len(X), "known") if y is None else y
         self.offset_: float = float(np.log(self.false_rejection_rate))
         self.detectors_: list[FaultDetector] = []
-        classes, left_out = [], []
+        classes = []
+        left_out = []
         for name in np.unique(labels).tolist():
             rows = labels == name
             if np.bincount(group_speeds(log_speed[rows])[1]).max() < 2:
@@ -145,7 +146,7 @@ class KnownConditions(RowOutlierDetector):
         detector._learn(X, None, log_speed, weights)
         if len(detector.speeds_) < 2:
             detector.drift_scale_ = _DRIFT_OF_FAULTS
-        return finish_fit(detector)
+        return detector
 
     def _weak_points(self, left_out):
         """Yield sentences on a calibration that promises less than its user may think."""
@@ -206,10 +207,11 @@ class KnownConditions(RowOutlierDetector):
         if isinstance(detectors, list) and all(
             isinstance(detector, FaultDetector) for detector in detectors
         ):
-            rows = [
-                (d.window_shape_.tolist(), d.n_windows_, d.means_.shape[1])
-                for d in map(as_fitted, detectors)
-            ]
+            for detector in detectors:
+                check_state(detector)
+                shape_of_rows = detector.window_shape_.tolist()
+                n_measures = detector.means_.shape[1]
+                rows.append((shape_of_rows, detector.n_windows_, n_measures))
         n = len(self.classes_)
         fits = len(rows) > 0 and rows == rows[:1] * n and rows[0][0] == shape
         expected = f"{n} of FaultDetector by classes_, for rows of window_shape_ {shape}: {rows}"

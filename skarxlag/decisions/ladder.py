@@ -20,7 +20,6 @@ from ..core.state import (
     Labels,
     Values,
     expect,
-    finish_fit,
     uses_fitted,
 )
 from ..core.validation import (
@@ -177,29 +176,29 @@ class ThresholdLadder(
         classes, target = np.unique(y, return_inverse=True)
         self.classes_: NDArray[Any] = classes
         combined = root_mean_square(X)
-        of_class = [target == c for c in range(len(classes))]
+        rows_of_classes = [target == c for c in range(len(classes))]
         medians = [
-            ladder.weighted_median(combined[own], weights[own]) for own in of_class
+            ladder.weighted_median(combined[rows], weights[rows])
+            for rows in rows_of_classes
         ]
         order = np.argsort(medians, kind="stable")
         self.rungs_: NDArray[Any] = classes[order]
         names = classes.tolist()
         healthy = names[order[0]] if self.healthy is None else self.healthy
-        expect(
-            healthy in names, "healthy", healthy, f"one of the conditions in y: {names}"
-        )
+        expected = f"one of the conditions in y: {names}"
+        expect(healthy in names, "healthy", healthy, expected)
         self.healthy_index_: int = names.index(healthy)
-        own, rate = of_class[self.healthy_index_], self.false_alarm_rate
-        levels = self._healthy_level(X)[own]
+        rate = self.false_alarm_rate
+        is_healthy = rows_of_classes[self.healthy_index_]
         self.detection_threshold_: float = ladder.false_alarm_threshold(
-            levels, weights[own], rate
+            self._healthy_level(X)[is_healthy], weights[is_healthy], rate
         )
         if self._is_bank():
             relative = np.exp(-ladder.relative_scores(X))
-            columns = [
-                (relative[own, c], weights[own]) for c, own in enumerate(of_class)
+            thresholds = [
+                ladder.false_alarm_threshold(relative[rows, c], weights[rows], rate)
+                for c, rows in enumerate(rows_of_classes)
             ]
-            thresholds = [ladder.false_alarm_threshold(*each, rate) for each in columns]
         else:
             roots = np.sqrt(np.array(medians)[order])
             thresholds = roots[:-1] * roots[1:]
@@ -214,7 +213,7 @@ class ThresholdLadder(
             has_speeds = log_speed is not None and len(group_speeds(log_speed)[0]) > 1
             scale = np.broadcast_to(self.confidence_scale, 2)[int(has_speeds)]
         self.confidence_scale_: float = float(scale)
-        return finish_fit(self)
+        return self
 
     def _is_bank(self):
         return len(self.classes_) == self.n_features_in_ > 1
@@ -342,8 +341,9 @@ class ThresholdLadder(
         scale = self.confidence_scale
         scales = scale if isinstance(scale, tuple | list) else [scale] * 2
         expect(len(scales) == 2, "confidence_scale", scale, "a number above 0, or two")
-        for each in () if scale is None else scales:
-            check_real(each, "confidence_scale", **ABOVE_0)
+        if scale is not None:
+            for factor in scales:
+                check_real(factor, "confidence_scale", **ABOVE_0)
 
     def _check_relations(self):
         rungs = self.rungs_

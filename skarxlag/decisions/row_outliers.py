@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import chain
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -13,7 +12,7 @@ from sklearn.utils import Bunch
 from ..core.base import SignalEstimator
 from ..core.parallel import BATCH, map_batches
 from ..core.speeds import log_speeds, with_plausible_speeds
-from ..core.state import finish_fit, uses_fitted
+from ..core.state import uses_fitted
 from ..core.validation import (
     of_one_model,
     validate_innovations,
@@ -107,7 +106,6 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
         if len(rows) < len(X):
             X = X[rows]
         weak_points = self._learn(X, conditions, log_speed[rows], weights)
-        finish_fit(self)
         if not self._has_conditions:
             weak_points = [*_ignored_labels(y), *weak_points]
         for sentence in weak_points:
@@ -278,22 +276,13 @@ def features_of_rows(
     """Compute the features of rows of shape (n_rows, 1, n_samples), or of parts of rows."""
     n_windows_of_part = n_windows // n_parts
     length = n_windows_of_part * (X.shape[-1] // n_windows)
-    n_together = max(BATCH // n_windows_of_part, 1)
 
     def features(batch):
         parts = of_one_model(X[batch])[:, : n_parts * length].reshape(-1, length)
-        return [
-            measure_rows(
-                parts[start : start + n_together],
-                n_windows_of_part,
-                with_level=with_level,
-            )
-            for start in range(0, len(parts), n_together)
-        ]
+        return measure_rows(parts, n_windows_of_part, with_level=with_level)
 
     batches = map_batches(features, len(X), n_jobs, max(BATCH // n_windows, 1))
-    fields = zip(*chain.from_iterable(batches), strict=True)
-    return Rows(*map(np.concatenate, fields))
+    return Rows(*map(np.concatenate, zip(*batches, strict=True)))
 
 
 def too_few_rows(rows: str, n: int, rate: float) -> list[str]:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from numbers import Integral
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..core.base import StretchTransformer
 from ..core.parallel import one_thread
 from ..core.speeds import log_speeds
-from ..core.state import SPEEDS, WINDOWS, Labels, Values, as_fitted, expect
+from ..core.state import SPEEDS, WINDOWS, Labels, Values, expect, uses_fitted
 from ..core.validation import ABOVE_0, check_real, validate_signals
 from ..kernels import drift, speed_references
 from ..kernels.spectra import cepstrum
@@ -24,6 +23,69 @@ _LARGEST = 1e4
 #: Added to squared distances, so that a constant group, such as the steadiness of
 #: windows of one segment, does not make the product 0 for all conditions.
 _LEAST = 1e-12
+
+
+class _Comparison(NamedTuple):
+    """Vectors of coefficients that are compared alike: of each group, or of joined groups.
+
+    Parameters
+    ----------
+    groups : ndarray of int of shape (n_vectors, n_joined)
+        Groups of each vector.
+    axes : ndarray of shape (n_vectors, n_coefficients, n_coefficients)
+        Fitted axes of each vector.
+    variances : ndarray of shape (n_vectors, n_coefficients)
+        Variances of training windows along the axes.
+    references : ndarray of shape (n_speeds, n_classes, n_vectors, n_coefficients)
+        Means of the conditions along the axes.
+    weight : float
+        Exponent of the distance of each vector in the product.
+    """
+
+    groups: NDArray[Any]
+    axes: NDArray[Any]
+    variances: NDArray[Any]
+    references: NDArray[Any]
+    weight: float
+
+    def axes_of_spectra(self, n_frequencies: int) -> NDArray[Any]:
+        """Return the axes times the cosines, which turn log spectra into coefficients."""
+        cosines = cepstrum(np.eye(n_frequencies))
+        return np.kron(np.eye(self.groups.shape[1]), cosines) @ self.axes
+
+    def distances(
+        self,
+        X: NDArray[Any],
+        speed_weights: NDArray[Any],
+        drift_factor: NDArray[Any],
+        places: NDArray[np.int_],
+    ) -> NDArray[Any]:
+        """Compute squared distances of log spectra from each condition at given speeds.
+
+        Parameters
+        ----------
+        X : ndarray of shape (n_windows, n_groups, n_frequencies)
+            Log spectra.
+        speed_weights : ndarray of shape (n_speeds, n_training_speeds, n_classes)
+            Weights of the references at each speed.
+        drift_factor : ndarray of shape (n_speeds, 1, 1)
+            Factor on the drift at each speed.
+        places : ndarray of int of shape (n_tries, n_windows)
+            Index of a speed, for each window and try.
+
+        Returns
+        -------
+        ndarray of shape (n_tries, n_windows, n_classes, n_vectors)
+            Squared distances.
+        """
+        # With rows of several layouts, the loop would be compiled for each.
+        rows = np.ascontiguousarray(_joined(X, self.groups), dtype=np.float64)
+        expected = np.einsum(
+            "skc,kcgf->scgf", speed_weights, self.references, order="C"
+        )
+        precisions = 1 / (self.variances + drift_factor)
+        axes = self.axes_of_spectra(X.shape[-1])
+        return drift.squared_distances(rows, axes, expected, precisions, places)
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -232,6 +294,7 @@ class SpectralDistance(StretchTransformer):
             drift.along_axes(centres, axes).reshape(*means.shape[:2], len(axes)),
         )
 
+    @uses_fitted
     def adapt(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
         r"""Move all references by the smooth drift of windows at a new speed.
 
@@ -261,98 +324,78 @@ class SpectralDistance(StretchTransformer):
         ValueError
             If a condition was not in `fit`, or as in `transform`.
         """
-        vars(self).update(as_fitted(self)._moved_references(X, y, rpm))
-        return self
-
-    def _moved_references(self, X, y, rpm):
         X, y = self._validate(X, y)
         known = f"conditions of fit, {self.classes_.tolist()}"
         expect(np.isin(y, self.classes_), "y", np.unique(y).tolist(), known)
-        own, cepstra = np.searchsorted(self.classes_, y), cepstrum(X.astype(np.float64))
         self._check_rpm_is_taken(rpm)
         speeds = log_speeds(rpm, len(X))
         if speeds is None:
             speeds = np.full(len(X), self._known_log_speeds().mean())
+        target = np.searchsorted(self.classes_, y)
         weights, factor = self._at(speeds, rpm)
-        weights = weights[np.arange(len(X)), :, own]
-        moved = []
-        for chosen, axes, variances, references, _ in self._parts():
-            expected = np.einsum("wk,kwgf->wgf", weights, references[:, own])
-            rows = drift.along_axes(_joined(cepstra, chosen), axes) - expected
-            share = np.mean(rows * (factor / (variances + factor)), axis=0)
-            smooth = self._smooth_variance(chosen.shape[1], 0.0)
-            moved.append(np.einsum("gfa,f,gfb,gb->ga", axes, smooth, axes, share))
-        joint = self.joint_references_ + moved[1][0]
-        return {"references_": self.references_ + moved[0], "joint_references_": joint}
+        weights = weights[np.arange(len(X)), :, target]
+        cepstra = cepstrum(X.astype(np.float64))
+        of_groups, of_joined = (
+            self._shared_drift(part, cepstra, target, weights, factor)
+            for part in self._comparisons()
+        )
+        self.references_ = self.references_ + of_groups
+        self.joint_references_ = self.joint_references_ + of_joined[0]
+        return self
 
+    def _shared_drift(self, part, cepstra, target, weights, factor):
+        """Return the most likely smooth drift along the axes, for each vector."""
+        expected = np.einsum("wk,kwgf->wgf", weights, part.references[:, target])
+        rows = drift.along_axes(_joined(cepstra, part.groups), part.axes) - expected
+        share = np.mean(rows * (factor / (part.variances + factor)), axis=0)
+        smooth = self._smooth_variance(part.groups.shape[1], 0.0)
+        return np.einsum("gfa,f,gfb,gb->ga", part.axes, smooth, part.axes, share)
+
+    @one_thread
     def _residuals(self, X, rpm):
         if rpm is None:
-            parts = self._at_any_speed
-            places = np.arange(len(parts[0][2])).repeat(len(X)).reshape(-1, len(X))
+            speeds = speed_references.speeds_to_try(self._known_log_speeds())
+            places = np.arange(len(speeds)).repeat(len(X)).reshape(-1, len(X))
         else:
             speeds, place = np.unique(log_speeds(rpm, len(X)), return_inverse=True)
-            parts, places = self._parts_at(speeds, rpm), place[np.newaxis]
-
+            places = place[np.newaxis]
+        weights, factor = self._at(speeds, rpm)
         product = 1.0
-        for chosen, axes, *of_part, weight in parts:
-            # With rows of several layouts, the loop would be compiled for each.
-            rows = np.ascontiguousarray(_joined(X, chosen), dtype=np.float64)
-            distances = drift.squared_distances(rows, axes, *of_part, places) + _LEAST
-            product *= distances.prod(axis=-1) ** (weight / 2)
+        for part in self._comparisons():
+            squared = part.distances(X, weights, factor, places) + _LEAST
+            product *= squared.prod(axis=-1) ** (part.weight / 2)
         return product.min(axis=0)
-
-    # These stay with the copy that `as_fitted` keeps, so that a single row need not
-    # wait for them.
-    @cached_property
-    def _at_any_speed(self):
-        return self._parts_at(
-            speed_references.speeds_to_try(self._known_log_speeds()), None
-        )
-
-    def _parts_at(self, log_speed, rpm):
-        """Return what `_parts` yields, for log spectra, with references and variances at speeds."""
-        (weights, factor), found = self._at(log_speed, rpm), []
-        parts = zip(self._parts(), self._axes_of_spectra, strict=True)
-        for (chosen, _, variances, references, weight), axes in parts:
-            expected = np.einsum("skc,kcgf->scgf", weights, references, order="C")
-            found.append((chosen, axes, expected, 1 / (variances + factor), weight))
-        return found
-
-    @cached_property
-    @one_thread
-    def _axes_of_spectra(self):
-        """The axes times the cosines that make coefficients of log spectra."""
-        cosines = cepstrum(np.eye(self._n_coefficients() + 1))
-        return [
-            np.kron(np.eye(g.shape[1]), cosines) @ axes for g, axes, *_ in self._parts()
-        ]
 
     def _at(self, log_speed, rpm):
         """Return weights of the references at speeds, and the factor on the drift of groups."""
-        known = self._known_log_speeds()
         weights, variance = speed_references.reference_weights(
-            log_speed, known, self.recorded_ > 0
+            log_speed, self._known_log_speeds(), self.recorded_ > 0
         )
-        factor = (
-            np.ones(len(variance))
-            if rpm is None
-            else speed_references.drift_factor(variance)
-        )
+        factor = np.ones(len(variance))
+        if rpm is not None:
+            factor = speed_references.drift_factor(variance)
         return weights, factor[:, np.newaxis, np.newaxis]
 
-    def _parts(self):
-        """Yield groups, axes, variances, references and weight: of each, and of joined ones."""
-        joined, n_groups = self._joined_groups(), len(self.axes_)
-        joint = self.joint_weight if joined else 0.0
-        own = self.axes_, self.variances_, self.references_
-        yield np.arange(n_groups)[:, np.newaxis], *own, (1 - joint) / n_groups
-        own = self.joint_axes_[np.newaxis], self.joint_variances_[np.newaxis]
-        yield (
-            np.array([joined], dtype=int),
-            *own,
-            self.joint_references_[:, :, np.newaxis],
-            joint,
+    def _comparisons(self):
+        """Return how each group is compared by itself, and how the joined groups are."""
+        joined = self._joined_groups()
+        n_groups = len(self.axes_)
+        joint_weight = self.joint_weight if joined else 0.0
+        of_groups = _Comparison(
+            groups=np.arange(n_groups)[:, np.newaxis],
+            axes=self.axes_,
+            variances=self.variances_,
+            references=self.references_,
+            weight=(1 - joint_weight) / n_groups,
         )
+        of_joined = _Comparison(
+            groups=np.array([joined], dtype=int),
+            axes=self.joint_axes_[np.newaxis],
+            variances=self.joint_variances_[np.newaxis],
+            references=self.joint_references_[:, :, np.newaxis],
+            weight=joint_weight,
+        )
+        return of_groups, of_joined
 
     def _joined_groups(self):
         """Return the groups in the joint distance, or none if there is no such distance."""

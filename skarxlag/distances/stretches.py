@@ -145,8 +145,7 @@ class OrderResidual(StretchTransformer):
     References
     ----------
     .. [1] R. B. Randall and J. Antoni (2011), "Rolling element bearing diagnostics - a
-           tutorial",
-       Mechanical Systems and Signal Processing 25, 485-520.
+           tutorial", Mechanical Systems and Signal Processing 25, 485-520.
 
     Examples
     --------

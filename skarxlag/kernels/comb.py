@@ -22,7 +22,7 @@ _STEP = 1e-3
 def comb_frequency(
     samples: NDArray[Any], fundamental: float, tolerance: float, n_harmonics: int
 ) -> float:
-    """Frequency whose multiples stand out most from the spectrum.
+    """Return the frequency whose multiples stand out most from the spectrum.
 
     Parameters
     ----------

@@ -12,7 +12,10 @@ from .healthy_rows import N_COEFFICIENTS, log_spectra_cepstra
 #: What a change of speed by the unit distance does to cepstra of healthy rows:
 #: `smooth_variance` in squared nepers of power, and the weights of a scaled frequency
 #: axis and of a raised noise floor.
-SMOOTH, ROUGH, FREQUENCY, NOISE = 0.1, 0.01, 0.1, 0.5
+SMOOTH = 0.1
+ROUGH = 0.01
+FREQUENCY = 0.1
+NOISE = 0.5
 #: Relative shift of frequency by which all that a log spectrum shows is moved, both
 #: ways.
 _LOG_SHIFT = 0.1
@@ -118,7 +121,7 @@ def drift_covariance(
 
     Parameters
     ----------
-    colour, steadiness : ndarray of shape (n_speeds, ...)
+    spectral_shape, steadiness : ndarray of shape (n_speeds, ...)
         Mean log spectra.
 
     Returns

@@ -15,24 +15,31 @@ from .scaling import centred
 from .short_time import hann_window
 
 #: Orders at which contrasts are stored: from 0 to the highest, in these steps.
-ORDER_STEP, HIGHEST_ORDER = 0.01, 40.0
+ORDER_STEP = 0.01
+HIGHEST_ORDER = 40.0
 N_ORDERS = round(HIGHEST_ORDER / ORDER_STEP) + 1
-#: Width of the running median that a spectrum is compared with: in orders, and at least
-#: so many cells of the plain spectrum, three main lobes of a Hann window.
-_FLOOR_WIDTH, _FLOOR_CELLS = 0.75, 12
+#: Width of the running median that a spectrum is compared with, in orders.
+_FLOOR_WIDTH = 0.75
+#: Least width of this median in cells of the plain spectrum: three main lobes of a Hann
+#: window.
+_FLOOR_CELLS = 12
 #: Points of a zero-padded spectrum for each cell of the plain one.
 _PADDING = 4
-#: Bands of frequency with an envelope each, and length of the Hann window in seconds.
-_N_BANDS, _FRAME = 8, 2.5e-3
+#: Bands of frequency with an envelope each.
+_N_BANDS = 8
+#: Length of the Hann window of their short-time spectrum in seconds.
+_FRAME = 2.5e-3
 #: Highest frequency in Hz that counts, if envelopes up to the highest order fit below
 #: it: lines of healthy machines that resemble combs are stronger above. Of seven
-#: values, it is best for the area under the curve and for the places alike, also if it
-#: is chosen without one of the rigs.
+#: values, it is best for the ROC AUC and for the fault locations alike, also if it is
+#: chosen without one of the rigs.
 _HIGHEST_FREQUENCY = 6.4e3
-#: A segment has this many seconds, but from 10 to 30 turns: the longer it is, the more
-#: do lines of the shaft stand out against impacts that slip. A long one takes five
-#: times as much.
-_SECONDS, _REVOLUTIONS, _LONG = 1.0, (10, 30), 5
+#: A segment has this many seconds, but a number of revolutions in this range: the
+#: longer it is, the more do lines of the shaft stand out against impacts that slip.
+_SECONDS = 1.0
+_REVOLUTIONS = (10, 30)
+#: A long segment has this many times the samples of a segment.
+_LONG = 5
 #: Weights of the contrast of bands, of the prewhitened signal in segments, and in long
 #: segments.
 _WEIGHTS = np.array([1.0, 1.0, 0.4]) / 2.4
@@ -42,11 +49,14 @@ _MEDIAN_OF_NOISE = math.log(math.log(2))
 #: Step of the logarithm of the factor on the speed.
 FACTOR_STEP = 0.002
 _LEAST_POWER = 1e-12
-#: Nepers that the largest slip costs a comb, and that an error of the speed of the same
-#: size costs all combs together.
-_SLIP_COST, _SPEED_COST = 0.15, 0.6
+#: Nepers that the largest slip costs a comb.
+_SLIP_COST = 0.15
+#: Nepers that an error of the speed of the same size costs all combs together.
+_SPEED_COST = 0.6
 #: Multiples of each part of a fault's comb.
-RACE_MULTIPLES, SPIN_MULTIPLES, CAGE_MULTIPLES = 3, 4, 4
+RACE_MULTIPLES = 3
+SPIN_MULTIPLES = 4
+CAGE_MULTIPLES = 4
 _MULTIPLES = np.array([CAGE_MULTIPLES, SPIN_MULTIPLES, *3 * [RACE_MULTIPLES]])
 #: Weight of the cage's comb in the score of a ball.
 CAGE_WEIGHT = 0.6
@@ -60,7 +70,7 @@ NEPER_IN_DB = 10 / math.log(10)
 
 
 class Comb(NamedTuple):
-    """Scores of the places of a fault, and the factors on the speed that they belong to.
+    """Scores of the faults, and the factors on the speed that they belong to.
 
     Parameters
     ----------
@@ -75,13 +85,13 @@ class Comb(NamedTuple):
 
 
 def order_contrast(
-    samples: NDArray[Any], turn: float | NDArray[Any], rate: float
+    samples: NDArray[Any], period: float | NDArray[Any], rate: float
 ) -> NDArray[Any]:
     r"""Compute how far the envelope spectra of a signal rise above their surroundings.
 
     Frequencies above 6.4 kHz do not count, or above 80 times that of the shaft if that
-    is more. The signal is cut into segments of 1 s, but from 10 to 30 turns. Three
-    spectra contribute. The first is the mean over eight frequency bands, each with the
+    is more. The signal is cut into segments of 1 s, but from 10 to 30 revolutions.
+    Three spectra contribute. The first is the mean over eight frequency bands, each with the
     envelope of :func:`band_envelopes <skarxlag.kernels.order_spectra.band_envelopes>`.
     The second is the spectrum of the squared envelope after cepstrum prewhitening,
     which sets the magnitude of all frequencies to 1. The third is the second in
@@ -90,15 +100,15 @@ def order_contrast(
 
     .. math:: \max\left(\ln P(o) - \mathrm{median} \ln P + \ln \ln 2,\; 0\right)
 
-    with the running median over .75 order, or 12 divided by the turns of a segment if
-    that is more. The largest of three neighbouring cells counts.
+    with the running median over .75 order, or 12 divided by the revolutions of a
+    segment if that is more. The largest of three neighbouring cells counts.
 
     Parameters
     ----------
     samples : ndarray of shape (n_samples,)
         A signal in any unit.
-    turn : float or ndarray of shape (n_samples,)
-        Samples in a turn of the shaft; one number for each sample if the speed varies.
+    period : float or ndarray of shape (n_samples,)
+        Samples in a revolution of the shaft; one number for each sample if the speed varies.
     rate : float
         Sampling rate in Hz.
 
@@ -108,11 +118,11 @@ def order_contrast(
         Contrast in nepers at the orders 0, .01, ... 40; the mean of segments. 0 at
         orders that the signal cannot show.
     """
-    return _WEIGHTS @ contrast_parts(samples, turn, rate)
+    return _WEIGHTS @ contrast_parts(samples, period, rate)
 
 
 def contrast_parts(
-    samples: NDArray[Any], turn: float | NDArray[Any], rate: float
+    samples: NDArray[Any], period: float | NDArray[Any], rate: float
 ) -> NDArray[Any]:
     """Compute the three contrasts that `order_contrast` is the weighted mean of.
 
@@ -120,8 +130,8 @@ def contrast_parts(
     ----------
     samples : ndarray of shape (n_samples,)
         A signal in any unit.
-    turn : float or ndarray of shape (n_samples,)
-        Samples in a turn of the shaft.
+    period : float or ndarray of shape (n_samples,)
+        Samples in a revolution of the shaft.
     rate : float
         Sampling rate in Hz.
 
@@ -131,10 +141,10 @@ def contrast_parts(
         Contrast of bands, of the prewhitened signal, and of the prewhitened signal in
         long segments.
     """
-    samples, turn, rate = _without_high_frequencies(samples, turn, rate)
-    longest = np.clip(_SECONDS * rate, *np.multiply(_REVOLUTIONS, np.mean(turn)))
-    short = _segments(samples, turn, longest)
-    long = [] if len(short) == 1 else _segments(samples, turn, _LONG * longest)
+    samples, period, rate = _without_high_frequencies(samples, period, rate)
+    longest = np.clip(_SECONDS * rate, *np.multiply(_REVOLUTIONS, np.mean(period)))
+    short = _segments(samples, period, longest)
+    long = [] if len(short) == 1 else _segments(samples, period, _LONG * longest)
     frame = 2 ** max(round(math.log2(_FRAME * rate)), 2)
     n_bands = min(_N_BANDS, max(min(frame, len(short[0][0]) // 8) // 2 - 1, 1))
     bands = (frame, n_bands, HIGHEST_ORDER)
@@ -148,31 +158,32 @@ def contrast_parts(
     return np.stack([np.mean(part, axis=0) for part in (banded, in_short, in_long)])
 
 
-def _without_high_frequencies(samples, turn, rate):
+def _without_high_frequencies(samples, period, rate):
     """Resample a signal to twice the highest frequency that counts."""
-    highest = max(_HIGHEST_FREQUENCY, 2 * HIGHEST_ORDER * rate / np.mean(turn))
+    highest = max(_HIGHEST_FREQUENCY, 2 * HIGHEST_ORDER * rate / np.mean(period))
     n_kept = math.ceil(2 * highest / rate * len(samples))
     if n_kept >= len(samples):
-        return samples, turn, rate
+        return samples, period, rate
     share = n_kept / len(samples)
-    if np.ndim(turn) > 0:
-        turn = turn[(np.arange(n_kept) / share).astype(int)]
+    if np.ndim(period) > 0:
+        period = period[(np.arange(n_kept) / share).astype(int)]
     spectrum = fft.rfft(centred(samples[np.newaxis])[0][0])
-    return fft.irfft(spectrum, n_kept), turn * share, rate * share
+    return fft.irfft(spectrum, n_kept), period * share, rate * share
 
 
-def _segments(samples, turn, longest):
-    """Samples and turns of equal segments, at least as long as given, or of everything."""
+def _segments(samples, period, longest):
+    """Return samples and periods of equal segments, at least as long as given, or of all."""
     n_segments = max(int(len(samples) / longest + 1e-9), 1)
     length = len(samples) // n_segments
     parts = [slice(i * length, (i + 1) * length) for i in range(n_segments)]
     return [
-        (samples[part], turn if np.ndim(turn) == 0 else turn[part]) for part in parts
+        (samples[part], period if np.ndim(period) == 0 else period[part])
+        for part in parts
     ]
 
 
 def prewhitened_envelope(
-    samples: NDArray[Any], turn: float | NDArray[Any]
+    samples: NDArray[Any], period: float | NDArray[Any]
 ) -> tuple[NDArray[Any], float]:
     """Compute the squared envelope of a signal after cepstrum prewhitening.
 
@@ -180,8 +191,8 @@ def prewhitened_envelope(
     ----------
     samples : ndarray of shape (n_samples,)
         A signal in any unit.
-    turn : float or ndarray of shape (n_samples,)
-        Samples in a turn of the shaft.
+    period : float or ndarray of shape (n_samples,)
+        Samples in a revolution of the shaft.
 
     Returns
     -------
@@ -189,17 +200,17 @@ def prewhitened_envelope(
         Squared envelope over the angle of the shaft, averaged in blocks so that it
         shows orders up to 40 and few more.
     step : float
-        Turns from one value to the next.
+        Revolutions from one value to the next.
     """
     squared = _squared_envelope(
         samples, fft.next_fast_len(len(samples)), (0.0, 0.5), True
     )
-    block = max(int(np.mean(turn) / (2.5 * HIGHEST_ORDER)), 1)
+    block = max(int(np.mean(period) / (2.5 * HIGHEST_ORDER)), 1)
     n_values = len(squared) // block
     envelopes = squared[: n_values * block].reshape(1, n_values, block).mean(axis=2)
-    if np.ndim(turn) == 0:
-        return envelopes, block / turn
-    return equal_angles(envelopes, turn, block, block)
+    if np.ndim(period) == 0:
+        return envelopes, block / period
+    return equal_angles(envelopes, period, block, block)
 
 
 def squared_envelope_spectrum(
@@ -250,7 +261,7 @@ def mean_contrast(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
     envelopes : ndarray of shape (n_bands, n_values)
         Envelopes over the angle of the shaft.
     step : float
-        Turns from one value to the next.
+        Revolutions from one value to the next.
 
     Returns
     -------
@@ -287,7 +298,7 @@ def fault_comb(
     slip: float,
     cage_weight: float = CAGE_WEIGHT,
 ) -> Comb:
-    r"""Compute how well the comb of each place fits a contrast.
+    r"""Compute how well the comb of each fault fits a contrast.
 
     An error of the nominal speed multiplies all orders by one factor :math:`e^d`. Slip
     of the rolling elements multiplies each order by a factor :math:`e^t` of its own.
@@ -307,7 +318,8 @@ def fault_comb(
     contrast : ndarray of shape (n_orders,)
         As `order_contrast` returns it.
     orders : ndarray of shape (4,)
-        Orders of the cage, the spin of a rolling element, the inner and the outer race.
+        Orders of the cage (FTF), the spin of a rolling element (BSF), the inner race
+        (BPFI) and the outer race (BPFO).
     tolerance : float
         Largest size of d, at least 0.
     slip : float

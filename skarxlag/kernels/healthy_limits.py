@@ -1,6 +1,6 @@
 """Limits on the features of healthy bearings at any speed, from rows at some speeds.
 
-The features of a row are its mean cepstrum, its unsteadiness and, if the gain of the
+The features of a row are its mean cepstrum, its impulsiveness and, if the gain of the
 sensor is fixed, its level.
 """
 
@@ -19,15 +19,17 @@ from .speed_references import (
     speed_distance,
 )
 
-#: Slope against log speed of log unsteadiness and of log level, beforehand: mean and
+#: Slope against log speed of log impulsiveness and of log level, beforehand: mean and
 #: deviation; and their drift over the unit distance.
 SLOPES = (
     {"mean": -0.7, "deviation": 0.7, "drift": 0.4},
     {"mean": 1.5, "deviation": 0.75, "drift": 0.3},
 )
-#: Blocks of time that the rows of one speed are divided into: five, more where blocks
-#: have many rows, and never more than ten.
-FEWEST_BLOCKS, MOST_BLOCKS, MANY_ROWS = 5, 10, 30
+#: Fewest and most blocks of time that the rows of one speed are divided into. Between
+#: these, a block has this many rows.
+FEWEST_BLOCKS = 5
+MOST_BLOCKS = 10
+MANY_ROWS = 30
 #: Scales of the drift that are tried, each sqrt(2) times the one before.
 SCALES = 2.0 ** np.arange(-3, 6.25, 0.5)
 #: The scale that holds at left-out speeds is multiplied by this: k speeds support only
@@ -38,8 +40,9 @@ SAFETY = 2.0
 SAME_RECORDING = 0.05
 #: Rates that every left-out speed must hold, whatever rate is stated later.
 HELD_RATES = (0.01, 0.05)
-#: Least deviations: of the score of cepstra, and of unsteadiness and level, in nepers.
-_LEAST_SCORE_DEVIATION, _LEAST_DEVIATION = 0.05, 0.02
+#: Least deviations: of the score of cepstra, and of impulsiveness and level, in nepers.
+_LEAST_SCORE_DEVIATION = 0.05
+_LEAST_DEVIATION = 0.02
 _TINY = np.finfo(np.float64).tiny
 
 
@@ -50,7 +53,7 @@ class HealthyRows(NamedTuple):
     ----------
     rows : Rows
         Features.
-    known : ndarray of shape (n_speeds,)
+    known_speeds : ndarray of shape (n_speeds,)
         Log speeds, ascending.
     at : ndarray of int of shape (n_rows,)
         Speed of each row. Rows of one speed are in the order of time.
@@ -60,15 +63,18 @@ class HealthyRows(NamedTuple):
     """
 
     rows: Rows
-    known: np.ndarray
+    known_speeds: np.ndarray
     at: np.ndarray
     weights: np.ndarray
 
-    def take(self, chosen: NDArray[Any]) -> "HealthyRows":
+    def take(self, is_taken: NDArray[np.bool_]) -> "HealthyRows":
         """Return some of the rows, and the speeds that they have."""
-        speeds, at = np.unique(self.at[chosen], return_inverse=True)
+        speeds, at = np.unique(self.at[is_taken], return_inverse=True)
         return HealthyRows(
-            self.rows.take(chosen), self.known[speeds], at, self.weights[chosen]
+            self.rows.take(is_taken),
+            self.known_speeds[speeds],
+            at,
+            self.weights[is_taken],
         )
 
 
@@ -77,7 +83,7 @@ class Limits(NamedTuple):
 
     Attributes
     ----------
-    known : ndarray of shape (n_speeds,)
+    known_speeds : ndarray of shape (n_speeds,)
         Log speeds, ascending.
     axes : ndarray of shape (n_features, n_features)
         Coordinates in which the drift is the identity and the scatter diagonal.
@@ -86,7 +92,7 @@ class Limits(NamedTuple):
     references : ndarray of shape (n_speeds, n_features)
         Mean cepstra in these coordinates.
     means : ndarray of shape (n_speeds, n_values)
-        Mean unsteadiness, and mean level if it is used.
+        Mean impulsiveness, and mean level if it is used.
     slopes : ndarray of shape (n_values, 2)
         Slope of these values against log speed, and its variance.
     deviations : ndarray of shape (n_values,)
@@ -97,7 +103,7 @@ class Limits(NamedTuple):
         Number of these blocks.
     """
 
-    known: np.ndarray
+    known_speeds: np.ndarray
     axes: np.ndarray
     variances: np.ndarray
     references: np.ndarray
@@ -172,36 +178,35 @@ def calibrate(healthy: HealthyRows) -> Limits:
     turn, one block of each speed is excluded from the means and covariances, and then
     compared with them.
     """
-    rows, known, at, weights = healthy
+    rows, known_speeds, at, weights = healthy
     block = time_blocks(at)
     # Score of the cepstra, and distances of the values, from what the other blocks
     # predict.
     away = np.full((len(at), 1 + rows.values.shape[1]), np.nan)
     for number in range(block.max() + 1):
         # A speed all of whose rows are left out has nothing to be compared with.
-        rest = (block != number) & np.isin(at, at[block == number])
-        own = (block == number) & np.isin(at, at[rest])
-        if not own.any():
+        is_other = (block != number) & np.isin(at, at[block == number])
+        is_left_out = (block == number) & np.isin(at, at[is_other])
+        if not is_left_out.any():
             continue
-        others = healthy.take(rest)
+        others = healthy.take(is_other)
         expected = _expected(others)
-        place = np.searchsorted(others.known, known[at[own]])
-        reference, spread = (
-            expected["references"][place],
+        speed = np.searchsorted(others.known_speeds, known_speeds[at[is_left_out]])
+        away[is_left_out, 0] = _cepstral_score(
+            rows.take(is_left_out),
+            expected["axes"],
+            expected["references"][speed],
             expected["variances"] + SAME_SPEED,
         )
-        away[own, 0] = _cepstral_score(
-            rows.take(own), expected["axes"], reference, spread
-        )
-        away[own, 1:] = rows.values[own] - expected["means"][place]
-    seen = ~np.isnan(away[:, 0])
-    code = np.unique((at * MOST_BLOCKS + block)[seen], return_inverse=True)[1].reshape(
-        -1
-    )
+        away[is_left_out, 1:] = rows.values[is_left_out] - expected["means"][speed]
+    is_compared = ~np.isnan(away[:, 0])
+    away = away[is_compared]
+    weights = weights[is_compared]
+    code = (at * MOST_BLOCKS + block)[is_compared]
+    code = np.unique(code, return_inverse=True)[1].reshape(-1)
     n_blocks = int(code.max()) + 1
     # Each block counts as one.
-    share = weights[seen] / np.bincount(code, weights[seen])[code] / n_blocks
-    away = away[seen]
+    share = weights / np.bincount(code, weights)[code] / n_blocks
     score_mean = share @ away[:, 0]
     away[:, 0] -= score_mean
     deviations = np.sqrt(share @ away**2 * n_blocks / (n_blocks - 1))
@@ -216,45 +221,41 @@ def calibrate(healthy: HealthyRows) -> Limits:
 
 def _expected(healthy):
     """Compute the first fields of `Limits`, which are not measured on left-out blocks."""
-    rows, known, at, weights = healthy
+    rows, known_speeds, at, weights = healthy
     n_windows, n_features = rows.cepstra.shape[1:]
-
     references = group_means(rows.cepstra.mean(axis=1), at, weights)
     about = rows.cepstra - references[at][:, np.newaxis]
     # A covariance holds squares, so a weight counts by its root.
-    about = (about * np.sqrt(weights)[:, np.newaxis, np.newaxis]).reshape(
-        -1, n_features
-    )
-    n_free = max(len(about) - len(known), 1)
+    about = about * np.sqrt(weights)[:, np.newaxis, np.newaxis]
+    about = about.reshape(-1, n_features)
+    n_free = max(len(about) - len(known_speeds), 1)
     scatter = about.T @ about / (n_free * weights.mean())
     # Few windows state the variances more precisely than the correlations.
     weight = n_features / (n_features + len(about))
     scatter = (1 - weight) * scatter + weight * np.diag(np.diag(scatter))
-    parts = rows.spectral_shape, rows.steadiness, rows.values
-    spectral_shape, steadiness, values = (
-        group_means(part, at, weights) for part in parts
-    )
-    axes, variances = joint_axes(
-        scatter / n_windows, drift_covariance(spectral_shape, steadiness)
-    )
+    spectral_shape = group_means(rows.spectral_shape, at, weights)
+    steadiness = group_means(rows.steadiness, at, weights)
+    drift = drift_covariance(spectral_shape, steadiness)
+    axes, variances = joint_axes(scatter / n_windows, drift)
+    means = group_means(rows.values, at, weights)
     slopes = [
-        slope_against_speed(each, known, **SLOPES[j]) for j, each in enumerate(values.T)
+        slope_against_speed(value, known_speeds, **prior)
+        for value, prior in zip(means.T, SLOPES, strict=False)
     ]
-    fields = (
-        known,
-        axes,
-        variances,
-        along_axes(references, axes),
-        values,
-        np.array(slopes),
-    )
-    return dict(zip(Limits._fields, fields, strict=False))
+    return {
+        "known_speeds": known_speeds,
+        "axes": axes,
+        "variances": variances,
+        "references": along_axes(references, axes),
+        "means": means,
+        "slopes": np.array(slopes),
+    }
 
 
 def _cepstral_score(rows, axes, expected, variances):
     """Return the log mean square distance of rows from their expectation."""
-    gone = along_axes(rows.cepstra.mean(axis=1), axes) - expected
-    return np.log(np.mean(gone**2 / variances, axis=1) + 1e-3)
+    distance = along_axes(rows.cepstra.mean(axis=1), axes) - expected
+    return np.log(np.mean(distance**2 / variances, axis=1) + 1e-3)
 
 
 def log_p_values(
@@ -279,7 +280,7 @@ def log_p_values(
     their speeds are. The constant 0.09 covers the drift of one recording over time.
     Both scores are compared with Student's t distribution over blocks of time. The
     result is the smallest probability, times their number (Bonferroni). The test of the
-    unsteadiness is one-sided. The test of the level is two-sided, since a sensor may
+    impulsiveness is one-sided. The test of the level is two-sided, since a sensor may
     come loose.
 
     Parameters
@@ -293,7 +294,7 @@ def log_p_values(
     scale : float
         Scale of the drift.
     two_sided : bool, default=False
-        Whether less than the expected unsteadiness counts as well: a row without
+        Whether less than the expected impulsiveness counts as well: a row without
         impacts is no row of a fault.
 
     Returns
@@ -301,7 +302,7 @@ def log_p_values(
     ndarray of shape (n_rows,)
         Natural logarithms, finite, at most 0.
     """
-    at = speed_distance(log_speed, limits.known)
+    at = speed_distance(log_speed, limits.known_speeds)
     drift = scale * np.sqrt(at.variance) + SAME_RECORDING + SAME_SPEED
     more = 1 + 1 / limits.n_blocks
     # Blocks of one recording are not independent, however many speeds there are.
@@ -319,10 +320,10 @@ def log_p_values(
         spread += scale * slope_variance * at.beyond**2
         score = (rows.values[:, j] - expected) / np.sqrt(spread)
         # The second value is the level.
-        is_two_sided = two_sided or j == 1
-        tails.append(
-            2 * stdtr(freedom, -abs(score)) if is_two_sided else stdtr(freedom, -score)
-        )
+        if two_sided or j == 1:
+            tails.append(2 * stdtr(freedom, -abs(score)))
+        else:
+            tails.append(stdtr(freedom, -score))
     least = np.maximum(np.min(tails, axis=0), _TINY)
     return np.minimum(np.log(least) + np.log(len(tails)), 0.0)
 
@@ -345,25 +346,28 @@ def drift_scale(healthy: HealthyRows, limits: Limits) -> tuple[float, NDArray[An
         Log p-value of each row at that scale, if the means, covariances and slopes are
         those of the other speeds.
     """
-    rows, known, at, weights = healthy
-    left_out = [at == speed for speed in range(len(known))]
-    others = [limits._replace(**_expected(healthy.take(~own))) for own in left_out]
+    rows, known_speeds, at, weights = healthy
+    left_out = [at == speed for speed in range(len(known_speeds))]
+    others = [
+        limits._replace(**_expected(healthy.take(~is_out))) for is_out in left_out
+    ]
 
-    def found(scale):
+    def left_out_log_p_values(scale):
         logs = np.empty(len(at))
-        for limits, own in zip(others, left_out, strict=True):
-            logs[own] = log_p_values(limits, rows.take(own), known[at[own]], scale)
+        for limits, is_out in zip(others, left_out, strict=True):
+            log_speed = known_speeds[at[is_out]]
+            logs[is_out] = log_p_values(limits, rows.take(is_out), log_speed, scale)
         return logs
 
     def holds(scale):
-        logs = found(scale)
+        logs = left_out_log_p_values(scale)
         return all(
-            (flagged_shares(logs, at, np.log(r), weights) <= r).all()
-            for r in HELD_RATES
+            (flagged_shares(logs, at, np.log(rate), weights) <= rate).all()
+            for rate in HELD_RATES
         )
 
     scale = SAFETY * float(next(filter(holds, SCALES), SCALES[-1]))
-    return scale, found(scale)
+    return scale, left_out_log_p_values(scale)
 
 
 def flagged_shares(

@@ -10,14 +10,15 @@ from .scaling import centred, root_mean_square
 
 #: Order of a window's own autoregressive model.
 SPECTRUM_ORDER = 128
-#: Cosine coefficients of the colour that are kept.
+#: Cosine coefficients of the spectral shape that are kept.
 N_COEFFICIENTS = 48
 #: Samples in a segment of the short-time spectrum, and from one segment to the next.
-SEGMENT, HOP = 128, 16
-#: Unsteadiness of Gaussian noise is ln 2, less what the mean of few segments hides.
-GAUSSIAN_UNSTEADINESS = 0.36
-#: Added to what unsteadiness lies above that of noise, so that its logarithm is finite.
-LEAST_UNSTEADINESS = 0.02
+SEGMENT = 128
+HOP = 16
+#: Impulsiveness of Gaussian noise is ln 2, less what the mean of few segments hides.
+GAUSSIAN_IMPULSIVENESS = 0.36
+#: Added to what impulsiveness lies above that of noise, so that its logarithm is finite.
+LEAST_IMPULSIVENESS = 0.02
 
 
 class Rows(NamedTuple):
@@ -25,14 +26,14 @@ class Rows(NamedTuple):
 
     Attributes
     ----------
-    colour : ndarray of shape (n_rows, n_frequencies)
+    spectral_shape : ndarray of shape (n_rows, n_frequencies)
         Mean log spectrum of the windows.
     steadiness : ndarray of shape (n_rows, n_bands)
         Mean logarithm of the ratio of median power to mean power.
     cepstra : ndarray of shape (n_rows, n_windows, n_features)
         Cepstra of the single windows.
     values : ndarray of shape (n_rows, n_values)
-        Log unsteadiness, and log level if the level is used.
+        Log impulsiveness, and log level if the level is used.
     """
 
     spectral_shape: np.ndarray
@@ -40,19 +41,19 @@ class Rows(NamedTuple):
     cepstra: np.ndarray
     values: np.ndarray
 
-    def take(self, chosen: NDArray[Any]) -> "Rows":
-        """Some of the rows."""
-        return Rows(*(part[chosen] for part in self))
+    def take(self, is_taken: NDArray[np.bool_]) -> "Rows":
+        """Return some of the rows."""
+        return Rows(*(part[is_taken] for part in self))
 
 
 def log_spectra_cepstra(
     spectral_shape: NDArray[Any], steadiness: NDArray[Any]
 ) -> NDArray[Any]:
-    """Compute the cosine coefficients of colour and steadiness, without coefficient 0.
+    """Compute the cosine coefficients of spectral shape and steadiness from the first on.
 
     Parameters
     ----------
-    colour : ndarray of shape (n_signals, n_frequencies)
+    spectral_shape : ndarray of shape (n_signals, n_frequencies)
         Log spectra; 48 coefficients are kept.
     steadiness : ndarray of shape (n_signals, n_bands)
         Logarithms of median over mean power; all coefficients are kept.
@@ -60,7 +61,7 @@ def log_spectra_cepstra(
     Returns
     -------
     ndarray of shape (n_signals, n_features)
-        Coefficients of colour and of steadiness, side by side, in nepers of power.
+        Coefficients of spectral shape and of steadiness, in nepers of power.
     """
     parts = (
         spectra.cepstrum(spectral_shape)[:, :N_COEFFICIENTS],
@@ -81,8 +82,11 @@ def number_of_cepstra(window_length: int) -> int:
     return N_COEFFICIENTS + n_bands - 1
 
 
-def log_unsteadiness(steadiness: NDArray[Any]) -> NDArray[Any]:
-    """Compute the log unsteadiness: how far bands deviate from steady Gaussian noise.
+def log_impulsiveness(steadiness: NDArray[Any]) -> NDArray[Any]:
+    """Compute the log impulsiveness: how far bands deviate from steady Gaussian noise.
+
+    Impulsiveness is the mean logarithm of mean over median power in short time, above
+    that of Gaussian noise.
 
     Parameters
     ----------
@@ -96,11 +100,11 @@ def log_unsteadiness(steadiness: NDArray[Any]) -> NDArray[Any]:
 
     Examples
     --------
-    >>> log_unsteadiness(np.log([[0.7, 0.7], [0.4, 0.4]])).round(2)
+    >>> log_impulsiveness(np.log([[0.7, 0.7], [0.4, 0.4]])).round(2)
     array([-3.91, -0.55])
     """
-    above = np.maximum(-steadiness.mean(axis=1) - GAUSSIAN_UNSTEADINESS, 0.0)
-    return np.log(above + LEAST_UNSTEADINESS)
+    above = np.maximum(-steadiness.mean(axis=1) - GAUSSIAN_IMPULSIVENESS, 0.0)
+    return np.log(above + LEAST_IMPULSIVENESS)
 
 
 def measure_rows(signals: NDArray[Any], n_windows: int, *, with_level: bool) -> Rows:
@@ -131,14 +135,15 @@ def measure_rows(signals: NDArray[Any], n_windows: int, *, with_level: bool) -> 
     mean, median = spectra.short_time_log_spectra(windows, segment, min(HOP, segment))
     steadiness = median - mean
     cepstra = log_spectra_cepstra(spectral_shape, steadiness)
-    shape = len(unit), n_windows
-    spectral_shape, cepstra = (
-        spectral_shape.reshape(*shape, -1).mean(axis=1),
-        cepstra.reshape(*shape, -1),
-    )
-    mean_steadiness = steadiness.reshape(*shape, -1).mean(axis=1)
-    values = [log_unsteadiness(mean_steadiness)]
+    shape = len(unit), n_windows, -1
+    mean_steadiness = steadiness.reshape(shape).mean(axis=1)
+    values = [log_impulsiveness(mean_steadiness)]
     if with_level:
         rms = np.maximum(root_mean_square(unit), np.finfo(np.float64).tiny)
         values.append(np.log(rms) + np.log(peak[:, 0]))
-    return Rows(spectral_shape, mean_steadiness, cepstra, np.column_stack(values))
+    return Rows(
+        spectral_shape=spectral_shape.reshape(shape).mean(axis=1),
+        steadiness=mean_steadiness,
+        cepstra=cepstra.reshape(shape),
+        values=np.column_stack(values),
+    )

@@ -9,7 +9,8 @@ from scipy.optimize import minimize_scalar
 from scipy.special import log_softmax
 
 #: Natural logarithms that stand for a level of zero and for no bound above.
-_LOG_ZERO, _LOG_INFINITE = -745.0, 745.0
+_LOG_ZERO = -745.0
+_LOG_INFINITE = 745.0
 #: Nepers that a level on a cut scores less on the rung above it.
 _TIE = 1e-9
 
@@ -106,7 +107,7 @@ def _counted_in_order(levels, weights):
 
 
 def log_level(levels: NDArray[Any]) -> NDArray[Any]:
-    """Return the natural logarithm of levels. It is finite for a level of 0, too."""
+    """Return the natural logarithm of levels, which is finite for a level of 0, too."""
     levels = np.asarray(levels, dtype=np.float64)
     return np.log(levels, out=np.full(levels.shape, _LOG_ZERO), where=levels > 0)
 
@@ -192,13 +193,11 @@ def confidence_scale(
         return 1.0
     counts = np.bincount(target, weights, minlength=n_classes)
     doubt = 1 / (counts[target] + 2)
-    wanted = np.repeat((doubt / (n_classes - 1))[:, np.newaxis], n_classes, axis=1)
-    wanted[np.arange(len(target)), target] = 1 - doubt
+    smoothed = np.repeat((doubt / (n_classes - 1))[:, np.newaxis], n_classes, axis=1)
+    smoothed[np.arange(len(target)), target] = 1 - doubt
 
     def loss(log_factor):
-        likelihood = np.sum(
-            wanted * log_softmax(np.exp(log_factor) * scores, axis=1), axis=1
-        )
-        return -np.average(likelihood, weights=weights)
+        log_confidence = log_softmax(np.exp(log_factor) * scores, axis=1)
+        return -np.average(np.sum(smoothed * log_confidence, axis=1), weights=weights)
 
     return float(np.exp(minimize_scalar(loss, bounds=(-10, 10), method="bounded").x))

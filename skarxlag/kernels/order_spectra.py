@@ -22,9 +22,10 @@ _PADDING = 4
 #: Frames of the short-time spectrum start half a frame apart, or down to this share of
 #: a frame.
 _MOST_OVERLAP = 8
-#: Step of the logarithm of the factor on the speed, and the largest one in standard
-#: deviations.
-_FACTOR_STEP, _MOST_DEVIATIONS = 0.02, 2
+#: Step of the logarithm of the factor on the speed.
+_FACTOR_STEP = 0.02
+#: Largest logarithm of this factor in standard deviations.
+_MOST_DEVIATIONS = 2
 #: Independent values that an order spectrum is worth, beside which an unlikely factor
 #: weighs.
 _INDEPENDENT_VALUES = 50
@@ -76,7 +77,7 @@ def band_envelopes(
 
 def envelopes_over_angle(
     samples: NDArray[Any],
-    turn: float | NDArray[Any],
+    period: float | NDArray[Any],
     frame: int,
     n_bands: int,
     max_order: float,
@@ -87,8 +88,8 @@ def envelopes_over_angle(
     ----------
     samples : ndarray of shape (n_samples,)
         A signal in any unit.
-    turn : float or ndarray of shape (n_samples,)
-        Samples in a turn of the shaft; one number for each sample where the speed
+    period : float or ndarray of shape (n_samples,)
+        Samples in a revolution of the shaft; one number for each sample where the speed
         varies.
     frame : int
         Samples in a window of the short-time spectrum; an eighth of the signal is
@@ -105,7 +106,7 @@ def envelopes_over_angle(
         Envelopes, see :func:`band_envelopes`. A signal of less than 32 samples has one
         value of 0.
     step : float
-        Turns from one value to the next.
+        Revolutions from one value to the next.
     """
     frame = min(frame, len(samples) // 8)
     if frame < 4:
@@ -113,17 +114,17 @@ def envelopes_over_angle(
     hop = frame // 2
     # The highest frequency of the envelope is half a cycle a hop.
     while (
-        hop > max(frame // _MOST_OVERLAP, 1) and np.mean(turn) / (2 * hop) < max_order
+        hop > max(frame // _MOST_OVERLAP, 1) and np.mean(period) / (2 * hop) < max_order
     ):
         hop //= 2
     envelopes = band_envelopes(samples, frame, hop, n_bands)
-    if np.ndim(turn) == 0:
-        return envelopes, hop / turn
-    return equal_angles(envelopes, turn, frame, hop)
+    if np.ndim(period) == 0:
+        return envelopes, hop / period
+    return equal_angles(envelopes, period, frame, hop)
 
 
 def equal_angles(
-    envelopes: NDArray[Any], turn: NDArray[Any], frame: int, hop: int
+    envelopes: NDArray[Any], period: NDArray[Any], frame: int, hop: int
 ) -> tuple[NDArray[Any], float]:
     """Resample envelopes at equal steps of the shaft's angle, which is called order tracking.
 
@@ -131,8 +132,8 @@ def equal_angles(
     ----------
     envelopes : ndarray of shape (n_bands, n_frames)
         Envelopes over time.
-    turn : ndarray of shape (n_samples,)
-        Samples that a turn would take at the speed of each sample.
+    period : ndarray of shape (n_samples,)
+        Samples that a revolution would take at the speed of each sample.
     frame, hop : int
         Frames of the short-time spectrum, see :func:`band_envelopes`.
 
@@ -141,17 +142,19 @@ def equal_angles(
     envelopes : ndarray of shape (n_bands, n_frames)
         Envelopes over angle.
     step : float
-        Turns from one value to the next.
+        Revolutions from one value to the next.
     """
     centres = np.arange(envelopes.shape[1]) * hop + (frame - 1) / 2
-    turns = np.interp(centres, np.arange(len(turn)), np.cumsum(1 / turn))
-    angles = np.linspace(turns[0], turns[-1], len(turns))
-    resampled = np.stack([np.interp(angles, turns, envelope) for envelope in envelopes])
-    return resampled, (turns[-1] - turns[0]) / max(len(turns) - 1, 1)
+    revolutions = np.interp(centres, np.arange(len(period)), np.cumsum(1 / period))
+    angles = np.linspace(revolutions[0], revolutions[-1], len(revolutions))
+    resampled = np.stack(
+        [np.interp(angles, revolutions, envelope) for envelope in envelopes]
+    )
+    return resampled, (revolutions[-1] - revolutions[0]) / max(len(revolutions) - 1, 1)
 
 
 def order_spectrum(
-    envelopes: NDArray[Any], step: float, n_turns: float
+    envelopes: NDArray[Any], step: float, n_revolutions: float
 ) -> tuple[NDArray[Any], float]:
     """Compute the log power spectra of envelopes over orders by Welch's method.
 
@@ -163,9 +166,9 @@ def order_spectrum(
     envelopes : ndarray of shape (n_bands, n_values)
         Envelopes over the angle of the shaft.
     step : float
-        Turns from one value to the next.
-    n_turns : float
-        Turns in a segment; at least two and at most all values are used.
+        Revolutions from one value to the next.
+    n_revolutions : float
+        Revolutions in a segment; at least two and at most all values are used.
 
     Returns
     -------
@@ -176,7 +179,7 @@ def order_spectrum(
     """
     if envelopes.shape[1] < 2:
         return np.zeros((len(envelopes), 1)), 1.0
-    n_segment = min(max(round(n_turns / step), 2), envelopes.shape[1])
+    n_segment = min(max(round(n_revolutions / step), 2), envelopes.shape[1])
     n_fft = fft.next_fast_len(_PADDING * n_segment, real=True)
     n_fft += n_fft % 2
     # As scipy.signal.welch, whose own checks and bookkeeping take longer than the
@@ -226,16 +229,14 @@ def at_orders(
     )
     # Sorting puts the orders outside last. A masked array would take most of the time
     # of `match`.
-    counted, count = (
-        inside[:, np.newaxis],
-        inside.sum(axis=1)[:, np.newaxis, np.newaxis],
-    )
-    ascending = np.sort(np.where(counted, spectra, np.inf), axis=2)
+    is_counted = inside[:, np.newaxis]
+    ascending = np.sort(np.where(is_counted, spectra, np.inf), axis=2)
+    count = inside.sum(axis=1)[:, np.newaxis, np.newaxis]
     middle = [
-        np.take_along_axis(ascending, place // 2, axis=2)
-        for place in (count - 1, count)
+        np.take_along_axis(ascending, index // 2, axis=2)
+        for index in (count - 1, count)
     ]
-    return np.where(counted, spectra - np.mean(middle, axis=0), 0.0), inside
+    return np.where(is_counted, spectra - np.mean(middle, axis=0), 0.0), inside
 
 
 def distances(
@@ -244,7 +245,9 @@ def distances(
     references: NDArray[Any],
     variances: NDArray[Any],
 ) -> NDArray[Any]:
-    """Root-mean-square distance of order spectra from references, in standard deviations.
+    """Compute the root-mean-square distance of order spectra from references.
+
+    It is in standard deviations.
 
     Parameters
     ----------
@@ -265,15 +268,14 @@ def distances(
     count = inside.sum(axis=1)[:, np.newaxis] * references.shape[1]
     away = (spectra[:, np.newaxis] - references) ** 2 / variances
     squares = np.einsum("frbo,fo->fr", away, inside)
-    return np.sqrt(
-        np.divide(squares, count, out=np.ones_like(squares), where=count > 0)
-    )
+    mean = np.divide(squares, count, out=np.ones_like(squares), where=count > 0)
+    return np.sqrt(mean)
 
 
 def match(
     envelopes: NDArray[Any],
     step: float,
-    n_turns: float,
+    n_revolutions: float,
     orders: NDArray[Any],
     deviation: float,
     references: NDArray[Any],
@@ -289,7 +291,7 @@ def match(
     .. math:: r^2 = \min_s d_s^2 + \tfrac{1}{50} (\ln s / \tau)^2, \qquad |\ln s| \le 2 \tau .
 
     A line of a spectrum is as wide as segments are short, so that segments must hold
-    the same number of turns at every speed. The factors are tried in groups, each with
+    the same number of revolutions at every speed. The factors are tried in groups, each with
     segments of its own length.
 
     Parameters
@@ -297,9 +299,9 @@ def match(
     envelopes : ndarray of shape (n_bands, n_values)
         Envelopes over the angle of the shaft, see :func:`envelopes_over_angle`.
     step : float
-        Turns from one value to the next, at the nominal speed.
-    n_turns : float
-        Turns in a segment.
+        Revolutions from one value to the next, at the nominal speed.
+    n_revolutions : float
+        Revolutions in a segment.
     orders : ndarray of shape (n_orders,)
         Orders that are compared.
     deviation : float
@@ -319,7 +321,8 @@ def match(
         The order spectra at these factors.
     """
     n_references = len(references)
-    least, chosen = np.full(n_references, np.inf), np.ones(n_references)
+    least = np.full(n_references, np.inf)
+    factors = np.ones(n_references)
     closest = np.zeros_like(references)
     widest = _MOST_DEVIATIONS * deviation
     n_groups = max(math.ceil(widest / _GROUP_WIDTH - 1e-9), 1)
@@ -327,14 +330,18 @@ def match(
     near = _FACTOR_STEP * np.arange(-n_steps, n_steps + 1)
     for group in range(n_groups):
         centre = widest * ((2 * group + 1) / n_groups - 1)
-        log_power, cell = order_spectrum(envelopes, step * math.exp(centre), n_turns)
+        log_power, cell = order_spectrum(
+            envelopes, step * math.exp(centre), n_revolutions
+        )
         spectra, inside = at_orders(log_power, cell, orders, np.exp(near))
         unlikely = ((centre + near) / max(deviation, np.finfo(float).tiny)) ** 2
-        found = distances(spectra, inside, references, variances)
-        found = np.hypot(found, np.sqrt(unlikely / _INDEPENDENT_VALUES)[:, np.newaxis])
-        best = found.argmin(axis=0)
-        better = np.flatnonzero(found.min(axis=0) < least)
-        least[better] = found.min(axis=0)[better]
-        chosen[better] = np.exp(centre + near[best[better]])
+        residuals = np.hypot(
+            distances(spectra, inside, references, variances),
+            np.sqrt(unlikely / _INDEPENDENT_VALUES)[:, np.newaxis],
+        )
+        best = residuals.argmin(axis=0)
+        better = np.flatnonzero(residuals.min(axis=0) < least)
+        least[better] = residuals.min(axis=0)[better]
+        factors[better] = np.exp(centre + near[best[better]])
         closest[better] = spectra[best[better]]
-    return least, chosen, closest
+    return least, factors, closest

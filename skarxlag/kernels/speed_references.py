@@ -18,7 +18,8 @@ UNIT_DISTANCE = float(np.log(1.3))
 SAME_SPEED = 0.04
 #: A change of log speed over which log spectra drift as `smooth_variance` states, and
 #: the least share of that drift, for recordings at one and the same speed.
-_SPECTRAL_DISTANCE, LEAST_DRIFT = 0.4, 0.2
+_SPECTRAL_DISTANCE = 0.4
+LEAST_DRIFT = 0.2
 #: Speeds within this distance of each other count as one.
 SAME_LOG_SPEED = 0.02
 
@@ -46,12 +47,12 @@ class Distance(NamedTuple):
     beyond: np.ndarray
 
     def interpolate(self, known_values: NDArray[Any]) -> NDArray[Any]:
-        """Linear interpolation of what is known at the speeds, along the first axis."""
+        """Interpolate values of the known speeds linearly, along the first axis."""
         share = self.share.reshape(-1, *(1,) * (known_values.ndim - 1))
         return (1 - share) * known_values[self.lower] + share * known_values[self.upper]
 
 
-def speed_distance(log_speed: NDArray[Any], known: NDArray[Any]) -> Distance:
+def speed_distance(log_speed: NDArray[Any], known_speeds: NDArray[Any]) -> Distance:
     r"""Compute the position of speeds relative to the known speeds, and the variance of the drift.
 
     Let h be the distance between two neighbouring known speeds, and t the position
@@ -63,7 +64,7 @@ def speed_distance(log_speed: NDArray[Any], known: NDArray[Any]) -> Distance:
     ----------
     log_speed : ndarray of shape (n_rows,)
         Logarithms of speeds.
-    known : ndarray of shape (n_speeds,)
+    known_speeds : ndarray of shape (n_speeds,)
         Logarithms of the known speeds, ascending.
 
     Returns
@@ -79,13 +80,13 @@ def speed_distance(log_speed: NDArray[Any], known: NDArray[Any]) -> Distance:
     >>> at.variance.round(3)
     array([0. , 0.5, 1. ])
     """
-    inside = np.clip(log_speed, known[0], known[-1])
-    upper = np.searchsorted(known[1:-1], inside) + min(len(known) - 1, 1)
+    inside = np.clip(log_speed, known_speeds[0], known_speeds[-1])
+    upper = np.searchsorted(known_speeds[1:-1], inside) + min(len(known_speeds) - 1, 1)
     lower = np.maximum(upper - 1, 0)
-    step = known[upper] - known[lower]
+    step = known_speeds[upper] - known_speeds[lower]
     # There is no step if only one speed is known.
     share = np.divide(
-        inside - known[lower], step, out=np.zeros(len(inside)), where=step > 0
+        inside - known_speeds[lower], step, out=np.zeros(len(inside)), where=step > 0
     )
     variance = share * (1 - share) * step
     beyond = log_speed - inside
@@ -129,15 +130,15 @@ def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
 
     Returns
     -------
-    known : ndarray of shape (n_speeds,)
+    known_speeds : ndarray of shape (n_speeds,)
         Mean log speed of each group, ascending. A group spans 2 % at most.
     at : ndarray of int of shape (n_rows,)
         Group of each row.
 
     Examples
     --------
-    >>> known, at = group_speeds(np.log([1000.0, 1500.0, 1010.0]))
-    >>> np.exp(known).round(), at
+    >>> speeds, at = group_speeds(np.log([1000.0, 1500.0, 1010.0]))
+    >>> np.exp(speeds).round(), at
     (array([1005., 1500.]), array([0, 1, 0]))
     """
     lowest: list[float] = []
@@ -150,7 +151,7 @@ def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
 
 def slope_against_speed(
     values: NDArray[Any],
-    known: NDArray[Any],
+    known_speeds: NDArray[Any],
     *,
     mean: float,
     deviation: float,
@@ -167,7 +168,7 @@ def slope_against_speed(
     ----------
     values : ndarray of shape (n_speeds,)
         The value at the known speeds.
-    known : ndarray of shape (n_speeds,)
+    known_speeds : ndarray of shape (n_speeds,)
         Logarithms of the known speeds, ascending.
     mean, deviation : float
         Prior mean and prior standard deviation of the slope.
@@ -185,9 +186,9 @@ def slope_against_speed(
     (1.0, 0.25)
     """
     weight = UNIT_DISTANCE / drift**2
-    precision = 1 / deviation**2 + weight * (known[-1] - known[0])
-    seen = mean / deviation**2 + weight * (values[-1] - values[0])
-    return float(seen / precision), float(1 / precision)
+    precision = 1 / deviation**2 + weight * (known_speeds[-1] - known_speeds[0])
+    weighted = mean / deviation**2 + weight * (values[-1] - values[0])
+    return float(weighted / precision), float(1 / precision)
 
 
 def group_means(
@@ -214,9 +215,12 @@ def group_means(
     >>> group_means(np.array([1.0, 2.0, 5.0]), np.array([1, 0, 0]), np.array([1.0, 2.0, 1.0]))
     array([3., 1.])
     """
-    own = [group == number for number in range(group.max() + 1)]
+    rows_of_groups = [group == number for number in range(group.max() + 1)]
     return np.stack(
-        [np.average(values[rows], axis=0, weights=weights[rows]) for rows in own]
+        [
+            np.average(values[rows], axis=0, weights=weights[rows])
+            for rows in rows_of_groups
+        ]
     )
 
 
@@ -251,7 +255,8 @@ def mean_by_speed(
     array([[2., 0.],
            [0., 5.]])
     """
-    n_speeds, n_groups = speed.max() + 1, group.max() + 1
+    n_speeds = speed.max() + 1
+    n_groups = group.max() + 1
     present, cell = np.unique(speed * n_groups + group, return_inverse=True)
     means = np.zeros((n_speeds * n_groups, *values.shape[1:]))
     means[present] = group_means(values, cell.reshape(-1), weights)
@@ -260,7 +265,7 @@ def mean_by_speed(
 
 
 def reference_weights(
-    log_speed: NDArray[Any], known: NDArray[Any], recorded: NDArray[Any]
+    log_speed: NDArray[Any], known_speeds: NDArray[Any], recorded: NDArray[Any]
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""Compute the weights that interpolate the means of each condition at speeds.
 
@@ -272,7 +277,7 @@ def reference_weights(
     ----------
     log_speed : ndarray of shape (n_rows,)
         Logarithms of speeds.
-    known : ndarray of shape (n_speeds,)
+    known_speeds : ndarray of shape (n_speeds,)
         Logarithms of the training speeds, ascending.
     recorded : ndarray of bool of shape (n_speeds, n_conditions)
         Means that count. Every condition has one.
@@ -292,22 +297,20 @@ def reference_weights(
     array([[[0.5, 1. ],
             [0.5, 0. ]]])
     """
-    weights, variance = (
-        np.zeros((len(log_speed), *recorded.shape)),
-        np.zeros(len(log_speed)),
-    )
+    weights = np.zeros((len(log_speed), *recorded.shape))
+    variance = np.zeros(len(log_speed))
     for pattern in map(np.array, set(map(tuple, recorded.T.tolist()))):
-        own = (recorded == pattern[:, np.newaxis]).all(axis=0)
-        at = speed_distance(log_speed, known[pattern])
-        of_speed = np.zeros((len(log_speed), len(known)))
+        has_pattern = (recorded == pattern[:, np.newaxis]).all(axis=0)
+        at = speed_distance(log_speed, known_speeds[pattern])
+        of_speed = np.zeros((len(log_speed), len(known_speeds)))
         of_speed[:, pattern] = at.interpolate(np.eye(pattern.sum()))
-        weights[..., own] = of_speed[..., np.newaxis]
+        weights[..., has_pattern] = of_speed[..., np.newaxis]
         variance = np.maximum(variance, at.variance)
     return weights, variance
 
 
 def drift_learned(
-    known: NDArray[Any], means: NDArray[Any], recorded: NDArray[Any]
+    known_speeds: NDArray[Any], means: NDArray[Any], recorded: NDArray[Any]
 ) -> NDArray[Any]:
     r"""Compute by how much each mean misses what the other training speeds predict.
 
@@ -317,7 +320,7 @@ def drift_learned(
 
     Parameters
     ----------
-    known, recorded
+    known_speeds, recorded
         As in :func:`reference_weights`.
     means : ndarray of shape (n_speeds, n_conditions, ...)
         Mean of each condition at each training speed.
@@ -329,27 +332,27 @@ def drift_learned(
 
     Examples
     --------
-    >>> known, recorded = np.array([0.0, 0.2, 0.4]), np.ones((3, 1), dtype=bool)
-    >>> drift_learned(known, np.array([[0.0], [1.0], [2.0]]), recorded).round(2)
+    >>> known_speeds, recorded = np.array([0.0, 0.2, 0.4]), np.ones((3, 1), dtype=bool)
+    >>> drift_learned(known_speeds, np.array([[0.0], [1.0], [2.0]]), recorded).round(2)
     array([-1.41,  0.  ,  1.41])
     """
-    found = []
-    for place, speed in enumerate(known):
-        others = recorded & (np.arange(len(known)) != place)[:, np.newaxis]
-        for c in np.flatnonzero(recorded[place] & others.any(axis=0)):
-            own = others[:, c]
-            at = speed_distance(speed[np.newaxis], known[own])
-            difference = means[place, c] - at.interpolate(means[own, c])[0]
-            found.append(difference / np.sqrt(drift_factor(at.variance)[0]))
-    return np.array(found).reshape(len(found), *means.shape[2:])
+    differences = []
+    for i, speed in enumerate(known_speeds):
+        others = recorded & (np.arange(len(known_speeds)) != i)[:, np.newaxis]
+        for c in np.flatnonzero(recorded[i] & others.any(axis=0)):
+            rest = others[:, c]
+            at = speed_distance(speed[np.newaxis], known_speeds[rest])
+            difference = means[i, c] - at.interpolate(means[rest, c])[0]
+            differences.append(difference / np.sqrt(drift_factor(at.variance)[0]))
+    return np.array(differences).reshape(len(differences), *means.shape[2:])
 
 
-def speeds_to_try(known: NDArray[Any]) -> NDArray[Any]:
+def speeds_to_try(known_speeds: NDArray[Any]) -> NDArray[Any]:
     """Return the training speeds and the middle of every two neighbours, as logarithms.
 
     Parameters
     ----------
-    known : ndarray of shape (n_speeds,)
+    known_speeds : ndarray of shape (n_speeds,)
         Logarithms of the training speeds, ascending.
 
     Returns
@@ -362,4 +365,6 @@ def speeds_to_try(known: NDArray[Any]) -> NDArray[Any]:
     >>> speeds_to_try(np.array([0.0, 1.0]))
     array([0. , 0.5, 1. ])
     """
-    return np.interp(np.arange(0, len(known) - 0.5, 0.5), np.arange(len(known)), known)
+    indices = np.arange(len(known_speeds))
+    positions = np.arange(0, len(known_speeds) - 0.5, 0.5)
+    return np.interp(positions, indices, known_speeds)

@@ -21,29 +21,33 @@ from ..kernels.fault_orders import (
     squared_envelope_spectrum,
 )
 
-#: Turns of the bearing's shaft that a row must have.
+#: Revolutions of the bearing's shaft that a row must have.
 LEAST_REVOLUTIONS = 2
-#: Turns of the cage from which on its comb counts: lines at its order are apart then.
-_CAGE_TURNS = 2
+#: Revolutions of the cage from which on its comb counts: its lines are apart then.
+_CAGE_REVOLUTIONS = 2
+#: Multiples of the shaft's frequency in a search of its speed.
+_N_HARMONICS = 40
 
 
 def best_combs(
     contrast: NDArray[Any],
-    n_turns: float,
+    n_revolutions: float,
     orders: NDArray[Any],
     tolerance: float,
     slip: float,
 ) -> dict[str, NDArray[Any]]:
-    """Return score, factor and bearing of each place, for the bearing that fits it best.
+    """Return score, factor and bearing of each fault, for the bearing that fits it best.
 
     Parameters
     ----------
     contrast : ndarray of shape (n_orders,)
         Of a row, or the mean of several.
-    n_turns : float
-        Turns of the bearing's shaft in a row. In short ones, the cage does not count.
+    n_revolutions : float
+        Revolutions of the bearing's shaft in a row. In short ones, the cage does not
+        count.
     orders : ndarray of shape (n_bearings, 4)
-        Orders of the cage, the spin of an element, the inner and the outer race.
+        Orders of the cage (FTF), the spin of an element (BSF), the inner race (BPFI)
+        and the outer race (BPFO).
     tolerance, slip : float
         As in `fault_comb`.
 
@@ -52,16 +56,19 @@ def best_combs(
     dict of str to ndarray of shape (3,)
         "scores", "factors" and "bearings".
     """
-    weights = np.where(n_turns * orders[:, 0] < _CAGE_TURNS, 0.0, CAGE_WEIGHT)
+    weights = np.where(
+        n_revolutions * orders[:, 0] < _CAGE_REVOLUTIONS, 0.0, CAGE_WEIGHT
+    )
     combs = [
         fault_comb(contrast, of_bearing, tolerance, slip, weight)
         for of_bearing, weight in zip(orders, weights, strict=True)
     ]
-    scores, factors = (np.stack(each) for each in zip(*combs, strict=True))
-    best, place = scores.argmax(axis=0), np.arange(len(FAULTS))
+    scores, factors = map(np.stack, zip(*combs, strict=True))
+    best = scores.argmax(axis=0)
+    fault = np.arange(len(FAULTS))
     return {
-        "scores": scores[best, place],
-        "factors": factors[best, place],
+        "scores": scores[best, fault],
+        "factors": factors[best, fault],
         "bearings": best,
     }
 
@@ -93,10 +100,10 @@ def samples_per_revolution_of_rows(
     least_revolutions: float,
     train_rpm: Sequence[float] = (),
 ) -> NDArray[Any]:
-    """Return the samples in a turn of each row of shape (1, n_samples).
+    """Return the samples in a revolution of each row of shape (1, n_samples).
 
-    They are NaN for rows without a plausible speed, of less than two turns, or too
-    short for a search of the speed.
+    They are NaN for rows without a plausible speed, of less than two revolutions, or
+    too short for a search of the speed.
 
     Raises
     ------
@@ -107,22 +114,24 @@ def samples_per_revolution_of_rows(
     rpm, is_plausible = with_plausible_speeds(rpm, n_rows, train_rpm)
     if rpm is not None:
         speeds = check_speeds(rpm, n_rows, length)
-        n_turns = (
-            length * speeds.reshape(n_rows, -1).mean(axis=1) / (60 * sampling_rate)
-        )
+        mean_speeds = speeds.reshape(n_rows, -1).mean(axis=1)
+        n_revolutions = length * mean_speeds / (60 * sampling_rate)
         is_usable = (
-            is_plausible & (n_turns >= least_revolutions) & (n_turns <= length / 2)
+            is_plausible
+            & (n_revolutions >= least_revolutions)
+            & (n_revolutions <= length / 2)
         )
         return np.where(is_usable, 60 * sampling_rate / speeds.T, np.nan).T
     low, high = speed_range or (0.0, 0.0)
     if length * low < least_revolutions * 60 * sampling_rate:
         return np.full(n_rows, np.nan)
-    turn = 60 * sampling_rate / np.sqrt(low * high)
+    nominal = 60 * sampling_rate / np.sqrt(low * high)
     tolerance = np.log(high / low) / 2
-    search = map_rows(
-        lambda _, row: comb_frequency(row, 1 / turn, tolerance, 40), X, n_jobs=1
-    )
-    return 1 / np.array(search)
+
+    def frequency(_, samples):
+        return comb_frequency(samples, 1 / nominal, tolerance, _N_HARMONICS)
+
+    return 1 / np.array(map_rows(frequency, X, n_jobs=1))
 
 
 def envelope_spectrum(

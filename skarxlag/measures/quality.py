@@ -19,7 +19,8 @@ from ..kernels.short_time import windowed_segments
 
 #: Share of samples that may repeat the sample before, and of those that may do so in
 #: one run.
-_HELD, _STUCK = 0.5, 0.1
+_HELD = 0.5
+_STUCK = 0.1
 #: Share of the root-mean-square step of a window below which a step counts as none, as
 #: converters of many bits record their own noise. The range would be no measure: it
 #: grows with the length of a window, and steps are small beside it if the signal is
@@ -36,24 +37,25 @@ _SHORTEST_COARSE = 64
 #: beyond 2.33 standard deviations is accepted. A clipped signal has this many times as
 #: many samples there as within `_NEAR` of its range, or one step, of them. A quantised
 #: sine has about as many near them.
-_CLIPPED, _PILED_UP, _NEAR = 0.02, 3, 0.01
-#: Steps of more than `_LEAP` of the range are leaps. They come from wrapping round if
-#: linear prediction of this order misses some of them by `_UNFORESEEN` of the range,
-#: and if some samples lie in the outer `_EDGE` of the range at either end, where a
-#: signal that was not cut has few.
-_LEAP, _UNFORESEEN, _FEWEST_LEAPS, _EDGE, _FEWEST_AT_ENDS, _ORDER = (
-    0.75,
-    0.4,
-    4,
-    0.02,
-    6,
-    8,
-)
+_CLIPPED = 0.02
+_PILED_UP = 3
+_NEAR = 0.01
+#: Steps of more than this share of the range are leaps. They come from wrapping round
+#: if linear prediction of `_ORDER` misses at least `_FEWEST_LEAPS` of them by
+#: `_UNFORESEEN` of the range, and if at least `_FEWEST_AT_ENDS` samples lie in the
+#: outer `_EDGE` of the range at either end, where a signal that was not cut has few.
+_LEAP = 0.75
+_ORDER = 8
+_FEWEST_LEAPS = 4
+_UNFORESEEN = 0.4
+_FEWEST_AT_ENDS = 6
+_EDGE = 0.02
 #: Steps by which a straight line may be rounded, or begin again.
 _RAMP_STEPS = 2
 #: Shares of a long window that both must have at least: a few impacts in a minute are
 #: no wrapping.
-_LEAST_LEAPS, _LEAST_AT_ENDS = 5e-4, 1e-3
+_LEAST_LEAPS = 5e-4
+_LEAST_AT_ENDS = 1e-3
 #: Samples in a segment of the spectrum whose bands are judged. Every window has
 #: segments of this length, so that its bands do not depend on how long it is.
 _SEGMENT = 512
@@ -71,7 +73,8 @@ _EMPTY = 1e-9
 _MOST_EMPTY = 0.8
 #: Frequencies in Hz, and the share of the energy that a sine there may have: one of up
 #: to 20 dB above the rest is accepted.
-_MAINS, _HUM = (50.0, 60.0), 0.99
+_MAINS = (50.0, 60.0)
+_HUM = 0.99
 #: Highest order of the shaft that can be so strong a line: unbalance makes the first,
 #: misalignment the second. On six rigs, lines of the first have up to 79 % of the
 #: energy, of the third 23 %.
@@ -81,7 +84,8 @@ _LAST_ORDER = 2
 _HUM_SECONDS = 1.0
 #: Periods of the mains frequency in a window, so that it differs from a drift; and the
 #: largest deviation from it in Hz.
-_FEWEST_PERIODS, _DEVIATION = 3, 0.5
+_FEWEST_PERIODS = 3
+_DEVIATION = 0.5
 #: Share by which stated speeds differ from true ones.
 _SPEED_ERROR = 0.01
 
@@ -207,12 +211,12 @@ def signal_quality(
     expect(X.ndim <= 3, "X.shape", X.shape, shapes)
     frequencies = speeds_of_rows(np.nan if rpm is None else rpm, len(X)) / 60
     expect(frequencies.shape == (len(X),), "rpm", rpm, "one speed for each window")
-    parts = map_batches(
-        lambda batch: _quality_of_batch(X[batch], sampling_rate, frequencies[batch]),
-        len(X),
-        None,
-    )
-    quality, share = (np.concatenate(each) for each in zip(*parts, strict=True))
+
+    def of_batch(batch):
+        return _quality_of_batch(X[batch], sampling_rate, frequencies[batch])
+
+    parts = map_batches(of_batch, len(X), None)
+    quality, share = map(np.concatenate, zip(*parts, strict=True))
     return (quality, share) if return_share else quality
 
 
@@ -244,15 +248,15 @@ def quality_of_outputs(
     """
     if len(outputs) == 1:
         return signal_quality(X, return_share=True, **options)
-    found = [
+    of_outputs = [
         signal_quality(X[:, s:], return_share=True, **options)
         for s in range(len(outputs))
     ]
-    qualities, shares = map(np.array, zip(*found, strict=True))
+    qualities, shares = map(np.array, zip(*of_outputs, strict=True))
     named = np.char.add(qualities, [[f" in {name}"] for name in outputs])
     named = np.where(qualities == "good", "good", named)
-    first = (named != "good").argmax(axis=0), np.arange(len(X))
-    return named[first], shares[first]
+    first_bad = (named != "good").argmax(axis=0), np.arange(len(X))
+    return named[first_bad], shares[first_bad]
 
 
 def _quality_of_batch(windows, sampling_rate, shaft_frequency):
@@ -265,11 +269,9 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
     # In units of the largest value, so that no range overflows.
     peak = largest(output)
     scaled = output / np.where(peak == 0, 1.0, peak)
-    highest, lowest = (
-        scaled.max(axis=1, keepdims=True),
-        scaled.min(axis=1, keepdims=True),
-    )
     n_windows, n_samples = scaled.shape
+    highest = scaled.max(axis=1, keepdims=True)
+    lowest = scaled.min(axis=1, keepdims=True)
     span = (highest - lowest)[:, 0]
     steps = np.abs(np.diff(scaled, axis=1))
     leaps = np.count_nonzero(steps > _LEAP * span[:, np.newaxis], axis=1)
@@ -281,13 +283,9 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
     step = steps.min(axis=1, initial=np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         coarse = np.nan_to_num(step / span, posinf=0.0)
-    held, run = stays.sum(axis=1) / n_samples, _longest_runs(stays)
-    n_extreme = (scaled == highest).sum(axis=1) + (scaled == lowest).sum(axis=1)
-    clipped = n_extreme / n_samples
-    saturates = (clipped > _CLIPPED) & (n_extreme > 2)
-    some = np.flatnonzero(saturates)
-    n_near = _near_extremes(scaled[some], coarse[some]) - n_extreme[some]
-    saturates[some] = n_extreme[some] > _PILED_UP * n_near
+    held = stays.sum(axis=1) / n_samples
+    run = _longest_runs(stays)
+    saturates, clipped = _clipped(scaled, highest, lowest, coarse)
     checks = {
         "not finite": (not_finite > 0, not_finite),
         "constant": (span <= ROUNDING, np.ones(n_windows)),
@@ -306,24 +304,35 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
     # The other criteria cost more, and only make sense for a signal that moves.
     rest = np.flatnonzero(quality == "good")
     if len(rest) > 0:
-        scaled, leaps = scaled[rest], leaps[rest]
-        checks = {"wrapped": (_wrapped(scaled, leaps), leaps / n_samples)}
-        trendless = _without_trend(scaled)
-        checks["ramp"] = (_ramps(scaled, trendless), np.ones(len(rest)))
-        if n_samples >= _SEGMENT:
-            empty = _empty_bands(trendless)
-            checks["band missing"] = (empty > _MOST_EMPTY, empty)
-        if sampling_rate is not None:
-            hum = _hum(trendless, sampling_rate, shaft_frequency[rest])
-            checks["hum"] = (hum > _HUM, hum)
-        quality[rest], share[rest] = _first_failed(checks, len(rest))
+        quality[rest], share[rest] = _quality_of_moving(
+            scaled[rest], leaps[rest], sampling_rate, shaft_frequency[rest]
+        )
     return quality, share
 
 
+def _quality_of_moving(windows, leaps, sampling_rate, shaft_frequency):
+    """Return the same by the criteria for windows that move."""
+    n_windows, n_samples = windows.shape
+    trendless = _without_trend(windows)
+    checks = {
+        "wrapped": (_wrapped(windows, leaps), leaps / n_samples),
+        "ramp": (_ramps(windows, trendless), np.ones(n_windows)),
+    }
+    if n_samples >= _SEGMENT:
+        empty = _empty_bands(trendless)
+        checks["band missing"] = (empty > _MOST_EMPTY, empty)
+    if sampling_rate is not None:
+        hum = _hum(trendless, sampling_rate, shaft_frequency)
+        checks["hum"] = (hum > _HUM, hum)
+    return _first_failed(checks, n_windows)
+
+
 def _first_failed(checks, n_windows):
-    quality, share = np.full(n_windows, "good", dtype="<U12"), np.zeros(n_windows)
+    quality = np.full(n_windows, "good", dtype="<U12")
+    share = np.zeros(n_windows)
     for name, (fails, share_of_check) in reversed(checks.items()):
-        quality[fails], share[fails] = name, share_of_check[fails]
+        quality[fails] = name
+        share[fails] = share_of_check[fails]
     return quality, share
 
 
@@ -334,18 +343,29 @@ def _ramps(windows, trendless):
     return is_straight & (windows.shape[1] >= _SHORTEST_COARSE)
 
 
+def _clipped(windows, highest, lowest, step):
+    """Return whether windows are clipped, and the shares of their samples at the extremes.
+
+    The steps are shares of the range.
+    """
+    n_extreme = (windows == highest).sum(axis=1) + (windows == lowest).sum(axis=1)
+    share = n_extreme / windows.shape[1]
+    is_clipped = (share > _CLIPPED) & (n_extreme > 2)
+    suspects = np.flatnonzero(is_clipped)
+    n_near = _near_extremes(windows[suspects], step[suspects]) - n_extreme[suspects]
+    is_clipped[suspects] = n_extreme[suspects] > _PILED_UP * n_near
+    return is_clipped, share
+
+
 def _near_extremes(windows, step):
     """Count the samples at and near the extremes of windows, whose steps are a share of the range.
 
     A step of half of the range, as in a square wave, is not near.
     """
-    highest, lowest = (
-        windows.max(axis=1, keepdims=True),
-        windows.min(axis=1, keepdims=True),
-    )
-    width = np.maximum(_NEAR, np.minimum(1.5 * step, 0.25))[:, np.newaxis] * (
-        highest - lowest
-    )
+    highest = windows.max(axis=1, keepdims=True)
+    lowest = windows.min(axis=1, keepdims=True)
+    width = np.maximum(_NEAR, np.minimum(1.5 * step, 0.25))[:, np.newaxis]
+    width = width * (highest - lowest)
     is_near = (windows >= highest - width) | (windows <= lowest + width)
     return is_near.sum(axis=1)
 
@@ -359,36 +379,38 @@ def _longest_runs(stays):
 
 def _wrapped(windows, leaps):
     """Whether signals stop abruptly at both ends of their range and jump without a trend."""
-    found = np.zeros(len(windows), dtype=bool)
-    for i in np.flatnonzero(
-        (leaps >= _FEWEST_LEAPS) & (windows.shape[1] >= _SHORTEST_COARSE)
-    ):
+    is_wrapped = np.zeros(len(windows), dtype=bool)
+    n_samples = windows.shape[1]
+    if n_samples < _SHORTEST_COARSE:
+        return is_wrapped
+    fewest_leaps = max(_FEWEST_LEAPS, _LEAST_LEAPS * n_samples)
+    fewest_at_ends = max(_FEWEST_AT_ENDS, _LEAST_AT_ENDS * n_samples)
+    for i in np.flatnonzero(leaps >= _FEWEST_LEAPS):
         signal = windows[i] - windows[i].mean()
-        span, highest, lowest = np.ptp(signal), signal.max(), signal.min()
-        at_ends = signal > highest - _EDGE * span, signal < lowest + _EDGE * span
+        span = np.ptp(signal)
+        n_at_top = np.count_nonzero(signal > signal.max() - _EDGE * span)
+        n_at_bottom = np.count_nonzero(signal < signal.min() + _EDGE * span)
         past = np.lib.stride_tricks.sliding_window_view(signal, _ORDER)[:-1]
         coef, *_ = np.linalg.lstsq(past, signal[_ORDER:], rcond=None)
         errors = np.abs(signal[_ORDER:] - past @ coef)
         is_leap = np.abs(np.diff(signal[_ORDER - 1 :])) > _LEAP * span
         n_unforeseen = np.count_nonzero(errors[is_leap] > _UNFORESEEN * span)
-        n_at_ends = min(map(np.count_nonzero, at_ends))
-        fewest = max(_FEWEST_LEAPS, _LEAST_LEAPS * len(signal))
-        fewest_at_ends = max(_FEWEST_AT_ENDS, _LEAST_AT_ENDS * len(signal))
-        found[i] = n_at_ends >= fewest_at_ends and n_unforeseen >= fewest
-    return found
+        reaches_ends = min(n_at_top, n_at_bottom) >= fewest_at_ends
+        is_wrapped[i] = reaches_ends and n_unforeseen >= fewest_leaps
+    return is_wrapped
 
 
 def _empty_bands(windows):
     """Return the share of the bands of each window that hold no power."""
-    taper, empty = np.kaiser(_SEGMENT, _KAISER), np.zeros(len(windows))
+    taper = np.kaiser(_SEGMENT, _KAISER)
+    empty = np.zeros(len(windows))
     n_rows = max(_SAMPLES_AT_A_TIME // windows.shape[1], 1)
     for first in range(0, len(windows), n_rows):
         rows = slice(first, first + n_rows)
         spectra = fft.rfft(windowed_segments(windows[rows], taper, _SEGMENT))[..., 1:]
         density = np.mean(spectra.real**2 + spectra.imag**2, axis=1)
-        empty[rows] = np.mean(
-            density < _EMPTY * density.mean(axis=1, keepdims=True), axis=1
-        )
+        is_empty = density < _EMPTY * density.mean(axis=1, keepdims=True)
+        empty[rows] = is_empty.mean(axis=1)
     return empty
 
 
@@ -418,20 +440,15 @@ def _hum(windows, sampling_rate, shaft_frequency):
     # look.
     steps = np.diff(windows, axis=1)
     steps = np.einsum("wk,wk->w", steps, steps)
-    most = 2 * np.pi * (max(_MAINS) + _DEVIATION) / sampling_rate + 2 * np.sqrt(
-        1 - _HUM
-    )
+    of_sine = 2 * np.pi * (max(_MAINS) + _DEVIATION) / sampling_rate
+    most = of_sine + 2 * np.sqrt(1 - _HUM)
     slow = np.flatnonzero(steps <= 1.2 * most**2 * energy)
     pieces = windows if n_pieces == 1 else np.empty_like(windows)
     if n_pieces > 1:
         pieces[slow] = _without_trend(windows[slow])
         energy[slow] = np.einsum("wk,wk->w", pieces[slow], pieces[slow])
     for mains in _MAINS:
-        if (
-            duration * mains < _FEWEST_PERIODS
-            or mains > sampling_rate / 4
-            or len(slow) == 0
-        ):
+        if duration * mains < _FEWEST_PERIODS or mains > sampling_rate / 4:
             continue
         with np.errstate(divide="ignore", invalid="ignore"):
             order = np.round(mains / shaft_frequency[slow]).clip(1, _LAST_ORDER)
@@ -439,20 +456,26 @@ def _hum(windows, sampling_rate, shaft_frequency):
         # The window does not resolve closer lines.
         is_of_shaft = distance <= max(_DEVIATION, _SPEED_ERROR * mains, 1 / duration)
         candidates = slow[~is_of_shaft]
-        # With its derivative, a sine fits frequencies that differ by a quarter of the
-        # resolution.
-        n_steps = int(np.ceil(2 * _DEVIATION * duration))
-        for frequency in mains + np.arange(-n_steps, n_steps + 1) / (2 * duration):
-            phase = 2 * np.pi * frequency * seconds
-            sine = np.stack([np.cos(phase), np.sin(phase)])
-            basis = np.linalg.qr(
-                _without_trend(np.concatenate([sine, seconds * sine])).T
-            )[0]
-            of_sine = np.sum((pieces[candidates] @ basis) ** 2, axis=1)
+        if len(candidates) > 0:
+            of_sine = _energy_of_sine(pieces[candidates], seconds, mains, duration)
             fitted[candidates] = np.maximum(fitted[candidates], of_sine)
-    fitted, energy = (
-        each.reshape(n_rows, n_pieces).sum(axis=1) for each in (fitted, energy)
-    )
-    return np.divide(fitted, energy, out=np.zeros(n_rows), where=energy > 0).clip(
-        max=1.0
-    )
+    fitted = fitted.reshape(n_rows, n_pieces).sum(axis=1)
+    energy = energy.reshape(n_rows, n_pieces).sum(axis=1)
+    share = np.divide(fitted, energy, out=np.zeros(n_rows), where=energy > 0)
+    return share.clip(max=1.0)
+
+
+def _energy_of_sine(pieces, seconds, mains, duration):
+    """Return the largest energy of a sine near a mains frequency in each piece."""
+    # With its derivative, a sine fits frequencies that differ by a quarter of the
+    # resolution.
+    n_steps = int(np.ceil(2 * _DEVIATION * duration))
+    largest_energy = np.zeros(len(pieces))
+    for frequency in mains + np.arange(-n_steps, n_steps + 1) / (2 * duration):
+        phase = 2 * np.pi * frequency * seconds
+        sine = np.stack([np.cos(phase), np.sin(phase)])
+        terms = _without_trend(np.concatenate([sine, seconds * sine]))
+        basis = np.linalg.qr(terms.T)[0]
+        energy = np.sum((pieces @ basis) ** 2, axis=1)
+        largest_energy = np.maximum(largest_energy, energy)
+    return largest_energy

@@ -16,8 +16,8 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
 
     The groups are:
 
-    - "spectral_shape": the log power spectrum of the autoregressive model that is identified on
-      the window alone, averaged over each band.
+    - "spectral_shape": the log power spectrum of the autoregressive model that is
+      identified on the window alone, averaged over each band.
     - "power" and "floor": the logarithms of the mean and of the median power of each
       band over time, from the short-time Fourier transform with a Hann window of 128
       samples, or of all samples of a shorter window. The impacts of a fault are short,
@@ -25,8 +25,8 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     - "steadiness": floor less power. It is 0 for a steady tone, :math:`\log\log 2` for
       Gaussian noise, and far lower for a band in which impacts ring.
 
-    A constant factor on a window moves colour, power and floor by the same constant in
-    all bands. `SpectralDistance` removes this constant.
+    A constant factor on a window moves spectral shape, power and floor by the same
+    constant in all bands. `SpectralDistance` removes this constant.
 
     Parameters
     ----------
@@ -54,8 +54,8 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
 
     Notes
     -----
-    The model of a pipeline's first step adds the same log spectrum to colour, power and
-    floor of all windows. This term cancels in a comparison, so one model for all
+    The model of a pipeline's first step adds the same log spectrum to spectral shape,
+    power and floor of all windows. This term cancels in a comparison, so one model for all
     conditions is as good as one for each. With several models, the groups of one model
     follow those of another.
 
@@ -86,9 +86,5 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     def _check_parameters(self):
         check_count(self.spectrum_order, "spectrum_order")
         names = self._group_names()
-        fits = (
-            len(names) > 0
-            and len(set(names)) == len(names)
-            and set(names) <= set(MEASURES)
-        )
+        fits = 0 < len(names) == len(set(names) & set(MEASURES))
         expect(fits, "measures", self.measures, f"different names of {list(MEASURES)}")

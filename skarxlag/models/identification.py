@@ -13,7 +13,7 @@ from sklearn.utils import Bunch, check_scalar
 
 from ..core.base import ArrayTransformer, SignalEstimator
 from ..core.parallel import map_batches
-from ..core.state import WINDOWS, Labels, Values, expect, finish_fit, uses_fitted
+from ..core.state import WINDOWS, Labels, Values, expect, uses_fitted
 from ..core.validation import (
     UP_TO_1,
     check_flag,
@@ -283,7 +283,7 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         self.coef_: NDArray[Any] = np.array(coef)
         n_counted = np.where(self.weights_ > 0, self.weights_, 1.0)
         self.noise_level_: NDArray[Any] = np.sqrt(np.array(error) / n_counted)
-        return finish_fit(self)
+        return self
 
     def _check_parameters(self):
         check_flag(self.bank, "bank")

@@ -77,6 +77,10 @@ def _whiteness(innovations, fitted):
     )
 
 
+def _are_close(stored, expected):
+    return np.abs(stored - expected).max() <= 1e-6 * np.abs(expected).max()
+
+
 def _small_signal_response(fitted, frequency):
     """Compute the response of the error to the innovations for small faults."""
     pole, kp, ki_a, _, gain, _, _ = fitted._loop()
@@ -204,17 +208,14 @@ class Observer(InnovationsTransformer):
         check_count(self.spectrum_order, "spectrum_order")
 
     def _check_relations(self):
-        # The loops run on the parameters, and all else that `fit` found follows from
-        # these.
-        afresh = clone(self)
-        afresh._certify()
-        for name in filter(lambda name: name.endswith("_"), vars(afresh)):
-            expected, found = vars(afresh)[name], vars(self).get(name)
-            Values(np.shape(expected)).check(self, name, found)
-            is_of_parameters = np.allclose(found, expected, rtol=1e-6)
-            expect(
-                is_of_parameters, name, found, f"{expected!r}, as the parameters give"
-            )
+        # The loops run on the parameters, and all that `fit` stores follows from these.
+        certified = clone(self)
+        certified._certify()
+        for name in self._state.keys() - INNOVATIONS.keys():
+            expected = getattr(certified, name)
+            stored = getattr(self, name)
+            follows = np.allclose(stored, expected, rtol=1e-6)
+            expect(follows, name, stored, f"{expected!r}, as the parameters give")
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -299,16 +300,34 @@ class PIObserver(Observer):
 
     ki: float = 0.05
 
+    _state = INNOVATIONS | {
+        "closed_loop_": Values(
+            (2, 2),
+            (
+                lambda loop, e: _are_close(loop, e._closed_loop()),
+                "the loop that the parameters give",
+            ),
+        ),
+        "spectral_radius_": Values(
+            (), (lambda radius, e: 0 <= radius < 1, "in [0, 1)")
+        ),
+    }
+
     def _certify(self):
         check_real(self.ki, "ki", min_val=0)
-        self.closed_loop_: NDArray[Any] = observer.loop_matrix(
-            self.pole, self.kp, self.ki
-        )
+        self.closed_loop_: NDArray[Any] = self._closed_loop()
         states = self.closed_loop_ if self.ki > 0 else self.closed_loop_[:1, :1]
-        self.spectral_radius_: float = float(np.abs(np.linalg.eigvals(states)).max())
-        name = f"Spectral radius with pole={self.pole}, kp={self.kp} and ki={self.ki}"
-        wanted = "below 1: pole - kp + ki < 1 and 2 (1 + pole - kp) + ki > 0"
-        expect(self.spectral_radius_ < 1, name, self.spectral_radius_, wanted)
+        radius = float(np.abs(np.linalg.eigvals(states)).max())
+        if not radius < 1:
+            raise ValueError(
+                f"The observer is unstable: with pole={self.pole}, kp={self.kp} and "
+                f"ki={self.ki}, its spectral radius is {radius:.3g}. Reduce ki or kp, so that "
+                "pole - kp + ki < 1 and 2 (1 + pole - kp) + ki > 0."
+            )
+        self.spectral_radius_: float = radius
+
+    def _closed_loop(self):
+        return observer.loop_matrix(self.pole, self.kp, self.ki)
 
     def _loop(self):
         return float(self.pole), float(self.kp), float(self.ki), 0.0, 1.0, 1.0, 0.0
@@ -402,31 +421,47 @@ class ExtendedStatePIObserver(Observer):
     saturation: float = 1.0
     evaluation: str = "switching_gain"
 
+    _state = INNOVATIONS | {
+        "closed_loops_": Values(
+            (2, 2, 2),
+            (
+                lambda loops, e: _are_close(loops, e._closed_loops()),
+                "the loops that the parameters give",
+            ),
+        ),
+        "lyapunov_": Values((2, 2)),
+    }
+
     def _certify(self):
         check_real(self.ki_a, "ki_a", **ABOVE_0)
         check_real(self.ki_b, "ki_b")
         check_real(self.gain, "gain", **ABOVE_0)
         check_real(self.exponent, "exponent", **ABOVE_0)
         check_real(self.saturation, "saturation", min_val=0)
-        with np.errstate(over="ignore"):
-            largest = self.gain * (1 + np.float64(self.saturation) ** self.exponent)
+        largest = self._largest_gain()
         check_real(largest, "gain * (1 + saturation ** exponent)")
-        self.closed_loops_: NDArray[Any] = np.array(
-            [
-                observer.loop_matrix(self.pole, self.kp, self.ki_a, g)
-                for g in (self.gain, largest)
-            ]
-        )
+        self.closed_loops_: NDArray[Any] = self._closed_loops()
         certificate = observer.common_lyapunov(*self.closed_loops_)
         if certificate is None:
             radii = np.abs(np.linalg.eigvals(self.closed_loops_)).max(axis=1)
             raise ValueError(
                 "No common quadratic Lyapunov function certifies the observer with "
                 f"pole={self.pole}, kp={self.kp}, ki_a={self.ki_a} and gains from {self.gain} to "
-                f"{largest:.6g}: spectral radii {radii[0]:.6g} and {radii[1]:.6g}, expected below "
-                "1 with room between; lower ki_a, gain or saturation."
+                f"{largest:.6g}. Its spectral radii are {radii[0]:.3g} and {radii[1]:.3g} and must "
+                "be well below 1. Reduce ki_a, gain or saturation."
             )
         self.lyapunov_: NDArray[Any] = certificate
+
+    def _largest_gain(self):
+        with np.errstate(over="ignore"):
+            return self.gain * (1 + np.float64(self.saturation) ** self.exponent)
+
+    def _closed_loops(self):
+        gains = (self.gain, self._largest_gain())
+        loops = [
+            observer.loop_matrix(self.pole, self.kp, self.ki_a, gain) for gain in gains
+        ]
+        return np.array(loops)
 
     def _loop(self):
         gains = self.ki_a, self.ki_b, self.gain, self.exponent, self.saturation

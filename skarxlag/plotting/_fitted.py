@@ -10,20 +10,24 @@ from ..core.state import expect
 def known_conditions(estimator: Any) -> list[Any]:
     """Return the conditions of a fitted classifier, the healthy one first and the others sorted."""
     can = capabilities(estimator)
-    return sorted(can.conditions or (), key=lambda name: name != can.healthy)
+    conditions = list(can.conditions or ())
+    if can.healthy in conditions:
+        conditions.remove(can.healthy)
+        conditions.insert(0, can.healthy)
+    return conditions
 
 
 def ordered_conditions(
-    known: Sequence[Any], conditions: Sequence[Any] | None
+    drawn: Sequence[Any], conditions: Sequence[Any] | None
 ) -> list[str]:
     """Return the conditions in the order that determines their colours.
 
     Parameters
     ----------
-    known : sequence of label or None
+    drawn : sequence of label or None
         Conditions to be drawn. None entries are ignored.
     conditions : sequence of label or None
-        The requested order. If None, the order of `known`.
+        The requested order. If None, the order of `drawn`.
 
     Returns
     -------
@@ -35,12 +39,12 @@ def ordered_conditions(
     ValueError
         If `conditions` omits or repeats a condition.
     """
-    known = [str(name) for name in known if name is not None]
+    names = [str(name) for name in drawn if name is not None]
     if conditions is None:
-        return list(dict.fromkeys(known))
+        return list(dict.fromkeys(names))
     order = [str(name) for name in conditions]
-    is_whole = set(known) <= set(order) and len(set(order)) == len(order)
-    expect(is_whole, "conditions", order, f"each condition once, and all of {known}")
+    is_whole = set(names) <= set(order) and len(set(order)) == len(order)
+    expect(is_whole, "conditions", order, f"each condition once, and all of {names}")
     return order
 
 

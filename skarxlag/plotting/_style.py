@@ -83,21 +83,22 @@ def condition_styles(conditions: Sequence[Any]) -> dict[str, Any]:
     ('o', 's')
     """
     styles = {}
-    for place, name in enumerate(conditions):
-        turn, number = divmod(place, len(PALETTE))
-        shifted = (number + turn) % len(LINE_STYLES)
-        of_line = {"linestyle": LINE_STYLES[shifted], "marker": MARKERS[shifted]}
-        styles[str(name)] = {"color": PALETTE[number]} | of_line
+    for position, name in enumerate(conditions):
+        n_repeats, colour = divmod(position, len(PALETTE))
+        shape = (colour + n_repeats) % len(LINE_STYLES)
+        styles[str(name)] = {
+            "color": PALETTE[colour],
+            "linestyle": LINE_STYLES[shape],
+            "marker": MARKERS[shape],
+        }
     return styles
 
 
 def color_of(condition: Any, conditions: Sequence[Any], other: str = NEUTRAL) -> str:
     """Return the colour of a condition, or another colour if the condition is None."""
-    return (
-        other
-        if condition is None
-        else condition_styles(conditions)[str(condition)]["color"]
-    )
+    if condition is None:
+        return other
+    return condition_styles(conditions)[str(condition)]["color"]
 
 
 def ink() -> str:

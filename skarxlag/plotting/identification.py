@@ -66,10 +66,8 @@ class IdentificationDisplay(Display):
     sampling_rate: float | None = None
 
     def __post_init__(self) -> None:
-        self.output, self.prediction = (
-            np.asarray(self.output),
-            np.asarray(self.prediction),
-        )
+        self.output = np.asarray(self.output)
+        self.prediction = np.asarray(self.prediction)
         self.conditions = ordered_conditions([self.condition], self.conditions)
 
     @property
@@ -125,15 +123,16 @@ class IdentificationDisplay(Display):
         m, names = chosen_model(estimator, model)
         identify = unfolded_steps(estimator)[0]
         prediction = identify.predict_output(np.asarray(window)[np.newaxis])
-        known = known_conditions(estimator) or (names if len(names) > 1 else [])
-        labels = {
-            "model": names[m],
-            "condition": condition,
-            "sampling_rate": sampling_rate,
-        }
-        labels["conditions"] = ordered_conditions([*known, condition], conditions)
+        fitted = known_conditions(estimator) or (names if len(names) > 1 else [])
         output = np.atleast_2d(window)[0, -prediction.shape[-1] :]
-        return cls(output, prediction[0, m], **labels).plot(axes=axes)
+        return cls(
+            output,
+            prediction[0, m],
+            model=names[m],
+            condition=condition,
+            conditions=ordered_conditions([*fitted, condition], conditions),
+            sampling_rate=sampling_rate,
+        ).plot(axes=axes)
 
     def plot(self, axes: Sequence[Any] | NDArray[Any] | None = None) -> Self:
         """Draw the plot.

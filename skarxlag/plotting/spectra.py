@@ -37,7 +37,8 @@ _HIGHEST_ORDER = 20.0
 #: Multiples of the order of each fault that are marked. Repeated impacts of a fault
 #: show at multiples of its order; those of the rings are the strongest.
 _MULTIPLES = {"shaft": 1, "cage": 1, "outer": 3, "inner": 3, "ball": 2}
-
+#: Abbreviations of the fault orders in the field.
+_ABBREVIATIONS = {"cage": "FTF", "outer": "BPFO", "inner": "BPFI", "ball": "2 BSF"}
 #: Nearest conditions that are shown: the verdict and its closest rival.
 _N_SHOWN = 2
 
@@ -47,9 +48,9 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
     """Plot the contrast of envelope spectra over orders, with the combs of the faults.
 
     The line shows how far the envelope spectra rise above their surroundings. The first
-    three multiples of the order of each place are marked, at the speed and slip that
-    fit the place best. The comb of the place with the largest score is marked by dots,
-    too.
+    three multiples of the order of each fault (BPFO, BPFI and 2 BSF) are marked, at the
+    speed and slip that fit the fault best. The comb of the fault with the largest score
+    is marked by dots, too.
 
     Parameters
     ----------
@@ -60,9 +61,9 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
     combs : dict of str to ndarray of shape (n_multiples,)
         Orders of the marked lines of "ball", "inner" and "outer".
     scores : dict of str to float
-        Score of each place in dB.
+        Score of each fault in dB.
     factors : dict of str to float
-        True over nominal order of each place.
+        True over nominal order of each fault.
     limit : float
         Largest score of a healthy row in dB.
     evidence : str
@@ -140,29 +141,27 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
         X = np.asarray(row)[np.newaxis]
         for step in before:
             X = step.transform(X)
-        found = classifier.match(
-            X, rpm=rpm if np.ndim(rpm) == 0 else np.asarray(rpm)[np.newaxis]
-        )
-        n_shown = int(_HIGHEST_ORDER / ORDER_STEP) + 1
-        factors = dict(zip(FAULTS, found.factors[0].tolist(), strict=True))
+        speed = rpm if np.ndim(rpm) == 0 else np.asarray(rpm)[np.newaxis]
+        matches = classifier.match(X, rpm=speed)
+        factors = matches.factors[0]
         orders = impact_orders(classifier.orders_)[
-            found.bearings[0], np.arange(len(FAULTS))
+            matches.bearings[0], np.arange(len(FAULTS))
         ]
-        lines = np.outer(orders * found.factors[0], np.arange(1, RACE_MULTIPLES + 1))
-        combs = {
-            name: of[of <= _HIGHEST_ORDER]
-            for name, of in zip(FAULTS, lines, strict=True)
-        }
-        scores = dict(
-            zip(FAULTS, (NEPER_IN_DB * found.scores[0]).tolist(), strict=True)
-        )
-        shown = {"combs": combs, "scores": scores, "factors": factors}
-        shown["limit"] = NEPER_IN_DB * float(
-            classifier.limit_ + classifier.reference_.max()
-        )
-        shown["evidence"] = classifier._judge(found).evidence[0]
-        contrast = NEPER_IN_DB * found.contrasts[0][:n_shown]
-        return cls(np.arange(n_shown) * ORDER_STEP, contrast, **shown).plot(ax)
+        lines = np.outer(orders * factors, np.arange(1, RACE_MULTIPLES + 1))
+        limit = classifier.limit_ + classifier.reference_.max()
+        n_shown = int(_HIGHEST_ORDER / ORDER_STEP) + 1
+        return cls(
+            np.arange(n_shown) * ORDER_STEP,
+            NEPER_IN_DB * matches.contrasts[0][:n_shown],
+            combs={
+                name: multiples[multiples <= _HIGHEST_ORDER]
+                for name, multiples in zip(FAULTS, lines, strict=True)
+            },
+            scores=_by_fault(NEPER_IN_DB * matches.scores[0]),
+            factors=_by_fault(factors),
+            limit=NEPER_IN_DB * float(limit),
+            evidence=classifier._judge(matches).evidence[0],
+        ).plot(ax)
 
     def _draw(self, ax):
         style = {"color": ink(), "linewidth": 0.8, "label": "contrast"}
@@ -170,12 +169,15 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
         styles = condition_styles(["healthy", *FAULTS])
         self.comb_lines_: dict[str, Any] = {}
         for name, lines in self.combs.items():
-            label = f"{name}: {self.scores[name]:.0f} dB, {100 * (self.factors[name] - 1):+.1f} %"
+            error = 100 * (self.factors[name] - 1)
             style = {
                 "color": styles[name]["color"],
                 "linestyle": ":",
                 "zorder": 0,
-                "label": label,
+                "label": (
+                    f"{name} ({_ABBREVIATIONS[name]}): {self.scores[name]:.0f} dB, "
+                    f"{error:+.1f} %"
+                ),
             }
             for order in lines:
                 self.comb_lines_.setdefault(name, ax.axvline(order, **style))
@@ -197,6 +199,10 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
         )
         ax.set(xlim=(0, self.orders[-1]), ylim=(0, None))
         legend_beside(ax, [self.line_, *self.comb_lines_.values(), limit])
+
+
+def _by_fault(values):
+    return dict(zip(FAULTS, values.tolist(), strict=True))
 
 
 @dataclass(repr=False, eq=False)
@@ -301,27 +307,24 @@ class OrderSpectrumDisplay(Display):
         before, residual = order_comparison(estimator)
         row = np.asarray(stretch)[np.newaxis]
         levels = row if before is None else before.transform(row)
-        found = residual.match(
-            levels, rpm=None if rpm is None else np.asarray(rpm)[np.newaxis]
-        )
-        nearest = found.residuals[0].argsort()[:_N_SHOWN]
+        speed = None if rpm is None else np.asarray(rpm)[np.newaxis]
+        matches = residual.match(levels, rpm=speed)
+        nearest = matches.residuals[0].argsort()[:_N_SHOWN]
         names = residual.classes_.astype(str)
 
         def by_name(values):
             return {str(names[c]): values[c] for c in nearest}
 
-        spectra = by_name(found.spectra[0].mean(axis=1))
-        references = by_name(residual.references_.mean(axis=1))
-        shown = {
-            name: by_name(found[name][0].astype(float))
-            for name in ("factors", "residuals")
-        }
-        shown |= {
-            "rpm": None if rpm is None else float(np.mean(rpm)),
-            "fault_orders": fault_orders,
-        }
-        shown["conditions"] = known_conditions(estimator)
-        return cls(residual.orders_, spectra, references, **shown).plot()
+        return cls(
+            residual.orders_,
+            by_name(matches.spectra[0].mean(axis=1)),
+            by_name(residual.references_.mean(axis=1)),
+            factors=by_name(matches.factors[0].astype(float)),
+            residuals=by_name(matches.residuals[0].astype(float)),
+            conditions=known_conditions(estimator),
+            rpm=None if rpm is None else float(np.mean(rpm)),
+            fault_orders=fault_orders,
+        ).plot()
 
     def plot(self) -> Self:
         """Draw the plot into a new figure.
@@ -333,39 +336,49 @@ class OrderSpectrumDisplay(Display):
         """
         self._set_axes(None, len(self.spectra))
         styles = condition_styles(self.conditions)
-        known = self.fault_orders or {}
-        faults = [fault for fault in _MULTIPLES if fault in known]
         self.lines_: dict[str, Any] = {}
         self.reference_lines_: dict[str, Any] = {}
         self.fault_lines_: dict[str, Any] = {}
         for ax, (name, spectrum) in zip(self.axes_, self.spectra.items(), strict=True):
-            style = {key: styles[name][key] for key in LINE} | {
-                "label": f"reference of {name}"
-            }
+            style = {key: styles[name][key] for key in LINE}
             (self.reference_lines_[name],) = ax.plot(
-                self.orders, self.references[name], **style
+                self.orders,
+                self.references[name],
+                label=f"reference of {name}",
+                **style,
             )
-            style = {"color": ink(), "linewidth": 1, "label": "this stretch"}
-            (self.lines_[name],) = ax.plot(self.orders, spectrum, **style)
-            shown = {}
-            for number, fault in enumerate(faults, start=1):
-                style = {
-                    "color": NEUTRAL,
-                    "linestyle": (0, (number, 2)),
-                    "linewidth": 1,
-                }
-                style |= {"label": f"{fault} {known[fault]:.3g}", "zorder": 0}
-                lines = known[fault] * np.arange(1, _MULTIPLES[fault] + 1)
-                for order in lines[lines <= self.orders[-1]]:
-                    shown.setdefault(fault, ax.axvline(order, **style))
-            self.fault_lines_ = self.fault_lines_ or shown
+            (self.lines_[name],) = ax.plot(
+                self.orders, spectrum, color=ink(), linewidth=1, label="this stretch"
+            )
+            fault_lines = self._draw_fault_orders(ax)
+            self.fault_lines_ = self.fault_lines_ or fault_lines
             speed = f"speed {self.factors[name]:.3g} times that of the training"
             if self.rpm is not None:
                 speed = f"{self.rpm * self.factors[name]:.4g} rpm found at nominal {self.rpm:g} rpm"
             title = f"{name}: residual {self.residuals[name]:.2f}, {speed}"
             ax.set(ylabel="Power (neper)", title=title)
-            legend_beside(
-                ax, [self.lines_[name], self.reference_lines_[name], *shown.values()]
-            )
+            lines = [self.lines_[name], self.reference_lines_[name]]
+            legend_beside(ax, [*lines, *fault_lines.values()])
         ax.set(xlabel="Order of the shaft", xlim=(0, self.orders[-1]))
         return self
+
+    def _draw_fault_orders(self, ax):
+        """Draw the orders of the faults, and return the first line of each fault."""
+        fault_orders = self.fault_orders or {}
+        faults = [fault for fault in _MULTIPLES if fault in fault_orders]
+        first_lines = {}
+        for number, fault in enumerate(faults, start=1):
+            order = fault_orders[fault]
+            abbreviation = _ABBREVIATIONS.get(fault)
+            suffix = "" if abbreviation is None else f" ({abbreviation})"
+            style = {
+                "color": NEUTRAL,
+                "linestyle": (0, (number, 2)),
+                "linewidth": 1,
+                "label": f"{fault}{suffix} {order:.3g}",
+                "zorder": 0,
+            }
+            lines = order * np.arange(1, _MULTIPLES[fault] + 1)
+            for line in lines[lines <= self.orders[-1]]:
+                first_lines.setdefault(fault, ax.axvline(line, **style))
+        return first_lines

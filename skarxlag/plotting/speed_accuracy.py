@@ -56,15 +56,20 @@ class SpeedAccuracyDisplay(AxesDisplay):
     name: str | None = None
 
     def __post_init__(self, y_true: ArrayLike, y_pred: ArrayLike) -> None:
-        speeds = {"train_rpm": self.train_rpm, "test_rpm": self.test_rpm}
-        columns = {"true": y_true, "predicted": y_pred} | speeds
+        columns = {
+            "true": y_true,
+            "predicted": y_pred,
+            "train_rpm": self.train_rpm,
+            "test_rpm": self.test_rpm,
+        }
         # The index of a table is not that of another one.
         verdicts = pd.DataFrame(
-            {name: np.asarray(each) for name, each in columns.items()}
+            {name: np.asarray(values) for name, values in columns.items()}
         )
         table = speed_accuracy(verdicts) / 100
         self.accuracy: NDArray[Any] = table.to_numpy(dtype=float)
-        self.train_rpm, self.test_rpm = table.index.to_numpy(), table.columns.to_numpy()
+        self.train_rpm = table.index.to_numpy()
+        self.test_rpm = table.columns.to_numpy()
 
     def _draw(self, ax):
         prefix = "" if self.name is None else f"{self.name}, "
@@ -72,24 +77,26 @@ class SpeedAccuracyDisplay(AxesDisplay):
         # Lines of earlier displays on these axes keep their styles; new lines take the
         # next ones.
         n_before = len(ax.get_legend_handles_labels()[0])
-        styles = list(condition_styles(range(n_before + len(self.train_rpm))).values())[
-            n_before:
-        ]
+        styles = condition_styles(range(n_before + len(self.train_rpm)))
         hollow = {
             "linestyle": "none",
             "markerfacecolor": ax.get_facecolor(),
             "zorder": 3,
         }
-        for accuracy, speed, style in zip(
-            self.accuracy, self.train_rpm, styles, strict=True
-        ):
-            known = np.isfinite(accuracy)
-            label = f"{prefix}calibrated at {speed:g} rpm"
+        for row, speed in enumerate(self.train_rpm):
+            style = styles[str(n_before + row)]
+            accuracy = self.accuracy[row]
+            is_tested = np.isfinite(accuracy)
+            is_same = is_tested & (self.test_rpm == speed)
+            style["label"] = f"{prefix}calibrated at {speed:g} rpm"
             self.lines_ += ax.plot(
-                self.test_rpm[known], accuracy[known], **style, label=label
+                self.test_rpm[is_tested], accuracy[is_tested], **style
             )
-            same = known & (self.test_rpm == speed)
-            ax.plot(self.test_rpm[same], accuracy[same], **style | hollow)
+            ax.plot(
+                self.test_rpm[is_same],
+                accuracy[is_same],
+                **style | hollow | {"label": None},
+            )
         ax.set(
             xlabel="Shaft speed of the test (rpm)", ylabel="Accuracy", ylim=(0, 1.03)
         )

@@ -37,9 +37,12 @@ def isolation_thresholds(decide: ThresholdLadder) -> dict[str, float]:
     For a single residual the thresholds ascend: each is the upper end of the range of
     levels that is assigned to its condition, and the highest is infinite.
     """
-    deltas, names = decide.isolation_thresholds_, decide.classes_
-    if not decide._is_bank():
-        deltas, names = np.append(deltas, np.inf), decide.rungs_
+    if decide._is_bank():
+        names = decide.classes_
+        deltas = decide.isolation_thresholds_
+    else:
+        names = decide.rungs_
+        deltas = np.append(decide.isolation_thresholds_, np.inf)
     return dict(zip(names.astype(str).tolist(), deltas.tolist(), strict=True))
 
 
@@ -67,7 +70,8 @@ class ThresholdDisplay(AxesDisplay):
 
         A threshold that is infinite, or that equals :math:`\Gamma`, is left out.
         """
-        gamma, styles = self.detection_threshold, condition_styles(self.conditions)
+        gamma = self.detection_threshold
+        styles = condition_styles(self.conditions)
         if gamma is not None:
             yield None, gamma, {"color": ink(), "linestyle": "--", "label": r"$\Gamma$"}
         for name, delta in sorted(self.isolation_thresholds.items(), key=itemgetter(1)):
@@ -189,42 +193,51 @@ class ResidualDisplay(ThresholdDisplay):
             its residual evaluation does not measure the size of a trajectory
             ("whiteness").
         """
-        observer, decide = estimator[-2], estimator[-1]
+        observer = estimator[-2]
+        decide = estimator[-1]
         is_observer = isinstance(observer, Observer)
         expect(is_observer, "Step before the decision", observer, "an observer")
         trajectory = RESIDUAL_EVALUATIONS[observer.evaluation].trajectory
-        known = [name for name, each in RESIDUAL_EVALUATIONS.items() if each.trajectory]
-        expect(
-            trajectory is not None, "evaluation", observer.evaluation, f"one of {known}"
-        )
+        drawable = [
+            name
+            for name, evaluation in RESIDUAL_EVALUATIONS.items()
+            if evaluation.trajectory
+        ]
+        expected = f"one of {drawable}"
+        expect(trajectory is not None, "evaluation", observer.evaluation, expected)
         m, names = chosen_model(estimator, model)
         innovations = estimator[:-2].transform(np.asarray(window)[np.newaxis])
         levels = np.asarray(observer.transform(innovations))[0]
-        known = known_conditions(estimator)
-        gamma, deltas = decide.detection_threshold_, isolation_thresholds(decide)
+        fitted = known_conditions(estimator)
+        gamma = decide.detection_threshold_
+        deltas = isolation_thresholds(decide)
         if decide._is_bank():
             # The thresholds of a bank are relative to the geometric mean of all
             # residuals.
-            gamma = gamma if names[m] == str(known[0]) else None
-            deltas = {
-                names[m]: deltas[names[m]] * float(np.exp(log_level(levels).mean()))
-            }
-        thresholds = {"detection_threshold": gamma, "isolation_thresholds": deltas}
-        labels = {"model": names[m], "condition": condition}
-        labels["conditions"] = ordered_conditions([*known, condition], conditions)
+            gamma = gamma if names[m] == str(fitted[0]) else None
+            mean = float(np.exp(log_level(levels).mean()))
+            deltas = {names[m]: deltas[names[m]] * mean}
         residual = observer.observe(innovations)[trajectory][0, m]
-        return cls(residual, level=float(levels[m]), **thresholds, **labels).plot(ax=ax)
+        return cls(
+            residual,
+            level=float(levels[m]),
+            detection_threshold=gamma,
+            isolation_thresholds=deltas,
+            model=names[m],
+            condition=condition,
+            conditions=ordered_conditions([*fitted, condition], conditions),
+        ).plot(ax=ax)
 
     def _draw(self, ax):
         of_window = "" if self.condition is None else f", window of {self.condition}"
         of_model = "" if self.model is None else f", model of {self.model}"
-        style = {
-            "linewidth": 0.6,
-            "alpha": 0.4,
-            "label": f"residual{of_window}{of_model}",
-        }
-        style["color"] = color_of(self.condition, self.conditions, other=ink())
-        self.line_: Any = ax.plot(self.residual, **style)[0]
+        self.line_: Any = ax.plot(
+            self.residual,
+            color=color_of(self.condition, self.conditions, other=ink()),
+            linewidth=0.6,
+            alpha=0.4,
+            label=f"residual{of_window}{of_model}",
+        )[0]
 
         def on_both_sides(value, **style):
             ax.axhline(-value, **style | {"label": None})
@@ -320,7 +333,8 @@ class ThresholdLadderDisplay(ThresholdDisplay):
     rivals: ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        self.y, self.levels = np.asarray(self.y).astype(str), np.asarray(self.levels)
+        self.y = np.asarray(self.y).astype(str)
+        self.levels = np.asarray(self.levels)
         self._name_conditions(self.y.tolist())
 
     @classmethod
@@ -372,22 +386,27 @@ class ThresholdLadderDisplay(ThresholdDisplay):
         possible = _DECISIONS if len(decide.classes_) > 1 else _DECISIONS[:1]
         decision = possible[-1] if decision is None else decision
         expect(decision in possible, "decision", decision, f"one of {possible}")
-        y, shown, rivals = (
-            np.asarray(y).astype(str),
-            decide._healthy_level(levels),
-            None,
-        )
-        gamma, deltas = decide.detection_threshold_, None
+        y = np.asarray(y).astype(str)
+        shown = decide._healthy_level(levels)
+        rivals = None
+        gamma = decide.detection_threshold_
+        deltas = None
         if decision == "isolation":
             deltas = isolation_thresholds(decide)
             if decide._is_bank():
                 gamma = None
                 shown, rivals = _own_and_rival(levels, y, decide.classes_.astype(str))
-        thresholds = {"detection_threshold": gamma, "isolation_thresholds": deltas}
         order = ordered_conditions(
             [*known_conditions(estimator), *y.tolist()], conditions
         )
-        return cls(y, shown, rivals=rivals, conditions=order, **thresholds).plot(ax=ax)
+        return cls(
+            y,
+            shown,
+            rivals=rivals,
+            detection_threshold=gamma,
+            isolation_thresholds=deltas,
+            conditions=order,
+        ).plot(ax=ax)
 
     def _draw(self, ax):
         ax.set_yscale("log")
@@ -395,12 +414,10 @@ class ThresholdLadderDisplay(ThresholdDisplay):
         styles = condition_styles(self.conditions)
         shown = [name for name in self.conditions if name in self.y]
         # Windows stand side by side, with a gap between two conditions.
-        gap, group = (
-            _GAP * len(self.y),
-            np.array([shown.index(name) for name in self.y]),
-        )
-        place = np.argsort(np.argsort(group, kind="stable")) + gap * group
-        own = {name: place[self.y == name] for name in shown}
+        gap = _GAP * len(self.y)
+        group = np.array([shown.index(name) for name in self.y])
+        position = np.argsort(np.argsort(group, kind="stable")) + gap * group
+        positions = {name: position[self.y == name] for name in shown}
         self.lines_: dict[str, Any] = {}
         for name in shown:
             style = styles[name] | {
@@ -408,9 +425,8 @@ class ThresholdLadderDisplay(ThresholdDisplay):
                 "markeredgewidth": 0,
                 "linestyle": "none",
             }
-            (self.lines_[name],) = ax.plot(
-                own[name], self.levels[self.y == name], **style
-            )
+            levels = self.levels[self.y == name]
+            (self.lines_[name],) = ax.plot(positions[name], levels, **style)
         self.rival_line_: Any = None
         if self.rivals is not None:
             style = {
@@ -419,30 +435,29 @@ class ThresholdLadderDisplay(ThresholdDisplay):
                 "markersize": 2.5,
                 "alpha": 0.6,
             }
-            (self.rival_line_,) = ax.plot(place, self.rivals, ".", **style)
+            (self.rival_line_,) = ax.plot(position, self.rivals, ".", **style)
         self.threshold_lines_: dict[str, Any] = {}
         for name, height, style in self._thresholds():
             if self.rivals is None:
                 self.threshold_lines_[style["label"]] = ax.axhline(height, **style)
-            elif name in own:
-                ends = ax.plot(own[name][[0, -1]], [height, height], **style)
-                (self.threshold_lines_[style["label"]],) = ends
-        self.bands_: dict[str, Any] = (
-            self._draw_rungs(ax, styles) if self.rivals is None else {}
-        )
-        ax.set_xticks(
-            [at.mean() for at in own.values()], shown, rotation=30, ha="right"
-        )
-        ylabel = "Residual level" if self.rivals is None else "Relative residual level"
+            elif name in positions:
+                ends = positions[name][[0, -1]]
+                line = ax.plot(ends, [height, height], **style)[0]
+                self.threshold_lines_[style["label"]] = line
+        self.bands_: dict[str, Any] = {}
+        ylabel = "Relative residual level"
+        if self.rivals is None:
+            self.bands_ = self._draw_rungs(ax, styles)
+            ylabel = "Residual level"
+        middles = [of_condition.mean() for of_condition in positions.values()]
+        ax.set_xticks(middles, shown, rotation=30, ha="right")
         ax.set(
-            xlim=(-gap, place.max() + gap),
+            xlim=(-gap, position.max() + gap),
             xlabel="Windows by true condition",
             ylabel=ylabel,
         )
         # The legend lists the thresholds as they lie in the plot, the highest on top.
-        lines = sorted(
-            self.threshold_lines_.values(), key=lambda line: -line.get_ydata()[0]
-        )
+        lines = sorted(self.threshold_lines_.values(), key=_height, reverse=True)
         legend_beside(ax, lines if self.rivals is None else [self.rival_line_, *lines])
 
     def _draw_rungs(self, ax, styles):
@@ -462,10 +477,15 @@ class ThresholdLadderDisplay(ThresholdDisplay):
         return bands
 
 
+def _height(line):
+    return line.get_ydata()[0]
+
+
 def _own_and_rival(levels, y, classes):
     """Return the relative residual of each window's own model, and the smallest of the others."""
-    unknown, known = np.setdiff1d(y, classes), f"models of the bank: {classes.tolist()}"
-    expect(len(unknown) == 0, "Conditions in y", unknown, known)
+    unknown = np.setdiff1d(y, classes)
+    expected = f"models of the bank: {classes.tolist()}"
+    expect(len(unknown) == 0, "Conditions in y", unknown, expected)
     relative = np.exp(-relative_scores(levels))
     is_own = y[:, np.newaxis] == classes
     return relative[is_own], np.min(np.where(is_own, np.inf, relative), axis=1)

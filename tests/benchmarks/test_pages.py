@@ -42,8 +42,13 @@ def test_every_image_is_written_by_one_part():
     listed = [path for pattern in patterns for path in modules.ROOT.glob(pattern)]
     stored = [
         path
-        for folder in ("docs/_static", "docs/images", "docs/paper/images")
-        for suffix in ("*.svg", "*.png")
+        for folder in (
+            "docs/_static",
+            "docs/images",
+            "docs/images/gallery",
+            "docs/paper/images",
+        )
+        for suffix in ("*.svg", "*.png", "*.txt")
         for path in modules.ROOT.glob(f"{folder}/{suffix}")
         if path.relative_to(modules.ROOT).as_posix() not in BY_HAND
     ]

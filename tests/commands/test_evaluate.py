@@ -51,14 +51,31 @@ def test_writes_tables_and_figures_of_each_crack_size(simulated):
 
 def test_the_report_says_that_the_rig_is_simulated(simulated):
     lines = (simulated / "simulated_report.txt").read_text().splitlines()
-    assert lines[0].startswith("Simulated rig, crack 3 mm: 8 conditions (Normal, ")
-    assert lines[0].endswith(
-        "at 300, 400, 450, 500 rpm, windows of 400 samples at 250000 Hz."
-    )
+    assert lines[3].startswith("Simulated rig: 8 conditions (Normal, ")
+    assert lines[4] == "at 300, 400, 450, 500 rpm, windows of 400 samples at 250000 Hz."
     assert (
         sum(line.startswith("Simulated rig, crack 6 mm: accuracy") for line in lines)
         == 1
     )
+
+
+def test_one_table_on_one_screen_has_the_best_of_each_test_marked(simulated):
+    screen, _, rest = (
+        (simulated / "simulated_report.txt").read_text().partition("\n\n\n")
+    )
+    assert screen.startswith("How often does each method name the right condition")
+    # The two lines that the command prints below it make 24.
+    assert len(screen.splitlines()) <= 22
+    assert "confusion matrix" not in screen and "confusion matrix" in rest
+    for crack in ("3 mm", "6 mm"):
+        table = pd.read_csv(
+            simulated / f"simulated_{crack.replace(' ', '')}_protocols.csv"
+        )
+        best = table["condition"].max()
+        rows = re.search(rf"crack {crack} another speed(.*\n.*\n.*)", screen)[1]
+        marked = [float(share) for share in re.findall(r"([\d.]+)\*", rows)]
+        assert {*marked} == {round(best, 1), round(table["place"].max(), 1)}
+        assert f"Crack {crack}: Diagnoser names the right place in" in screen
 
 
 @pytest.mark.parametrize("crack", [3, 6])
@@ -170,9 +187,8 @@ def test_real_rig_is_calibrated_at_every_speed(run, tmp_path, fetched, real_rig)
     assert "simulat" not in out.lower()
     assert (tmp_path / "out" / "uestc.png").stat().st_size > 10_000
     report = (tmp_path / "out" / "uestc_report.txt").read_text()
-    assert out.startswith("UESTC rig: 3 conditions") and report.startswith(
-        out.split("Drawn")[0]
-    )
+    assert out.startswith("How often does each method name the right condition")
+    assert "UESTC rig: 3 conditions" in out and report.startswith(out.split("Drawn")[0])
     pairs = numbers(
         tmp_path / "out", "uestc_speeds_windows.csv", ("diagnoser", "train_rpm")
     )

@@ -175,7 +175,7 @@ def test_unstable_gains_are_scored_as_failed(data):
     pipe = make_pipeline(ARXLaguerre(order=4), PIObserver(), ThresholdLadder())
     grid = {"piobserver__kp": [0.1, 5.0]}
     search = GridSearchCV(pipe, grid, cv=2, error_score=-1.0)
-    with pytest.warns(FitFailedWarning, match="Spectral radius with pole"):
+    with pytest.warns(FitFailedWarning, match="The observer is unstable"):
         search.fit(X, y)
     assert search.best_params_ == {"piobserver__kp": 0.1}
     np.testing.assert_array_equal(search.cv_results_["mean_test_score"][1], -1.0)

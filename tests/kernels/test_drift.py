@@ -1,71 +1,16 @@
+import math
+
 import numpy as np
 import pytest
-from scipy.spatial.distance import mahalanobis
+from hypothesis import given
+from hypothesis import strategies as st
 
 from skarxlag.kernels import drift
 from skarxlag.kernels.drift import (
     along_axes,
-    drift_covariance,
-    joint_axes,
-    raised_noise,
-    scaled_frequency,
-    squared_distances,
 )
-from skarxlag.kernels.spectra import frequency_grid
 
-
-def test_smooth_variance_by_hand():
-    np.testing.assert_allclose(drift.smooth_variance(3, 0.9, 0.05), [0.95, 0.275, 0.15])
-
-
-def test_scaled_frequency_moves_a_peak_both_ways():
-    frequency = frequency_grid(2000)
-    peak = np.exp(-0.5 * ((frequency - 1.0) / 0.1) ** 2)
-    up_or_down = drift.scaled_frequency(peak[np.newaxis]) + peak
-    assert up_or_down.shape == (2, 2000)
-    places = frequency[np.argmax(up_or_down, axis=1)]
-    np.testing.assert_allclose(places, [np.exp(-0.1), np.exp(0.1)], atol=2e-3)
-
-
-def test_scaled_frequency_counts_from_the_edge_of_the_first_cell():
-    # A spectrum that is proportional to frequency changes in proportion to it.
-    frequency = frequency_grid(50)
-    faster, slower = drift.scaled_frequency(frequency[np.newaxis])
-    within = frequency * np.exp(0.1) < frequency[-1]
-    np.testing.assert_allclose(
-        faster[within], frequency[within] * (np.exp(0.1) - 1), rtol=1e-12
-    )
-    # Below the first cell and beyond the last one the value is held.
-    np.testing.assert_allclose(
-        faster[~within], frequency[-1] - frequency[~within], rtol=1e-12
-    )
-    np.testing.assert_allclose(
-        slower[1:], frequency[1:] * (np.exp(-0.1) - 1), rtol=1e-12
-    )
-    assert slower[0] == 0
-
-
-def test_raised_noise_adds_power_20_and_26_db_below_the_mean():
-    power = np.random.default_rng(0).exponential(size=(3, 50))
-    changes = drift.raised_noise(np.log(power))
-    for change, level in zip(np.split(changes, 2), (0.01, 10**-2.6), strict=True):
-        added = np.exp(np.log(power) + change) - power
-        expected = level * power.mean(axis=1, keepdims=True) * np.ones(50)
-        np.testing.assert_allclose(added, expected, rtol=1e-6)
-
-
-@pytest.mark.parametrize("size", [0, 1, 6])
-def test_joint_axes_make_both_diagonal(size):
-    rng = np.random.default_rng(0)
-    root = rng.normal(size=(size, size))
-    drift = root @ root.T + np.eye(size)
-    few = rng.normal(size=(size, 2))
-    scatter = few @ few.T
-    axes, variances = joint_axes(scatter, drift)
-    assert axes.shape == (size, size) and variances.shape == (size,)
-    np.testing.assert_allclose(axes.T @ drift @ axes, np.eye(size), atol=1e-10)
-    np.testing.assert_allclose(axes.T @ scatter @ axes, np.diag(variances), atol=1e-10)
-    assert (variances >= 0).all()
+from .literal import between, generators, literal_cepstrum, some_examples, walk
 
 
 def test_product_does_not_depend_on_the_number_of_rows():
@@ -81,68 +26,115 @@ def test_product_does_not_depend_on_the_number_of_rows():
     )
 
 
-@pytest.mark.parametrize("n_axes", [1, 4])
-def test_squared_distances_are_mahalanobis_distances_at_the_place_of_each_row(n_axes):
-    rng = np.random.default_rng(0)
-    rows, axes = rng.normal(size=(5, 3, 6)), rng.normal(size=(3, 6, n_axes))
-    references = rng.normal(size=(4, 2, 3, n_axes))
-    precisions, places = (
-        rng.uniform(0.5, 2, size=(4, 3, n_axes)),
-        rng.integers(4, size=(2, 5)),
+@some_examples
+@given(st.integers(1, 60), st.floats(0, 2), st.floats(0, 2))
+def test_smooth_variance(n, smooth, rough):
+    expected = [smooth / k / k + rough for k in range(1, n + 1)]
+    np.testing.assert_allclose(drift.smooth_variance(n, smooth, rough), expected)
+
+
+@some_examples
+@given(generators, st.integers(1, 4), st.integers(2, 50))
+def test_changes_of_log_spectra(rng, n_spectra, n_frequencies):
+    log_spectra = walk(rng, n_spectra, n_frequencies)
+    places = [f + 0.5 for f in range(n_frequencies)]
+    scaled, raised = (
+        drift.scaled_frequency(log_spectra),
+        drift.raised_noise(log_spectra),
     )
-    found = squared_distances(rows, axes, references, precisions, places)
-    assert found.shape == (2, 5, 2, 3)
-    for (tried, w, c, g), value in np.ndenumerate(found):
-        place = places[tried, w]
-        weight = np.diag(precisions[place, g])
-        along = rows[w, g] @ axes[g]
-        expected = mahalanobis(along, references[place, c, g], weight) ** 2 / n_axes
-        assert value == pytest.approx(expected, rel=1e-12)
-    alone = squared_distances(rows[3:4], axes, references, precisions, places[:, 3:4])
-    np.testing.assert_array_equal(alone, found[:, 3:4])
+    assert scaled.shape == raised.shape == (2 * n_spectra, n_frequencies)
+    for i, row in enumerate(log_spectra):
+        mean = sum(math.exp(level) for level in row) / n_frequencies
+        for j, (factor, share) in enumerate(
+            ((math.exp(0.1), 10**-2), (math.exp(-0.1), 10**-2.6))
+        ):
+            moved = [between(factor * x, places, row) for x in places]
+            np.testing.assert_allclose(
+                scaled[j * n_spectra + i], moved - row, atol=1e-12
+            )
+            added = [math.log(math.exp(level) + share * mean) for level in row]
+            np.testing.assert_allclose(
+                raised[j * n_spectra + i], added - row, atol=1e-12
+            )
 
 
-def test_drift_of_flat_spectra_is_smooth_and_rough_drift_alone(monkeypatch):
-    spectral_shape, steadiness = np.zeros((2, 256)), np.full((2, 63), -0.36)
-    # A floor that rises lifts a flat spectrum alike everywhere: no cepstrum changes.
-    found = drift_covariance(spectral_shape, steadiness)
-    n = np.concatenate([np.arange(1, 49), np.arange(1, 63)])
-    np.testing.assert_allclose(found, np.diag(0.1 / n**2 + 0.01), atol=1e-12)
-    monkeypatch.setattr(drift, "NOISE", 5.0)
-    moved = drift_covariance(np.linspace(0, -6, 256)[None], steadiness[:1])
-    assert np.linalg.eigvalsh(moved - found).min() > -1e-10
-    assert np.trace(moved) > 1.05 * np.trace(found)
+@some_examples
+@given(generators, st.integers(0, 8), st.integers(0, 8))
+def test_joint_axes(rng, n, rank):
+    spread, root = rng.normal(size=(n, n)), rng.normal(size=(n, min(rank, n)))
+    given_drift, scatter = spread @ spread.T + 0.1 * np.eye(n), root @ root.T
+    axes, variances = drift.joint_axes(scatter, given_drift)
+    np.testing.assert_allclose(axes.T @ given_drift @ axes, np.eye(n), atol=1e-8)
+    np.testing.assert_allclose(axes.T @ scatter @ axes, np.diag(variances), atol=1e-8)
+    plain = np.linalg.eigvals(np.linalg.solve(given_drift, scatter))
+    np.testing.assert_allclose(variances, np.sort(plain.real).clip(0), atol=1e-8)
 
 
-@pytest.mark.parametrize("n_frequencies", [256, 40])
-def test_drift_covariance_is_the_mean_square_of_the_changes(n_frequencies):
-    rng = np.random.default_rng(0)
-    spectral_shape = rng.normal(size=(3, n_frequencies)).cumsum(axis=1) / 10
-    steadiness = rng.normal(size=(3, 20))
-    found = drift_covariance(spectral_shape, steadiness)
-    n_colour = min(48, n_frequencies - 1)
+@some_examples
+@given(
+    generators,
+    st.integers(1, 4),
+    st.integers(1, 3),
+    st.integers(1, 3),
+    st.integers(0, 6),
+    st.integers(1, 3),
+)
+def test_distances_along_axes(rng, n_rows, n_groups, n_classes, n_axes, n_tried):
+    rows, axes = (
+        rng.normal(size=(n_rows, n_groups, 5)),
+        rng.normal(size=(n_groups, 5, n_axes)),
+    )
+    references = rng.normal(size=(3, n_classes, n_groups, n_axes))
+    precisions = rng.uniform(0.1, 2, size=(3, n_groups, n_axes))
+    places = rng.integers(0, 3, size=(n_tried, n_rows))
+    along = drift.along_axes(rows, axes)
+    found = drift.squared_distances(rows, axes, references, precisions, places)
+    assert found.shape == (n_tried, n_rows, n_classes, n_groups)
+    for w in range(n_rows):
+        for g in range(n_groups):
+            expected = [
+                sum(rows[w, g, f] * axes[g, f, k] for f in range(5))
+                for k in range(n_axes)
+            ]
+            np.testing.assert_allclose(along[w, g], expected, atol=1e-12)
+            for tried, place in enumerate(places[:, w]):
+                for c in range(n_classes):
+                    squares = [
+                        precisions[place, g, k]
+                        * (expected[k] - references[place, c, g, k]) ** 2
+                        for k in range(n_axes)
+                    ]
+                    mean = math.fsum(squares) / max(n_axes, 1)
+                    assert found[tried, w, c, g] == pytest.approx(mean, rel=1e-9)
 
-    def coefficients(change):
-        """Cosine coefficients of a log spectrum, without the first, as explicit sums."""
-        size = len(change)
-        angles = np.pi * (np.arange(size) + 0.5) / size
-        return [change @ np.cos(n * angles) * 2 / size for n in range(1, size)]
 
-    def features(of_colour, of_steadiness):
-        return np.array(
-            coefficients(of_colour)[:n_colour] + coefficients(of_steadiness)
-        )
+@some_examples
+@given(generators, st.integers(1, 3), st.integers(2, 60), st.integers(2, 20))
+def test_covariance_of_drift(rng, n_speeds, n_frequencies, n_bands):
+    spectral_shape, steadiness = (
+        walk(rng, n_speeds, n_frequencies),
+        walk(rng, n_speeds, n_bands),
+    )
+    n_shape = min(48, n_frequencies - 1)
+    numbers = [*range(1, n_shape + 1), *range(1, n_bands)]
+    expected = np.diag([0.1 / n**2 + 0.01 for n in numbers])
 
-    scaled = [
-        features(*changes)
-        for changes in zip(
-            scaled_frequency(spectral_shape), scaled_frequency(steadiness), strict=True
-        )
-    ]
-    raised = [features(change, np.zeros(20)) for change in raised_noise(spectral_shape)]
-    n = np.concatenate([np.arange(1, n_colour + 1), np.arange(1, 20)])
-    expected = np.diag(0.1 / n**2 + 0.01)
-    for weight, rows in ((0.1, scaled), (0.5, raised)):
-        for row in rows:
-            expected = expected + weight * np.outer(row, row) / len(rows)
-    np.testing.assert_allclose(found, expected, atol=1e-9)
+    def moved(row, factor):
+        places = [f + 0.5 for f in range(len(row))]
+        return [
+            between(factor * x, places, row) - y
+            for x, y in zip(places, row, strict=True)
+        ]
+
+    for c, s in zip(spectral_shape, steadiness, strict=True):
+        for shift in (0.1, -0.1):
+            both = [literal_cepstrum(moved(row, math.exp(shift))) for row in (c, s)]
+            change = [*both[0][:48], *both[1]]
+            expected += 0.1 * np.outer(change, change) / (2 * n_speeds)
+        for share in (10**-2, 10**-2.6):
+            raised = np.log(np.exp(c) + share * np.mean(np.exp(c))) - c
+            change = [*literal_cepstrum(raised)[:48], *[0.0] * (n_bands - 1)]
+            expected += 0.5 * np.outer(change, change) / (2 * n_speeds)
+    np.testing.assert_allclose(
+        drift.drift_covariance(spectral_shape, steadiness), expected, atol=1e-9
+    )

@@ -1,21 +1,23 @@
+import math
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy import stats
 
-from skarxlag.kernels import healthy_limits
+from skarxlag.kernels import healthy_limits, healthy_rows
 from skarxlag.kernels.drift import drift_covariance
 from skarxlag.kernels.healthy_limits import (
     HealthyRows,
-    Limits,
     calibrate,
     drift_scale,
     flagged_shares,
     log_p_values,
-    parts_of_rows,
-    time_blocks,
 )
 from skarxlag.kernels.healthy_rows import Rows, measure_rows
-from skarxlag.kernels.speed_references import UNIT_DISTANCE
+
+from .literal import between, generators, literal_motion, many_examples, some_examples
 
 
 def noise_rows(n_rows, seed=0, n_windows=1):
@@ -34,102 +36,10 @@ def healthy(rows, known, at, weights=None):
     )
 
 
-def test_blocks_of_time_are_equal_and_in_order():
-    at = np.repeat([0, 1, 2], [23, 3, 400])
-    block = time_blocks(at)
-    np.testing.assert_array_equal(np.bincount(block[:23]), [5, 5, 4, 5, 4])
-    np.testing.assert_array_equal(block[23:26], [0, 1, 2])
-    np.testing.assert_array_equal(np.bincount(block[26:]), [40] * 10)
-    assert np.all(np.diff(block[:23]) >= 0)
-
-
-def test_there_are_more_blocks_from_30_rows_a_block_on():
-    n_blocks = [time_blocks(np.zeros(n, int)).max() + 1 for n in (179, 180, 299, 300)]
-    assert n_blocks == [5, 6, 9, 10]
-
-
-def test_few_rows_of_many_windows_are_cut():
-    assert parts_of_rows(np.zeros(2, int), 52) == 3
-    assert parts_of_rows(np.zeros(1, int), 4) == 4
-    assert parts_of_rows(np.zeros(5, int), 52) == 1
-    # The speed that has fewest rows decides.
-    assert parts_of_rows(np.repeat([0, 1], [50, 2]), 10) == 3
-
-
-def test_p_values_are_those_of_the_equations():
-    rows = noise_rows(40)
-    known, at = np.log([1000.0, 1200.0]), np.repeat([0, 1], 20)
-    limits = calibrate(healthy(rows, known, at))
-    speed, scale = np.log(1500.0), 0.7
-    fresh = noise_rows(5, seed=1)
-    # One row each that is odd in its colour, too unsteady, too quiet, and too loud.
-    fresh.cepstra[1] += 1.0
-    fresh.values[2, 0] += 3.0
-    fresh.values[3:, 1] += [-3.0, 4.0]
-    found = log_p_values(limits, fresh, np.full(5, speed), scale)
-    # The equations, row by row, from the covariances themselves.
-    beyond = speed - known[1]
-    variance = scale * np.sqrt(beyond / UNIT_DISTANCE) + 0.05
-    back = np.linalg.inv(limits.axes)
-    covariance = back.T @ np.diag(limits.variances + variance + 0.04) @ back
-    freedom, more = min(limits.n_blocks, 10) - 1, 1 + 1 / limits.n_blocks
-    least = []
-    for row in range(5):
-        away = fresh.cepstra[row].mean(axis=0) - limits.references[1] @ back
-        score = np.log(away @ np.linalg.solve(covariance, away) / len(away) + 1e-3)
-        score = (score - limits.score_mean) / limits.score_deviation
-        tails = [stats.t.sf(score / np.sqrt(more), freedom)]
-        for j, sigma in enumerate((0.4, 0.3)):
-            slope, slope_variance = limits.slopes[j]
-            expected = limits.means[1, j] + slope * beyond
-            spread = (
-                limits.deviations[j] ** 2 * more
-                + (variance + 0.04) * sigma**2
-                + scale * slope_variance * beyond**2
-            )
-            z = (fresh.values[row, j] - expected) / np.sqrt(spread)
-            tails.append(
-                stats.t.sf(z, freedom) if j == 0 else 2 * stats.t.sf(abs(z), freedom)
-            )
-        np.testing.assert_allclose(
-            np.exp(found[row]), min(3 * min(tails), 1), rtol=1e-6
-        )
-        least.append(int(np.argmin(tails)))
-        tails[1] = 2 * min(tails[1], 1 - tails[1])
-        both = log_p_values(limits, fresh, np.full(5, speed), scale, two_sided=True)
-        np.testing.assert_allclose(np.exp(both[row]), min(3 * min(tails), 1), rtol=1e-6)
-    assert least[1:] == [0, 1, 2, 2] and np.all(found[1:] < -1)
-
-
-def test_blocks_are_compared_with_the_others_only():
-    # One block is unlike the others: what it is compared with must not hold it.
-    rng = np.random.default_rng(0)
-    signals = rng.normal(size=(50, 600))
-    rows = measure_rows(signals, 1, with_level=False)
-    usual = calibrate(healthy(rows, np.zeros(1), np.zeros(50, int)))
-    signals[40:] = np.cumsum(signals[40:], axis=1)
-    odd = calibrate(
-        healthy(
-            measure_rows(signals, 1, with_level=False), np.zeros(1), np.zeros(50, int)
-        )
-    )
-    assert odd.n_blocks == usual.n_blocks == 5
-    assert odd.score_deviation > 4 * usual.score_deviation
-
-
 def test_blocks_of_many_speeds_are_distinguished():
     at = np.repeat(np.arange(12), 2)
     limits = calibrate(healthy(noise_rows(24), np.log(500.0 + 50 * np.arange(12)), at))
     assert limits.n_blocks == 24
-
-
-def test_rows_of_many_windows_scatter_less():
-    one, four = (noise_rows(20, n_windows=m) for m in (1, 4))
-    limits = [
-        calibrate(healthy(rows, np.zeros(1), np.zeros(20, int))) for rows in (one, four)
-    ]
-    ratio = limits[1].variances.sum() / limits[0].variances.sum()
-    assert 0.75 / 4 < ratio < 1.25 / 4
 
 
 def shares(logs, at, rate):
@@ -138,30 +48,17 @@ def shares(logs, at, rate):
     )
 
 
-def test_scale_is_twice_the_least_that_holds():
+# A level that jumps at the middle speed needs a larger scale; there may be none.
+@pytest.mark.parametrize(("jump", "place"), [(0.0, 0), (101.5, -1)])
+def test_scale_is_twice_the_least_that_holds_or_twice_the_largest(jump, place):
     rows = noise_rows(60)
-    known, at = np.log([800.0, 1000.0, 1250.0]), np.repeat([0, 1, 2], 20)
-    limits = calibrate(healthy(rows, known, at))
-    scale, logs = drift_scale(healthy(rows, known, at), limits)
-    assert scale == 2 * healthy_limits.SCALES[0]
+    rows.values[20:40, 1] += jump
+    at = np.repeat([0, 1, 2], 20)
+    learned = healthy(rows, np.log([800.0, 1000.0, 1250.0]), at)
+    scale, logs = drift_scale(learned, calibrate(learned))
+    assert scale == 2 * healthy_limits.SCALES[place]
     for rate in healthy_limits.HELD_RATES:
-        assert shares(logs, at, rate).max() <= rate
-    # A level that jumps at the middle speed needs more.
-    values = rows.values.copy()
-    values[20:40, 1] += 1.5
-    moved = rows._replace(values=values)
-    scale, logs = drift_scale(
-        healthy(moved, known, at), calibrate(healthy(moved, known, at))
-    )
-    assert scale > 2 * healthy_limits.SCALES[0]
-    for rate in healthy_limits.HELD_RATES:
-        assert shares(logs, at, rate).max() <= rate
-    values[20:40, 1] += 100
-    scale, logs = drift_scale(
-        healthy(moved, known, at), calibrate(healthy(moved, known, at))
-    )
-    assert scale == 2 * healthy_limits.SCALES[-1]
-    assert shares(logs, at, 0.05).max() > 0.05
+        assert (shares(logs, at, rate).max() <= rate) == (place == 0)
 
 
 @pytest.mark.parametrize(("rate", "n_rows"), [(0.01, 95), (0.05, 19)])
@@ -187,43 +84,6 @@ def test_a_row_at_the_limit_is_not_flagged():
     np.testing.assert_array_equal(
         flagged_shares(logs, at, np.log(0.05), weights), [0.25, 0]
     )
-
-
-def test_many_blocks_have_the_freedom_of_ten():
-    rows, at = noise_rows(24), np.zeros(24, int)
-    limits = calibrate(healthy(rows, np.zeros(1), at))
-    # A level far from its mean decides the p-value alone.
-    rows.values[:, 1] = limits.means[0, 1] + 5.0
-    for n_blocks, freedom in ((4, 3), (10, 9), (24, 9)):
-        found = log_p_values(
-            limits._replace(n_blocks=n_blocks), rows, np.zeros(24), 1.0
-        )
-        spread = limits.deviations[1] ** 2 * (1 + 1 / n_blocks) + 0.09 * 0.3**2
-        tail = 2 * stats.t.sf(5.0 / np.sqrt(spread), freedom)
-        np.testing.assert_allclose(np.exp(found), 3 * tail, rtol=1e-6)
-
-
-def test_a_weight_counts_in_the_covariance_and_in_the_scatter_of_blocks():
-    rows, at = noise_rows(40), np.zeros(40, int)
-    weights = np.random.default_rng(1).uniform(0.5, 4, 40)
-    limits = calibrate(healthy(rows, np.zeros(1), at, weights))
-    back = np.linalg.inv(limits.axes)
-    cepstra = rows.cepstra[:, 0]
-    own = np.cov(cepstra.T, aweights=weights, bias=True) * 40 / 39
-    few = cepstra.shape[1] / (cepstra.shape[1] + 40)
-    expected = (1 - few) * own + few * np.diag(np.diag(own))
-    np.testing.assert_allclose(
-        back.T @ np.diag(limits.variances) @ back, expected, atol=1e-12
-    )
-    # Each block of 8 rows next to the mean of the others.
-    squares = []
-    for block in np.arange(40).reshape(5, 8):
-        rest = np.setdiff1d(np.arange(40), block)
-        mean = np.average(rows.values[rest], axis=0, weights=weights[rest])
-        square = (rows.values[block] - mean) ** 2
-        squares.append(np.average(square, axis=0, weights=weights[block]))
-    expected = np.sqrt(np.sum(squares, axis=0) / 4)
-    np.testing.assert_allclose(limits.deviations, expected)
 
 
 def literal_score(rows, own, rest, at, weights):
@@ -255,32 +115,6 @@ def literal_score(rows, own, rest, at, weights):
     return np.log(np.einsum("ra,ab,rb->r", away, inverse, away) / n_features + 1e-3)
 
 
-def test_scores_of_left_out_blocks_are_those_of_the_equations():
-    # The second speed has fewer rows than there are blocks, so it has no rows in the
-    # last two.
-    at, rows = np.repeat([0, 1], [10, 3]), noise_rows(13, n_windows=2)
-    weights = np.random.default_rng(1).uniform(0.5, 4, 13)
-    limits = calibrate(healthy(rows, np.log([900.0, 1000.0]), at, weights))
-    means, squares = [], []
-    block = np.r_[np.repeat(np.arange(5), 2), 0, 1, 2]
-    for speed, number in [(0, number) for number in range(5)] + [
-        (1, 0),
-        (1, 1),
-        (1, 2),
-    ]:
-        here = np.flatnonzero((block == number) & (at == speed))
-        rest = np.flatnonzero((block != number) & (at <= (number < 3)))
-        score = literal_score(rows, here, rest, at, weights)
-        means.append(np.average(score, weights=weights[here]))
-        squares.append(
-            np.average((score - limits.score_mean) ** 2, weights=weights[here])
-        )
-    np.testing.assert_allclose(limits.score_mean, np.mean(means))
-    np.testing.assert_allclose(
-        limits.score_deviation, np.sqrt(np.mean(squares) * 8 / 7)
-    )
-
-
 def test_left_out_rates_count_weights():
     rows, known, at = noise_rows(60), np.log([800.0, 1000.0]), np.repeat([0, 1], 30)
     rows.values[5, 1] += 1000
@@ -290,12 +124,6 @@ def test_left_out_rates_count_weights():
     for weight, rate in ((np.ones(60), 1 / 30), (weights, 30 / 59)):
         _, logs = drift_scale(healthy(rows, known, at, weight), limits)
         assert flagged_shares(logs, at, np.log(0.01), weight)[0] == pytest.approx(rate)
-
-
-def test_limits_are_named_arrays():
-    limits = calibrate(healthy(noise_rows(10), np.zeros(1), np.zeros(10, int)))
-    assert isinstance(limits, Limits)
-    assert all(np.all(np.isfinite(part)) for part in limits)
 
 
 def test_rows_that_are_all_alike_leave_the_least_deviations():
@@ -368,3 +196,188 @@ def test_a_scale_at_which_the_rate_is_just_kept_holds(monkeypatch):
         scale, logs = drift_scale(healthy(rows, known, at), limits)
         assert scale == 2 * healthy_limits.SCALES[at_end]
         assert shares(logs, at, rate).tolist() == [1 / 30, 0]
+
+
+@many_examples
+@given(
+    st.lists(st.integers(1, 400), min_size=1, max_size=4),
+    st.randoms(use_true_random=False),
+)
+def test_blocks_of_time(numbers, random):
+    at = [speed for speed, number in enumerate(numbers) for _ in range(number)]
+    random.shuffle(at)
+    found = healthy_limits.time_blocks(np.array(at))
+    for speed, n_rows in enumerate(numbers):
+        n_blocks = 5 if n_rows < 180 else n_rows // 30 if n_rows < 300 else 10
+        own = [block for block, row in zip(found, at, strict=True) if row == speed]
+        n_blocks = min(n_blocks, n_rows)
+        assert own == [i * n_blocks // n_rows for i in range(n_rows)]
+
+
+@many_examples
+@given(st.lists(st.integers(1, 9), min_size=1, max_size=4), st.integers(1, 20))
+def test_parts_of_rows(numbers, n_windows):
+    at = np.repeat(np.arange(len(numbers)), numbers)
+    enough = (n for n in range(1, n_windows + 1) if n * min(numbers) >= 5)
+    assert healthy_limits.parts_of_rows(at, n_windows) == next(enough, n_windows)
+
+
+@some_examples
+@given(generators, st.integers(1, 4), st.floats(-5, 0))
+def test_flagged_shares(rng, n_speeds, limit):
+    at = rng.permutation(
+        np.concatenate([np.arange(n_speeds), rng.integers(0, n_speeds, 20)])
+    )
+    logs, weights = (
+        rng.integers(-5, 1, len(at)).astype(float),
+        rng.uniform(0.1, 2, len(at)),
+    )
+    expected = []
+    for speed in range(n_speeds):
+        own = [i for i in range(len(at)) if at[i] == speed]
+        flagged = math.fsum(weights[i] for i in own if logs[i] < limit)
+        expected.append(flagged / math.fsum(weights[i] for i in own))
+    found = healthy_limits.flagged_shares(logs, at, limit, weights)
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+@some_examples
+@given(
+    generators, st.integers(1, 3), st.floats(0.1, 9), st.booleans(), st.integers(2, 40)
+)
+def test_log_p_values(rng, n_speeds, scale, two_sided, n_blocks):
+    n_features, n_rows = 4, 5
+    known = np.sort(rng.uniform(0, 1, n_speeds))
+    limits = healthy_limits.Limits(
+        known,
+        rng.normal(size=(n_features, n_features)),
+        rng.uniform(0, 2, n_features),
+        rng.normal(size=(n_speeds, n_features)),
+        rng.normal(size=(n_speeds, 2)),
+        np.column_stack([rng.normal(size=2), rng.uniform(0.1, 1, 2)]),
+        rng.uniform(0.1, 1, 2),
+        float(rng.normal()),
+        float(rng.uniform(0.1, 1)),
+        n_blocks,
+    )
+    cepstra, values = (
+        rng.normal(size=(n_rows, 3, n_features)),
+        rng.normal(size=(n_rows, 2)),
+    )
+    log_speed = rng.uniform(-0.5, 1.5, n_rows)
+    rows = healthy_rows.Rows(
+        np.zeros((n_rows, 1)), np.zeros((n_rows, 1)), cepstra, values
+    )
+    found = healthy_limits.log_p_values(
+        limits, rows, log_speed, scale, two_sided=two_sided
+    )
+    more, freedom = 1 + 1 / n_blocks, min(n_blocks, 10) - 1
+    for row, x in enumerate(log_speed):
+        _, variance, beyond = literal_motion(x, known)
+        moved = scale * math.sqrt(variance) + 0.09
+        total = 0.0
+        for k in range(n_features):
+            place = cepstra[row].mean(axis=0) @ limits.axes[:, k]
+            away = place - between(x, known, limits.references[:, k])
+            total += away**2 / (limits.variances[k] + moved)
+        score = math.log(total / n_features + 1e-3) - limits.score_mean
+        tails = [stats.t.sf(score / limits.score_deviation / math.sqrt(more), freedom)]
+        for j, per_distance in enumerate((0.4, 0.3)):
+            slope, slope_variance = limits.slopes[j]
+            expected = between(x, known, limits.means[:, j]) + slope * beyond
+            spread = limits.deviations[j] ** 2 * more + moved * per_distance**2
+            spread += scale * slope_variance * beyond**2
+            z = (values[row, j] - expected) / math.sqrt(spread)
+            both = two_sided or j == 1
+            tails.append(
+                2 * stats.t.sf(abs(z), freedom) if both else stats.t.sf(z, freedom)
+            )
+        assert found[row] == pytest.approx(min(math.log(3 * min(tails)), 0), abs=1e-7)
+
+
+@st.composite
+def healthy_recordings(draw, fewest):
+    """Rows of noise at some speeds, in any order of speeds, with weights."""
+    numbers = draw(st.lists(st.integers(3, 8), min_size=fewest, max_size=3))
+    at = np.array(
+        draw(st.permutations(np.repeat(np.arange(len(numbers)), numbers).tolist()))
+    )
+    rng = draw(generators)
+    rows = noise_rows(
+        len(at), seed=int(rng.integers(1000)), n_windows=draw(st.integers(1, 2))
+    )
+    rows.values[:] += rng.normal(size=(len(numbers), 1))[at]
+    known = np.log(1000.0) + np.cumsum(rng.uniform(0.05, 0.5, len(numbers)))
+    return healthy_limits.HealthyRows(rows, known, at, rng.uniform(0.5, 3, len(at)))
+
+
+@some_examples
+@given(healthy_recordings(1))
+def test_calibration_on_blocks_of_time(healthy):
+    rows, _, at, weights = healthy
+    block = np.zeros(len(at), dtype=int)
+    for speed in range(at.max() + 1):
+        own = np.flatnonzero(at == speed)
+        block[own] = [i * min(5, len(own)) // len(own) for i in range(len(own))]
+    scores, squares = [], []
+    for number in range(block.max() + 1):
+        speeds = set(at[block == number])
+        rest = np.array(
+            [i for i in range(len(at)) if block[i] != number and at[i] in speeds]
+        )
+        for speed in speeds:
+            here = np.flatnonzero((block == number) & (at == speed))
+            others = rest[at[rest] == speed]
+            scores.append((literal_score(rows, here, rest, at, weights), weights[here]))
+            mean = np.average(rows.values[others], axis=0, weights=weights[others])
+            square = (rows.values[here] - mean) ** 2
+            squares.append(np.average(square, axis=0, weights=weights[here]))
+    limits = healthy_limits.calibrate(healthy)
+    n, mean = len(scores), np.mean([np.average(s, weights=w) for s, w in scores])
+    spread = sum(np.average((score - mean) ** 2, weights=w) for score, w in scores) / (
+        n - 1
+    )
+    assert limits.n_blocks == n
+    assert limits.score_mean == pytest.approx(mean, abs=1e-6)
+    assert limits.score_deviation == pytest.approx(
+        max(math.sqrt(spread), 0.05), rel=1e-6
+    )
+    expected = np.maximum(np.sqrt(np.sum(squares, axis=0) / (n - 1)), 0.02)
+    np.testing.assert_allclose(limits.deviations, expected)
+
+
+@pytest.mark.slow
+@some_examples
+@given(healthy_recordings(2))
+def test_scale_of_the_drift(healthy):
+    rows, known, at, weights = healthy
+    limits = healthy_limits.calibrate(healthy)
+    measured = ("deviations", "score_mean", "score_deviation", "n_blocks")
+
+    def logs_of(scale):
+        logs = np.empty(len(at))
+        for speed in range(len(known)):
+            own, rest = np.flatnonzero(at == speed), np.flatnonzero(at != speed)
+            others = healthy_limits.calibrate(healthy.take(rest))
+            others = others._replace(
+                **{name: getattr(limits, name) for name in measured}
+            )
+            logs[own] = healthy_limits.log_p_values(
+                others, rows.take(own), known[at[own]], scale
+            )
+        return logs
+
+    expected = 64.0
+    for half_steps in range(19):
+        logs, holds = logs_of(2.0 ** (half_steps / 2 - 3)), True
+        for speed in range(len(known)):
+            for rate in (0.01, 0.05):
+                own = at == speed
+                flagged = math.fsum(weights[own & (logs < math.log(rate))])
+                holds &= flagged <= rate * math.fsum(weights[own])
+        if holds:
+            expected = 2.0 ** (half_steps / 2 - 3)
+            break
+    scale, found = healthy_limits.drift_scale(healthy, limits)
+    assert scale == pytest.approx(2 * expected)
+    np.testing.assert_allclose(found, logs_of(2 * expected), atol=1e-9)

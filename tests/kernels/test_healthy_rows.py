@@ -1,55 +1,23 @@
-import numpy as np
-import pytest
+import math
 
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from skarxlag.kernels import healthy_rows, spectra
 from skarxlag.kernels.healthy_rows import (
-    log_spectra_cepstra,
-    log_unsteadiness,
     measure_rows,
     number_of_cepstra,
 )
-from skarxlag.kernels.spectra import (
-    autoregressive_log_spectrum,
-    short_time_log_spectra,
-    unit_peak,
-)
 
-
-@pytest.mark.parametrize(
-    ("n_windows", "length"), [(1, 300), (3, 200), (4, 100), (1, 1100)]
+from .literal import (
+    generators,
+    literal_bands,
+    literal_cepstrum,
+    literal_spectral_shape,
+    some_examples,
+    walk,
 )
-def test_rows_are_means_over_their_windows(n_windows, length):
-    rng = np.random.default_rng(0)
-    # Two samples at the end of each row belong to no window.
-    signals = 5 + 3 * rng.normal(size=(2, n_windows * length + n_windows - 1)).cumsum(
-        axis=1
-    )
-    rows = measure_rows(signals, n_windows, with_level=True)
-    for r, signal in enumerate(signals):
-        cut = signal[: n_windows * length] - signal[: n_windows * length].mean()
-        colours, steady = [], []
-        for window in cut.reshape(n_windows, length):
-            one = unit_peak(window[np.newaxis])
-            colours.append(autoregressive_log_spectrum(one, 128, 256)[0])
-            segment = min(128, length)
-            mean, median = short_time_log_spectra(one, segment, min(16, segment))
-            steady.append((median - mean)[0])
-        # The gain of a window is in no other feature than the level.
-        np.testing.assert_allclose(
-            np.ptp(rows.spectral_shape[r] - np.mean(colours, axis=0)), 0, atol=1e-6
-        )
-        np.testing.assert_allclose(
-            rows.steadiness[r], np.mean(steady, axis=0), atol=1e-9
-        )
-        for w in range(n_windows):
-            expected = log_spectra_cepstra(
-                colours[w][np.newaxis], steady[w][np.newaxis]
-            )[0]
-            np.testing.assert_allclose(rows.cepstra[r, w], expected, atol=1e-6)
-        assert rows.cepstra.shape[2] == number_of_cepstra(length)
-        unsteadiness = np.log(max(-np.mean(steady) - 0.36, 0) + 0.02)
-        np.testing.assert_allclose(
-            rows.values[r], [unsteadiness, np.log(cut.std())], rtol=1e-6
-        )
 
 
 def test_level_is_left_out_on_request_and_finite_for_silence():
@@ -59,13 +27,67 @@ def test_level_is_left_out_on_request_and_finite_for_silence():
     )
 
 
-def test_unsteadiness_by_hand():
-    found = log_unsteadiness(np.array([[-0.36, -0.36], [-1.0, -0.72], [0.0, 0.0]]))
-    np.testing.assert_allclose(found, np.log([0.02, 0.52, 0.02]))
-
-
 def test_windows_of_a_few_samples_have_no_features_of_steadiness():
     rows = measure_rows(
         np.random.default_rng(0).normal(size=(2, 8)), 2, with_level=False
     )
     assert rows.cepstra.shape[2] == number_of_cepstra(4) == 48
+
+
+@some_examples
+@given(generators, st.integers(1, 3), st.integers(2, 70), st.integers(2, 40))
+def test_features_of_log_spectra(rng, n_rows, n_frequencies, n_bands):
+    spectral_shape, steadiness = (
+        walk(rng, n_rows, n_frequencies),
+        walk(rng, n_rows, n_bands),
+    )
+    expected = [
+        literal_cepstrum(c)[:48] + literal_cepstrum(s)
+        for c, s in zip(spectral_shape, steadiness, strict=True)
+    ]
+    found = healthy_rows.log_spectra_cepstra(spectral_shape, steadiness)
+    np.testing.assert_allclose(found, expected, atol=1e-10)
+    np.testing.assert_allclose(
+        spectra.cepstrum(steadiness), [e[-n_bands + 1 :] for e in expected]
+    )
+    unsteady = [
+        math.log(max(-math.fsum(row) / n_bands - 0.36, 0) + 0.02) for row in steadiness
+    ]
+    np.testing.assert_allclose(
+        healthy_rows.log_impulsiveness(steadiness), unsteady, atol=1e-9
+    )
+
+
+@some_examples
+@given(
+    generators,
+    st.integers(1, 3),
+    st.integers(40, 300),
+    st.integers(0, 2),
+    st.booleans(),
+)
+def test_features_of_rows(rng, n_windows, length, left_over, with_level):
+    signals = 3 + rng.normal(
+        size=(2, n_windows * length + min(left_over, n_windows - 1))
+    )
+    found = healthy_rows.measure_rows(signals, n_windows, with_level=with_level)
+    assert found.cepstra.shape[2] == healthy_rows.number_of_cepstra(length)
+    for row, signal in enumerate(signals[:, : n_windows * length]):
+        centred = signal - signal.mean()
+        windows = [w / np.abs(w).max() for w in np.split(centred, n_windows)]
+        shapes = [literal_spectral_shape(w, 128, 256) for w in windows]
+        segment = min(128, length)
+        bands = [literal_bands(w, segment, min(16, segment)) for w in windows]
+        steady = [median - mean for mean, median in bands]
+        np.testing.assert_allclose(
+            found.spectral_shape[row], np.mean(shapes, axis=0), atol=1e-5
+        )
+        np.testing.assert_allclose(
+            found.steadiness[row], np.mean(steady, axis=0), atol=1e-3
+        )
+        for w in range(n_windows):
+            expected = literal_cepstrum(shapes[w])[:48] + literal_cepstrum(steady[w])
+            np.testing.assert_allclose(found.cepstra[row, w], expected, atol=1e-3)
+        values = [math.log(max(-np.mean(steady) - 0.36, 0) + 0.02)]
+        values += [math.log(math.sqrt(np.mean(centred**2)))] * with_level
+        np.testing.assert_allclose(found.values[row], values, atol=1e-2)

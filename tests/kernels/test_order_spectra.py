@@ -1,42 +1,26 @@
+import math
+
 import numpy as np
 import pytest
-from scipy.signal import welch
+from hypothesis import given
+from hypothesis import strategies as st
 
+from skarxlag.kernels import order_spectra
 from skarxlag.kernels.order_spectra import (
     at_orders,
     band_envelopes,
-    distances,
     envelopes_over_angle,
     equal_angles,
     match,
     order_spectrum,
 )
 
+from .literal import between, generators, shares, some_examples, walk
+
 
 @pytest.fixture
 def rng():
     return np.random.default_rng(0)
-
-
-def test_envelopes_are_whitened_short_time_power(rng):
-    samples, frame, hop, n_bands = rng.normal(size=200).cumsum(), 16, 8, 3
-    power = []
-    for start in range(0, 200 - frame + 1, hop):
-        k = np.arange(frame)
-        windowed = (samples - samples.mean())[start : start + frame] * np.sin(
-            np.pi * (k + 1) / (frame + 1)
-        ) ** 2
-        power.append(
-            [
-                abs(windowed @ np.exp(-2j * np.pi * f * k / frame)) ** 2
-                for f in range(1, 8)
-            ]
-        )
-    share = np.array(power) / np.mean(power, axis=0)
-    expected = [share[:, :3].mean(1), share[:, 3:5].mean(1), share[:, 5:].mean(1)]
-    np.testing.assert_allclose(
-        band_envelopes(samples, frame, hop, n_bands), expected, rtol=1e-9
-    )
 
 
 @pytest.mark.parametrize("factor", [1e-300, 1e-3, 1e300])
@@ -87,76 +71,6 @@ def literal_power(envelope, n_segment, frequency):
     return np.mean(powers)
 
 
-@pytest.mark.parametrize("n_segment", [40, 97, 300])
-def test_order_spectra_are_those_of_explicit_fourier_sums(rng, n_segment):
-    envelopes = 1 + 0.3 * rng.normal(size=(2, 300)) + 0.5 * np.sin(0.7 * np.arange(300))
-    turns_a_frame, orders, factors = (
-        0.03,
-        np.arange(1.0, 12.0, 0.37),
-        np.array([0.9, 1.0, 1.1]),
-    )
-    log_power, step = order_spectrum(envelopes, 1.0, n_segment)
-    spectra, inside = at_orders(log_power, step / turns_a_frame, orders, factors)
-    assert inside.all()
-    expected = np.log(
-        [
-            [
-                [literal_power(e, n_segment, s * o * turns_a_frame) for o in orders]
-                for e in envelopes
-            ]
-            for s in factors
-        ]
-    )
-    expected -= np.median(expected, axis=-1, keepdims=True)
-    # Between two cells of the zero-padded spectrum there is a straight line. Valleys,
-    # where few segments cancel each other, are narrower than peaks.
-    high = expected > -1
-    assert high.mean() > 0.7
-    assert np.abs(spectra - expected)[high].max() < 0.12
-    assert np.median(np.abs(spectra - expected)) < 0.02
-
-
-def test_orders_above_the_spectrum_are_outside(rng):
-    log_power = rng.normal(size=(2, 11))
-    spectra, inside = at_orders(
-        log_power, 1.0, np.array([2.0, 5.0, 9.0]), np.array([1.0, 2.0])
-    )
-    np.testing.assert_array_equal(inside, [[True, True, True], [True, True, False]])
-    np.testing.assert_array_equal(spectra[1, :, 2], 0)
-    values = log_power[:, [4, 10]]
-    np.testing.assert_allclose(
-        spectra[1, :, :2], values - values.mean(axis=1, keepdims=True)
-    )
-    _, none = at_orders(np.zeros((2, 1)), 1.0, np.array([1.0, 2.0]), np.ones(1))
-    assert not none.any()
-
-
-def test_each_factor_has_the_median_of_its_own_orders(rng):
-    log_power, orders = rng.normal(size=(3, 60)), np.arange(0.5, 9, 0.5)
-    factors = np.array([0.5, 0.8, 1.1, 1.7, 90.0])
-    spectra, inside = at_orders(log_power, 0.1, orders, factors)
-    assert inside.sum(axis=1).tolist() == [17, 14, 10, 6, 0]
-    for factor, found, counts in zip(factors, spectra, inside, strict=True):
-        np.testing.assert_array_equal(found[:, ~counts], 0)
-        for curve, row in zip(log_power, found, strict=True):
-            values = np.interp(orders[counts] * factor / 0.1, np.arange(60), curve)
-            expected = values - np.median(values) if counts.any() else []
-            np.testing.assert_allclose(row[counts], expected, atol=1e-12)
-
-
-def test_distances_are_literal_sums(rng):
-    spectra, references = rng.normal(size=(3, 2, 5)), rng.normal(size=(4, 2, 5))
-    variances, inside = rng.uniform(1, 2, size=(2, 5)), np.ones((3, 5), dtype=bool)
-    inside[1, 3:] = inside[2] = False
-    spectra[1, :, 3:] = spectra[2] = 0
-    found = distances(spectra, inside, references, variances)
-    for c in range(4):
-        squares = (spectra - references[c]) ** 2 / variances
-        np.testing.assert_allclose(found[0, c], np.sqrt(squares[0].mean()))
-        np.testing.assert_allclose(found[1, c], np.sqrt(squares[1, :, :3].mean()))
-    np.testing.assert_array_equal(found[2], 1)
-
-
 def test_order_tracking_gathers_what_a_run_up_smears():
     sampling_rate, n_samples, frame, hop, order = 2_000, 40_000, 16, 8, 5.0
     rpm = np.linspace(300, 900, n_samples)
@@ -173,16 +87,6 @@ def test_order_tracking_gathers_what_a_run_up_smears():
     assert peak == pytest.approx(order, abs=0.03)
     smeared, _ = order_spectrum(envelope, 1.0, n_segment)
     assert log_power.max() > smeared.max() + 1
-
-
-def test_an_envelope_that_follows_the_angle_of_the_middle_of_each_frame_is_a_line(rng):
-    turn = rng.uniform(20, 60, 50)
-    # Frames of 7 samples, 4 samples apart: the middle of the first is the fourth
-    # sample.
-    angle = [sum(1 / each for each in turn[: middle + 1]) for middle in range(3, 47, 4)]
-    tracked, step = equal_angles(np.array([angle]), turn, 7, 4)
-    np.testing.assert_allclose(tracked[0], angle[0] + step * np.arange(len(angle)))
-    assert step == pytest.approx((angle[-1] - angle[0]) / 10)
 
 
 def test_steps_between_two_frames_are_the_whole_way():
@@ -249,42 +153,6 @@ def test_segments_hold_so_many_turns_as_far_as_there_are_values(
     assert order_spectrum(envelopes[:, :2], 0.2, n_turns)[0].shape[1] > 1
 
 
-@pytest.mark.parametrize("deviation", [0.0, 0.03, 0.21, 0.3])
-def test_match_is_the_least_of_all_factors_within_two_deviations(rng, deviation):
-    orders, step, n_turns = np.arange(1.0, 9.0, 0.5), 0.04, 6.0
-    envelopes = 1 + 0.1 * rng.normal(size=(2, 400))
-    envelopes += 0.5 * np.sin(2 * np.pi * 4 * 1.3 * step * np.arange(400))
-    references = rng.normal(size=(3, 2, len(orders)))
-    variances = rng.uniform(0.5, 2, size=(2, len(orders)))
-    least = [np.inf] * 3
-    factors, closest = [1.0] * 3, [None] * 3
-    # Groups that are at most 0.4 wide, and factors that are 2 % apart.
-    centres = {
-        0.0: [0.0],
-        0.03: [0.0],
-        0.21: [-0.28, 0.0, 0.28],
-        0.3: [-0.4, 0.0, 0.4],
-    }[deviation]
-    widths = {0.0: 0, 0.03: 3, 0.21: 7, 0.3: 10}[deviation]
-    for centre in centres:
-        log_power, cell = order_spectrum(envelopes, step * np.exp(centre), n_turns)
-        for near in range(-widths, widths + 1):
-            found, inside = at_orders(log_power, cell, orders, np.exp([0.02 * near]))
-            unlikely = (centre + 0.02 * near) / deviation if deviation else 0.0
-            for c, reference in enumerate(references):
-                d = distances(found, inside, reference[np.newaxis], variances)[0, 0]
-                r = np.sqrt(d**2 + unlikely**2 / 50)
-                if r < least[c] - 1e-12:
-                    least[c], factors[c] = r, np.exp(centre + 0.02 * near)
-                    closest[c] = found[0]
-    residuals, best, spectra = match(
-        envelopes, step, n_turns, orders, deviation, references, variances
-    )
-    np.testing.assert_allclose(residuals, least, rtol=1e-9)
-    np.testing.assert_allclose(best, factors, rtol=1e-9)
-    np.testing.assert_allclose(spectra, closest, rtol=1e-9, atol=1e-12)
-
-
 def test_match_finds_the_factor_of_a_wrong_nominal_speed(rng):
     orders, step, n_turns = np.arange(1.0, 12.0, 0.1), 0.03, 20.0
     true = (
@@ -298,56 +166,6 @@ def test_match_finds_the_factor_of_a_wrong_nominal_speed(rng):
     variances = np.ones((1, len(orders)))
     _, factors, _ = match(true, step / 0.78, n_turns, orders, 0.3, reference, variances)
     assert factors[0] == pytest.approx(0.78, rel=0.011)
-
-
-def test_shortest_frames_have_one_frequency(rng):
-    samples = rng.normal(size=40)
-    centred = samples - samples.mean()
-    hann = np.sin(np.pi * np.arange(1, 5) / 5) ** 2
-    powers = [
-        abs((centred[k : k + 4] * hann) @ [1, -1j, -1, 1j]) ** 2
-        for k in range(0, 37, 2)
-    ]
-    expected = [powers / np.mean(powers)]
-    np.testing.assert_allclose(band_envelopes(samples, 4, 2, 1), expected, rtol=1e-9)
-
-
-@pytest.mark.parametrize("n_segment", [10, 11, 60])
-def test_envelope_spectra_are_those_of_welch(rng, n_segment):
-    envelopes = rng.normal(size=(2, 100))
-    log_power, step = order_spectrum(envelopes, 1.0, n_segment)
-    assert step == pytest.approx(1 / (4 * n_segment), rel=0.1)
-    # The last frequency is half a cycle a value.
-    assert (log_power.shape[1] - 1) * step == pytest.approx(0.5)
-    window = np.sin(np.pi * np.arange(1, n_segment + 1) / (n_segment + 1)) ** 2
-    overlap = n_segment - int(np.ceil(n_segment / 4))
-    _, power = welch(envelopes, window=window, noverlap=overlap, nfft=round(1 / step))
-    np.testing.assert_allclose(np.exp(log_power) - 1e-9, power, rtol=1e-6, atol=1e-12)
-
-
-def test_orders_within_the_first_cell_are_interpolated():
-    spectra, _ = at_orders(
-        np.array([[0.0, 4.0, 8.0, 0.0]]), 1.0, np.array([0.25, 0.5, 2]), np.ones(1)
-    )
-    np.testing.assert_allclose(spectra, [[[-1.0, 0.0, 6.0]]])
-
-
-def test_a_single_order_inside_is_its_own_median():
-    log_power = np.array([[1.0, 2.0, 5.0]])
-    spectra, inside = at_orders(log_power, 1.0, np.array([2.0, 3.0]), np.ones(1))
-    np.testing.assert_array_equal(inside, [[True, False]])
-    np.testing.assert_array_equal(spectra, np.zeros((1, 1, 2)))
-
-
-def test_distance_of_one_value_and_of_a_reference_from_itself(rng):
-    one = np.full((1, 1, 1), 3.0)
-    found = distances(
-        one, np.ones((1, 1), dtype=bool), np.zeros((1, 1, 1)), np.full((1, 1), 4.0)
-    )
-    np.testing.assert_allclose(found, [[1.5]])
-    same = rng.normal(size=(1, 2, 5))
-    found = distances(same, np.ones((1, 5), dtype=bool), same, np.ones((2, 5)))
-    np.testing.assert_allclose(found, 0, atol=1e-6)
 
 
 def test_padded_length_is_even():
@@ -366,3 +184,145 @@ def test_of_two_factors_that_are_as_good_the_lower_one_is_returned(rng):
     arguments = 1.0, 8.0, np.array([1e9]), 0.15, references, variances
     _, factors, _ = match(envelopes, *arguments)
     np.testing.assert_allclose(factors, np.exp(-0.01))
+
+
+@some_examples
+@given(
+    generators,
+    st.integers(40, 200),
+    st.integers(4, 40),
+    st.integers(1, 40),
+    st.integers(1, 5),
+)
+def test_envelopes_of_bands(rng, n_samples, frame, hop, n_bands):
+    samples = rng.normal(size=n_samples).cumsum()
+    found = order_spectra.band_envelopes(samples, frame, hop, n_bands)
+    centred, k = samples - samples.mean(), np.arange(frame)
+    hann = np.sin(np.pi * (k + 1) / (frame + 1)) ** 2
+    starts, frequencies = (
+        range(0, n_samples - frame + 1, hop),
+        range(1, max(frame // 2, 2)),
+    )
+    power = np.array(
+        [
+            [
+                abs(centred[s : s + frame] * hann @ np.exp(-2j * np.pi * f * k / frame))
+                ** 2
+                for f in frequencies
+            ]
+            for s in starts
+        ]
+    )
+    share = power / (power.mean(axis=0) + 1e-14 * frame * np.mean(centred**2))
+    # The first bands get the frequencies that remain.
+    sizes = [
+        len(frequencies) // n_bands + (b < len(frequencies) % n_bands)
+        for b in range(n_bands)
+    ]
+    ends = np.cumsum(sizes)
+    for b, (size, end) in enumerate(zip(sizes, ends, strict=True)):
+        expected = share[:, end - size : end].sum(axis=1) / max(size, 1)
+        np.testing.assert_allclose(found[b], expected, rtol=1e-6, atol=1e-12)
+
+
+@some_examples
+@given(generators, st.integers(2, 120), st.floats(0.01, 2), shares)
+def test_order_spectra(rng, n_values, step, share):
+    envelopes = 1 + rng.exponential(size=(2, n_values))
+    n_segment = 2 + int(share * (n_values - 2))
+    log_power, cell = order_spectra.order_spectrum(envelopes, step, n_segment * step)
+    k = np.arange(n_segment)
+    window = np.sin(np.pi * (k + 1) / (n_segment + 1)) ** 2
+    last = log_power.shape[1] - 1
+    assert cell * last == pytest.approx(0.5 / step) and last >= 2 * n_segment
+    for band in range(2):
+        for place in (0, 1, last // 3, last - 1, last):
+            power = literal_power(envelopes[band], n_segment, 0.5 * place / last)
+            power *= (1 if place in (0, last) else 2) / np.sum(window**2)
+            assert log_power[band, place] == pytest.approx(
+                math.log(power + 1e-9), abs=1e-6
+            )
+
+
+@some_examples
+@given(generators, st.integers(1, 3), st.integers(2, 50), st.floats(0.05, 0.5))
+def test_spectra_at_orders_and_their_distances(rng, n_bands, n_frequencies, step):
+    log_power = walk(rng, n_bands, n_frequencies)
+    orders, factors = np.sort(rng.uniform(0.1, 10, 8)), rng.uniform(0.5, 2, 3)
+    references, variances = (
+        rng.normal(size=(2, n_bands, 8)),
+        rng.uniform(0.5, 2, (n_bands, 8)),
+    )
+    found, inside = order_spectra.at_orders(log_power, step, orders, factors)
+    distances = order_spectra.distances(found, inside, references, variances)
+    for f, factor in enumerate(factors):
+        shown = [o for o in range(8) if factor * orders[o] / step <= n_frequencies - 1]
+        assert np.flatnonzero(inside[f]).tolist() == shown
+        squares = np.zeros(2)
+        for band in range(n_bands):
+            values = [
+                between(
+                    factor * orders[o] / step, range(n_frequencies), log_power[band]
+                )
+                for o in shown
+            ]
+            expected = np.zeros(8)
+            if shown:
+                expected[shown] = values - np.median(values)
+            np.testing.assert_allclose(found[f, band], expected, atol=1e-9)
+            for o in shown:
+                squares += (expected[o] - references[:, band, o]) ** 2 / variances[
+                    band, o
+                ]
+        literal = np.sqrt(squares / (len(shown) * n_bands)) if shown else np.ones(2)
+        np.testing.assert_allclose(distances[f], literal, rtol=1e-7)
+
+
+@some_examples
+@given(generators, st.integers(2, 12), st.integers(1, 12))
+def test_equal_angles(rng, n_frames, hop):
+    frame = 2 * hop
+    turn = rng.uniform(20, 40, size=(n_frames - 1) * hop + frame)
+    envelopes = rng.exponential(size=(2, n_frames))
+    found, step = order_spectra.equal_angles(envelopes, turn, frame, hop)
+    angle = [math.fsum(1 / turn[: k + 1]) for k in range(len(turn))]
+    centres = [i * hop + (frame - 1) / 2 for i in range(n_frames)]
+    at = [between(centre, range(len(turn)), angle) for centre in centres]
+    assert step == pytest.approx((at[-1] - at[0]) / (n_frames - 1))
+    for i in range(n_frames):
+        place = at[0] + i * (at[-1] - at[0]) / (n_frames - 1)
+        expected = [between(place, at, envelope) for envelope in envelopes]
+        np.testing.assert_allclose(found[:, i], expected, atol=1e-9)
+
+
+@some_examples
+@given(generators, st.integers(10, 60), st.floats(0, 0.3))
+def test_match(rng, n_values, deviation):
+    envelopes, step = 1 + rng.exponential(size=(2, n_values)), 0.05
+    orders, n_turns = np.linspace(0.5, 6, 12), n_values * step / 2
+    references, variances = rng.normal(size=(3, 2, 12)), rng.uniform(0.5, 2, (2, 12))
+    least, factors, closest = order_spectra.match(
+        envelopes, step, n_turns, orders, deviation, references, variances
+    )
+    # Groups of factors, each as wide as 0.4 at most, with steps of 0.02 from its
+    # middle.
+    n_groups = next(n for n in range(1, 9) if 4 * deviation / n <= 0.4 + 1e-9)
+    tried = []
+    for group in range(n_groups):
+        centre = 2 * deviation * ((2 * group + 1) / n_groups - 1)
+        log_power, cell = order_spectra.order_spectrum(
+            envelopes, step * math.exp(centre), n_turns
+        )
+        n_steps = math.floor(2 * deviation / n_groups / 0.02 + 1e-9)
+        for number in range(-n_steps, n_steps + 1):
+            near = np.array([math.exp(0.02 * number)])
+            spectra_, inside = order_spectra.at_orders(log_power, cell, orders, near)
+            away = order_spectra.distances(spectra_, inside, references, variances)[0]
+            log = centre + 0.02 * number
+            unlikely = (log / deviation) ** 2 / 50 if deviation > 0 else 0.0
+            tried.append((np.sqrt(away**2 + unlikely), math.exp(log), spectra_[0]))
+    for c in range(3):
+        residual, factor, spectrum = min(tried, key=lambda each: each[0][c])
+        assert least[c] == pytest.approx(residual[c])
+        assert factors[c] == pytest.approx(factor)
+        np.testing.assert_allclose(closest[c], spectrum)

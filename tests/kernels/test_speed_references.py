@@ -1,21 +1,24 @@
+import math
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy import linalg
 
+from skarxlag.kernels import speed_references
 from skarxlag.kernels.healthy_limits import Limits, log_p_values
 from skarxlag.kernels.healthy_rows import Rows
 from skarxlag.kernels.speed_references import (
     SAME_LOG_SPEED,
     UNIT_DISTANCE,
     drift_learned,
-    group_means,
     group_speeds,
-    mean_by_speed,
-    reference_weights,
-    slope_against_speed,
     speed_distance,
-    speeds_to_try,
 )
+
+from .literal import generators, literal_motion, many_examples, some_examples
 
 
 def kriging(x, known, drift_free=False):
@@ -48,38 +51,6 @@ def test_expectation_and_variance_are_those_of_brownian_motion(x, known):
     np.testing.assert_allclose(at.beyond, x - np.clip(x, known[0], known[-1]))
 
 
-def test_rows_of_features_are_interpolated_too():
-    at = speed_distance(np.array([0.5, 2.0]), np.array([0.0, 1.0]))
-    np.testing.assert_allclose(
-        at.interpolate(np.array([[0.0, 2.0], [4.0, 0.0]])), [[2, 1], [4, 0]]
-    )
-
-
-def test_speeds_that_hardly_differ_are_one():
-    known, at = group_speeds(np.log([1500, 1000, 1010, 1019, 1021, 1500.0]))
-    np.testing.assert_array_equal(at, [2, 0, 0, 0, 1, 2])
-    np.testing.assert_allclose(known[0], np.log([1000, 1010, 1019]).mean())
-
-
-def test_slope_is_that_of_a_regression_on_increments():
-    # Increments of Brownian motion are independent: generalised least squares with a
-    # prior.
-    rng = np.random.default_rng(0)
-    known, values = np.array([0.3, 0.4, 0.8, 1.2]), rng.normal(size=4)
-    mean, deviation, drift = 1.5, 0.75, 0.3
-    steps = np.diff(known)
-    noise = drift**2 * steps / UNIT_DISTANCE
-    precision = 1 / deviation**2 + np.sum(steps**2 / noise)
-    expected = (
-        mean / deviation**2 + np.sum(steps * np.diff(values) / noise)
-    ) / precision
-    slope, variance = slope_against_speed(
-        values, known, mean=mean, deviation=deviation, drift=drift
-    )
-    assert slope == pytest.approx(expected)
-    assert variance == pytest.approx(1 / precision)
-
-
 def test_a_group_spans_as_much_as_is_stated():
     _, at = group_speeds(np.array([0.0, SAME_LOG_SPEED]))
     assert at.tolist() == [0, 0]
@@ -102,48 +73,6 @@ def test_drift_at_one_speed_is_9_percent_of_that_over_the_unit_distance():
     assert found[0] < 0
 
 
-def test_means_are_those_of_repeated_rows():
-    rng = np.random.default_rng(0)
-    values, group = rng.normal(size=(20, 3, 2)), np.arange(20) % 3
-    weights = rng.integers(1, 5, 20)
-    rows = np.repeat(np.arange(20), weights)
-    repeated = [values[rows][group[rows] == number].mean(axis=0) for number in range(3)]
-    np.testing.assert_allclose(
-        group_means(values, group, weights), repeated, rtol=1e-12
-    )
-
-
-def test_means_by_speed_and_group_have_the_axes_of_the_rows():
-    rng = np.random.default_rng(0)
-    values, weights = rng.normal(size=(12, 2, 3)), rng.uniform(1, 2, 12)
-    speed, group = np.repeat([0, 1], 6), np.array([0, 0, 0, 1, 1, 1, 0, 0, 0, 0, 0, 0])
-    means, recorded = mean_by_speed(values, speed, group, weights)
-    assert means.shape == (2, 2, 2, 3)
-    assert recorded.tolist() == [[True, True], [True, False]]
-    for q, g in np.argwhere(recorded):
-        own = (speed == q) & (group == g)
-        np.testing.assert_allclose(
-            means[q, g], np.average(values[own], axis=0, weights=weights[own])
-        )
-    np.testing.assert_array_equal(means[1, 1], 0)
-
-
-def test_weights_interpolate_the_means_of_the_speeds_at_which_a_condition_was_recorded():
-    rng = np.random.default_rng(0)
-    known, means = np.array([0.0, 0.3, 1.0]), rng.normal(size=(3, 3, 4))
-    recorded = np.array([[True, True, False], [True, False, True], [True, True, False]])
-    log_speed = np.array([-0.2, 0.1, 0.3, 0.8, 1.5])
-    weights, variance = reference_weights(log_speed, known, recorded)
-    found = np.einsum("skc,kcf->scf", weights, means)
-    for c in range(3):
-        own = recorded[:, c]
-        for f in range(4):
-            expected = np.interp(log_speed, known[own], means[own, c, f])
-            np.testing.assert_allclose(found[:, c, f], expected, atol=1e-12)
-    widest = [speed_distance(log_speed, known[own]).variance for own in recorded.T]
-    np.testing.assert_array_equal(variance, np.max(widest, axis=0))
-
-
 def test_learned_drift_has_the_axes_of_the_means():
     known, means = (
         np.array([0.0, 0.2, 0.5]),
@@ -161,8 +90,124 @@ def test_learned_drift_has_the_axes_of_the_means():
     np.testing.assert_allclose(found[4], outside / np.sqrt(0.3 / 0.4))
 
 
-def test_speeds_to_try_are_the_known_ones_and_their_middles():
+known_speeds = st.lists(st.integers(1, 60), min_size=1, max_size=5, unique=True).map(
+    lambda numbers: 0.03 * np.sort(numbers)
+)
+
+
+@many_examples
+@given(generators, known_speeds, st.lists(st.floats(-1, 3), min_size=1, max_size=5))
+def test_speeds_beside_known_ones(rng, known, places):
+    values = rng.normal(size=(len(known), 2))
+    at = speed_references.speed_distance(np.array(places), known)
+    interpolated = at.interpolate(values)
+    factors = speed_references.drift_factor(at.variance)
+    for row, x in enumerate(places):
+        weights, variance, beyond = literal_motion(x, known)
+        np.testing.assert_allclose(interpolated[row], weights @ values, atol=1e-9)
+        assert at.variance[row] == pytest.approx(variance, abs=1e-9)
+        assert at.beyond[row] == pytest.approx(beyond, abs=1e-12)
+        assert factors[row] == pytest.approx(max(variance * math.log(1.3) / 0.4, 0.2))
+
+
+@many_examples
+@given(st.lists(st.integers(0, 40), min_size=1, max_size=25))
+def test_groups_of_speeds(numbers):
+    # In steps of 0.7 % no two speeds differ by exactly 2 %.
+    log_speed = [0.007 * n for n in numbers]
+    groups = []
+    for value in sorted(log_speed):
+        if groups and value - groups[-1][0] <= 0.02:
+            groups[-1].append(value)
+        else:
+            groups.append([value])
+    known, at = speed_references.group_speeds(np.array(log_speed))
     np.testing.assert_allclose(
-        speeds_to_try(np.array([0.0, 1.0, 3.0])), [0, 0.5, 1, 2, 3]
+        known, [math.fsum(g) / len(g) for g in groups], atol=1e-12
     )
-    np.testing.assert_array_equal(speeds_to_try(np.array([2.0])), [2.0])
+    assert all(
+        value in groups[place] for value, place in zip(log_speed, at, strict=True)
+    )
+    middles = []
+    for value, after in pairwise(known):
+        middles += [value, (value + after) / 2]
+    np.testing.assert_allclose(
+        speed_references.speeds_to_try(known), [*middles, known[-1]]
+    )
+
+
+@some_examples
+@given(generators, st.integers(1, 3), st.integers(1, 3), st.integers(0, 12))
+def test_means_of_groups(rng, n_speeds, n_groups, more):
+    n = max(n_speeds, n_groups)
+    speed = np.concatenate([np.arange(n) % n_speeds, rng.integers(0, n_speeds, more)])
+    group = np.concatenate([np.arange(n) % n_groups, rng.integers(0, n_groups, more)])
+    values, numbers = rng.normal(size=(len(speed), 2)), rng.integers(1, 4, len(speed))
+    means, recorded = speed_references.mean_by_speed(
+        values, speed, group, numbers.astype(float)
+    )
+    plain = speed_references.group_means(values, group, numbers.astype(float))
+    for g in range(n_groups):
+        chosen = [
+            values[i]
+            for i in range(len(speed))
+            if group[i] == g
+            for _ in range(numbers[i])
+        ]
+        np.testing.assert_allclose(plain[g], np.mean(chosen, axis=0), atol=1e-12)
+        for s in range(n_speeds):
+            own = [i for i in range(len(speed)) if group[i] == g and speed[i] == s]
+            assert recorded[s, g] == bool(own)
+            chosen = [values[i] for i in own for _ in range(numbers[i])] or [
+                np.zeros(2)
+            ]
+            np.testing.assert_allclose(means[s, g], np.mean(chosen, axis=0), atol=1e-12)
+
+
+@some_examples
+@given(generators, known_speeds, st.integers(1, 3))
+def test_references_at_speeds(rng, known, n_conditions):
+    recorded = rng.random((len(known), n_conditions)) < 0.6
+    recorded[rng.integers(0, len(known), n_conditions), np.arange(n_conditions)] = True
+    log_speed = rng.uniform(-0.5, 2.5, 4)
+    weights, variance = speed_references.reference_weights(log_speed, known, recorded)
+    means = rng.normal(size=(len(known), n_conditions))
+    learned = []
+    for place, x in enumerate(known):
+        for c in range(n_conditions):
+            rest = [i for i in range(len(known)) if recorded[i, c] and i != place]
+            if recorded[place, c] and rest:
+                by, moved, _ = literal_motion(x, known[rest])
+                scale = math.sqrt(max(moved * math.log(1.3) / 0.4, 0.2))
+                learned.append((means[place, c] - by @ means[rest, c]) / scale)
+    found = speed_references.drift_learned(known, means, recorded)
+    np.testing.assert_allclose(found, learned, atol=1e-9)
+    for row, x in enumerate(log_speed):
+        widest = 0.0
+        for c in range(n_conditions):
+            own = np.flatnonzero(recorded[:, c])
+            by, moved, _ = literal_motion(x, known[own])
+            expected = np.zeros(len(known))
+            expected[own] = by
+            np.testing.assert_allclose(weights[row, :, c], expected, atol=1e-9)
+            widest = max(widest, moved)
+        assert variance[row] == pytest.approx(widest, abs=1e-9)
+
+
+@some_examples
+@given(generators, known_speeds, st.floats(-2, 2), st.floats(0.1, 2), st.floats(0.1, 2))
+def test_slopes_against_speed(rng, known, mean, deviation, drift):
+    values = rng.normal(size=len(known))
+    # Increments are independent: a regression of them on their distances, with the
+    # prior as a row.
+    rows, targets = [1 / deviation], [mean / deviation]
+    for i in range(1, len(known)):
+        noise = drift * math.sqrt((known[i] - known[i - 1]) / math.log(1.3))
+        rows.append((known[i] - known[i - 1]) / noise)
+        targets.append((values[i] - values[i - 1]) / noise)
+    precision = math.fsum(r * r for r in rows)
+    slope, variance = speed_references.slope_against_speed(
+        values, known, mean=mean, deviation=deviation, drift=drift
+    )
+    assert slope == pytest.approx(np.dot(rows, targets) / precision, abs=1e-9)
+    assert variance == pytest.approx(1 / precision)

@@ -29,7 +29,7 @@ def test_groups_of_several_models_follow_each_other(windows):
     assert both.get_feature_names_out(["a", "b"]).tolist() == [
         f"{model}_{name}" for model in "ab" for name in NAMES
     ]
-    assert both.get_feature_names_out()[0] == "model0_colour"
+    assert both.get_feature_names_out()[0] == "model0_spectral_shape"
 
 
 def test_names_of_one_model_are_those_of_the_measures(windows):

@@ -17,7 +17,7 @@ SECTIONS = dict(
     re.findall(r"^## ([^\n]*)\n(.*?)(?=^## |\Z)", EQUATIONS, flags=re.S | re.M)
 )
 PAGES = [
-    DOCS / "method.md",
+    DOCS / "paper" / "observers.md",
     *(DOCS / "paper" / f"{name}.md" for name in ("index", "equations")),
 ]
 PAGES.append(DOCS / "paper" / "errata.md")

@@ -254,7 +254,6 @@ def test_parameter_out_of_its_range_is_refused_at_load(step, name, value, tmp_pa
         if step == "compare"
         else diagnoser[step]
     )
-    part._fitted_parameters[name] = value
     setattr(part, name, value)
     content = {"format": "skarxlag diagnoser 1", "diagnoser": diagnoser, "facts": {}}
     with pytest.raises(ValueError, match=rf"d\.skops: .*{name}"):
@@ -521,9 +520,6 @@ def test_tampered_model_is_refused_at_load_by_name(tmp_path, step, name, value):
 def test_tampered_probabilities_are_refused_at_load_by_name(tmp_path, name, value):
     diagnoser = make_diagnoser().fit(X, Y)
     setattr(diagnoser["decide"], name, value)
-    diagnoser["decide"]._fitted_parameters["recorded_prior"] = diagnoser[
-        "decide"
-    ].recorded_prior
     content = {"format": "skarxlag diagnoser 1", "diagnoser": diagnoser, "facts": {}}
     with pytest.raises(ValueError, match=rf"d\.skops: .*Step 'decide': .*{name}"):
         load_diagnoser(forge(tmp_path / "d.skops", content))

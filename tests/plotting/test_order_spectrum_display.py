@@ -42,10 +42,10 @@ def test_display_shows_what_the_diagnoser_compared(diagnoser):
     assert labels[:2] == ["this stretch", "reference of inner"]
     assert labels[2:] == [
         "shaft 1",
-        "cage 0.398",
-        "outer 3.58",
-        "inner 5.42",
-        "ball 4.71",
+        "cage (FTF) 0.398",
+        "outer (BPFO) 3.58",
+        "inner (BPFI) 5.42",
+        "ball (2 BSF) 4.71",
     ]
     # Multiples: three of the rings, two of the ball, below the highest order.
     assert len(display.axes_[0].lines) == 2 + 2 + 3 + 2 + 2

@@ -198,7 +198,7 @@ def test_timed_functions_are_put_back_and_count_once():
     X = np.random.default_rng(0).normal(size=(8, 100))
     residual = LogSpectra().fit(X)
     with checks.timed(
-        {"validate_innovations": validation, "as_fitted": state_checks}
+        {"validate_innovations": validation, "check_state": state_checks}
     ) as seconds:
         assert validation.validate_innovations is not original
         residual.transform(X)

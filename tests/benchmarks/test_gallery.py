@@ -1,0 +1,57 @@
+"""Outputs of the examples on real recordings are kept, and shown on their pages."""
+
+import runpy
+
+import pytest
+
+from benchmarks.pages import gallery
+from benchmarks.pages.modules import ROOT
+
+NAMES = [example.stem for example in gallery.EXAMPLES]
+
+
+def test_half_of_the_gallery_uses_real_recordings():
+    examples = list((ROOT / "examples").rglob("*.py"))
+    assert len(examples) >= 18 and len(NAMES) >= len(examples) / 2
+
+
+@pytest.mark.parametrize("example", gallery.EXAMPLES, ids=NAMES)
+def test_an_example_has_its_output_and_shows_it_as_its_thumbnail(example):
+    path = f"images/gallery/{example.stem}.png"
+    text = example.read_text("utf-8")
+    assert f"# sphinx_gallery_thumbnail_path = '{path}'" in text
+    assert (ROOT / "docs" / path).exists()
+    assert (ROOT / "docs" / path).with_suffix(".txt").read_text("utf-8")
+
+
+def test_every_kept_output_has_its_example():
+    assert {path.stem for path in gallery.KEPT.iterdir()} == set(NAMES)
+
+
+def test_an_output_is_shown_above_the_buttons_with_its_date():
+    shown = runpy.run_path(str(ROOT / "docs" / "kept_outputs.py"))
+    source = ["title\n\n.. _sphx_glr_download_x:\n"]
+    shown["_add_output"](None, f"gallery/diagnosis/{NAMES[0]}", source)
+    before, mark, _ = source[0].partition(".. _sphx_glr_download_")
+    assert mark and f"/images/gallery/{NAMES[0]}.png" in before and " UTC" in before
+
+
+def test_a_page_without_kept_output_stays_as_it_is():
+    shown = runpy.run_path(str(ROOT / "docs" / "kept_outputs.py"))
+    source = ["title"]
+    shown["_add_output"](None, "gallery/diagnosis/plot_cross_speed", source)
+    assert source == ["title"]
+
+
+def test_running_an_example_writes_its_text_and_its_figure(tmp_path):
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    pyplot.switch_backend("Agg")
+    example = tmp_path / "real_line.py"
+    program = "from matplotlib import pyplot\nprint('a line')\npyplot.plot([1, 2])\n"
+    example.write_text(program, "utf-8")
+    gallery.run(example, tmp_path / "kept")
+    assert (tmp_path / "kept" / "real_line.txt").read_text("utf-8") == "a line\n"
+    assert (tmp_path / "kept" / "real_line.png").stat().st_size > 1000
+    example.write_text("print('no figure')", "utf-8")
+    with pytest.raises(ValueError, match="draws 0 figures"):
+        gallery.run(example, tmp_path / "kept")

@@ -1,0 +1,202 @@
+"""Pages of ``skarxlag trend``: results and logs over time."""
+
+import json
+import re
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.commands.watching import RATE, lines_of, sound
+
+pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
+
+START = datetime(2026, 11, 1, tzinfo=UTC)
+
+
+def line(hours, sensor="pump", kind="verdict", **fields):
+    """Line of a log of watch."""
+    time = (START + timedelta(hours=hours)).isoformat(timespec="milliseconds")
+    usual = {"healthy": "good", "model": "a1", "verdict": "good", "probability": 0.9}
+    usual |= {"alarm": False, "alarm_level": 0.1, "p_value": 0.5}
+    return json.dumps({"kind": kind, "time": time, "sensor": sensor} | usual | fields)
+
+
+@pytest.fixture
+def page_of(run, tmp_path):
+    """Return the page of some files."""
+
+    def trend(*paths, options=()):
+        output = tmp_path / "trend.html"
+        code, out, err = run("trend", *paths, *options, "-o", output)
+        assert code == 0 and out == f"Written: {output}\n", err
+        return output.read_text()
+
+    return trend
+
+
+def text_of(page):
+    return " ".join(re.sub("<[^>]*>", " ", page.partition("</style>")[2]).split())
+
+
+def captions(page):
+    return re.findall("<figcaption>(.*?)</figcaption>", page)
+
+
+def test_a_log_of_weeks_is_drawn_with_its_events(page_of, tmp_path):
+    """A fault after 20 days raises the alarm; it is acknowledged; the model changes."""
+    path = tmp_path / "watch.jsonl"
+    worn = {"verdict": "worn", "alarm": True, "alarm_level": 1.0, "p_value": 1e-4}
+    lines = [line(hour) for hour in range(480)]
+    lines += [line(hour, **worn) for hour in range(480, 500)]
+    lines += [line(500, kind="acknowledged", alarm=False, verdict="worn")]
+    lines += [line(hour, model="b2") for hour in range(600, 620)]
+    path.write_text("\n".join(lines))
+    page = page_of(path)
+    text = text_of(page)
+    assert "521 rows of watch.jsonl" in text
+    assert captions(page) == [
+        "Verdicts and alarm", "Alarm level", "p-value (power of ten)", "Probability of the verdict"
+    ]  # fmt: skip
+    assert "good: 500 of 520" in text and "worn: 20 of 520" in text
+    assert "alarm: 20 of 520" in text
+    newest_first = text.partition("Events: 9")[2]
+    events = [
+        "2026-11-26 00:00:00 no rows for 4 days 04:00:00",
+        "2026-11-26 00:00:00 another model: b2",
+        "2026-11-21 20:00:00 alarm acknowledged",
+        "2026-11-21 20:00:00 alarm off",
+        "2026-11-21 00:00:00 verdict: worn",
+        "2026-11-21 00:00:00 alarm on",
+        "2026-11-01 00:00:00 verdict: good",
+    ]
+    assert all(event in newest_first for event in events)
+    places = [newest_first.index(event.split()[0]) for event in events]
+    assert places == sorted(places)
+    assert len(page.encode()) < 100_000
+
+
+def test_the_log_of_the_command_watch_is_read(run, models, piped, page_of, tmp_path):
+    signal = np.concatenate([sound("good", 8000, 3), sound("worn", 4000, 4)])
+    piped(lines_of(signal))
+    code, out, _ = run("watch", models[0], "-", "--sensor", "<b>pump")
+    assert code == 0
+    path = tmp_path / "watch.jsonl"
+    path.write_text(out)
+    page = page_of(path)
+    assert f"{len(signal) // 200} rows" in page
+    assert "&lt;b&gt;pump" in page and "<b>pump" not in page
+    assert {"Alarm level", "Probability of the verdict"} < {*captions(page)}
+
+
+def test_sensors_have_a_section_each_and_alarms_come_first(page_of, tmp_path):
+    path = tmp_path / "watch.jsonl"
+    lines = [line(hour, sensor) for hour in range(5) for sensor in ("a", "b", "c")]
+    lines += [line(5, "b", alarm=True)]
+    # The last line was cut.
+    path.write_text("\n".join(lines) + '\n{"kind": "verd')
+    page = page_of(path)
+    assert re.findall("<h2>(.*?)</h2>", page) == ["b", "a", "c"]
+    assert re.findall('href="#(s.)">(.)</a>', page) == [
+        ("s1", "b"),
+        ("s2", "a"),
+        ("s3", "c"),
+    ]
+    assert "16 rows" in page
+
+
+@pytest.fixture
+def results(run, models, tmp_path):
+    """Results of three recordings of two machines, and of a lost one."""
+    np.save(tmp_path / "1.npy", sound("good", 4000, 5))
+    np.save(tmp_path / "2.npy", sound("worn", 4000, 6))
+    np.save(tmp_path / "3.npy", sound("good", 4000, 7))
+    (tmp_path / "table.csv").write_text(
+        "path,date,machine\n"
+        "1.npy,2026-10-01,fan\n2.npy,2026-10-08T12:00,fan\n3.npy,2026-10-02,pump\n"
+        "lost.npy,2026-10-03,pump\n"
+    )
+    table = ("--table", tmp_path / "table.csv", "--sampling-rate", RATE)
+    for suffix in ("csv", "json", "parquet"):
+        run("diagnose", models[0], *table, "-o", tmp_path / f"results.{suffix}", "-q")
+    return tmp_path
+
+
+@pytest.mark.parametrize("suffix", ["csv", "json", "parquet"])
+def test_results_of_diagnose_are_read(page_of, results, suffix):
+    page = page_of(results / f"results.{suffix}")
+    text = text_of(page)
+    assert re.findall("<h2>(.*?)</h2>", page) == ["fan", "pump"]
+    assert "2026-10-08 12:00:00 verdict: worn" in text
+    assert "2026-10-01 00:00:00 verdict: good" in text
+    assert "2026-10-03 00:00:00 verdict: no verdict" in text
+    assert "Probability of the verdict" in captions(page)
+
+
+def test_columns_of_time_and_sensor_can_be_chosen(page_of, results):
+    options = ("--time", "file_time", "--sensor", "recording")
+    page = page_of(results / "results.csv", options=options)
+    # The lost file has no time, so it is left out.
+    assert re.findall("<h2>(.*?)</h2>", page) == ["2.npy", "1.npy", "3.npy"]
+    assert f"({datetime.now(UTC):%Y-%m-%d}" in page
+
+
+def test_recordings_without_a_time_stand_in_the_order_of_the_files(page_of, results):
+    rows = pd.read_csv(results / "results.csv").drop(
+        columns=["stated_date", "file_time"]
+    )
+    rows.to_csv(results / "plain.csv", index=False)
+    page = page_of(results / "plain.csv", results / "plain.csv")
+    assert (
+        "8 rows of plain.csv, plain.csv" in page and "Number of the recording" in page
+    )
+    assert "recording 6 verdict: worn" in text_of(page)
+
+
+def test_the_velocity_is_drawn_if_results_state_it(page_of, results):
+    assert "Velocity RMS (mm/s)" not in captions(page_of(results / "results.csv"))
+    rows = pd.read_csv(results / "results.csv").assign(
+        velocity_rms_mm_s=[1, 2, 3, None]
+    )
+    rows.to_csv(results / "velocity.csv", index=False)
+    assert "Velocity RMS (mm/s)" in captions(page_of(results / "velocity.csv"))
+
+
+@pytest.mark.parametrize(
+    ("content", "options", "expected"),
+    [
+        ("a,b\n1,2\n", (), "expected results of diagnose"),
+        ("", (), "expected results of diagnose"),
+        ('{"a": 1}\n', (), "expected results of diagnose"),
+        ("recording,start,verdict,alarm,quality\n", (), "this is a table of windows"),
+        (
+            "recording,verdict,probability,alarm,\n1,a,1,no,\n",
+            ("--time", "when"),
+            "no column when",
+        ),
+        (
+            "recording,verdict,probability,alarm,\nx,a,1,no,\n",
+            ("--time", "recording"),
+            "no dates",
+        ),
+    ],
+)
+def test_files_of_another_kind_are_refused(run, tmp_path, content, options, expected):
+    path = tmp_path / "file.csv"
+    path.write_text(content)
+    output = tmp_path / "page.html"
+    code, _, err = run("trend", path, *options, "-o", output)
+    assert code == 1 and expected in err and str(path) in err and not output.exists()
+
+
+def test_a_page_replaces_nothing_that_is_foreign(run, results):
+    foreign = results / "notes.html"
+    foreign.write_text("my notes")
+    code, _, err = run("trend", results / "results.csv", "-o", foreign)
+    assert (
+        code == 2 and "--force replaces it" in err and foreign.read_text() == "my notes"
+    )
+    assert run("trend", results / "results.csv", "-o", foreign, "--force")[0] == 0
+    assert run("trend", results / "results.csv", "-o", results / "results.csv")[0] == 2
+    assert run("trend", results / "lost.csv")[0] == 1

@@ -1,0 +1,111 @@
+"""References that share no code with the kernels, and settings of tests that draw inputs.
+
+The references are loops, explicit sums, dense matrices or exact fractions.
+``SKARXLAG_EXAMPLES=500 python -m pytest tests/kernels`` tries more inputs, and other
+ones each time.
+"""
+
+import math
+import os
+
+import numpy as np
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+
+from .test_linear_prediction import literal_predictor
+
+EXAMPLES = os.environ.get("SKARXLAG_EXAMPLES")
+
+some_examples = settings(
+    max_examples=int(EXAMPLES or 15),
+    derandomize=EXAMPLES is None,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
+)
+
+many_examples = settings(some_examples, max_examples=int(EXAMPLES or 60))
+
+generators = st.integers(0, 2**32 - 1).map(np.random.default_rng)
+
+shares = st.floats(0, 1)
+
+
+def between(x, places, values):
+    """The value at x of the line through the neighbouring places; beyond the ends, the last one."""
+    if x <= places[0]:
+        return values[0]
+    for i in range(1, len(places)):
+        if x <= places[i]:
+            share = (x - places[i - 1]) / (places[i] - places[i - 1])
+            return (1 - share) * values[i - 1] + share * values[i]
+    return values[-1]
+
+
+def walk(rng, *shape):
+    """Something that looks like a log spectrum."""
+    return rng.normal(size=shape).cumsum(axis=-1) / 5
+
+
+def literal_cepstrum(log_spectrum):
+    """Cosine coefficients from 1 on, as explicit sums."""
+    n = len(log_spectrum)
+    angles = [(i + 0.5) * math.pi / n for i in range(n)]
+    return [
+        2
+        / n
+        * math.fsum(
+            v * math.cos(c * a) for v, a in zip(log_spectrum, angles, strict=True)
+        )
+        for c in range(1, n)
+    ]
+
+
+def literal_spectral_shape(samples, order, n_frequencies):
+    """Log spectrum of the model that plain ridge regression finds."""
+    order = min(order, len(samples) // 8)
+    if order == 0 or not np.any(samples):
+        return np.zeros(n_frequencies)
+    g = literal_predictor(samples, order, 1e-9)
+    found = []
+    for cell in range(n_frequencies):
+        omega = (cell + 0.5) * math.pi / n_frequencies
+        response = 1 - g @ np.exp(-1j * omega * np.arange(1, order + 1))
+        found.append(-math.log(abs(response) ** 2))
+    return np.array(found)
+
+
+def literal_bands(samples, segment, hop):
+    """Log mean and log median power of the bands of segments."""
+    k = np.arange(segment)
+    hann = np.sin(np.pi * (k + 1) / (segment + 1)) ** 2
+    floor = 1e-12 * segment * np.mean(samples**2) or 1.0
+    power = []
+    for start in range(0, len(samples) - segment + 1, hop):
+        windowed = samples[start : start + segment] * hann
+        sums = [
+            windowed @ np.exp(-2j * np.pi * f * k / segment)
+            for f in range(1, segment // 2)
+        ]
+        power.append(np.abs(sums) ** 2 + floor)
+    return np.log(np.mean(power, axis=0)), np.log(np.median(power, axis=0))
+
+
+def literal_motion(x, known):
+    """Weights of known values, variance in unit distances, and distance beyond, one by one."""
+    weights = np.zeros(len(known))
+    if x <= known[0]:
+        weights[0] = 1
+        return weights, (known[0] - x) / math.log(1.3), x - known[0]
+    if x >= known[-1]:
+        weights[-1] = 1
+        return weights, (x - known[-1]) / math.log(1.3), x - known[-1]
+    i = next(i for i in range(len(known)) if known[i] > x)
+    below, above = x - known[i - 1], known[i] - x
+    weights[i - 1], weights[i] = above / (below + above), below / (below + above)
+    # Two resistors in parallel: the precision of either side adds up.
+    return (
+        weights,
+        1 / (1 / below + 1 / above) / math.log(1.3) if below > 0 else 0.0,
+        0.0,
+    )
