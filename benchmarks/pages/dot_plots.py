@@ -26,8 +26,8 @@ SERIES = (
 #: Inches of a row, of all that is not a row, and of the width of a page.
 ROW_HEIGHT, FRAME_HEIGHT, WIDTH = 0.21, 1.1, 8.0
 LONGEST_LABEL = 58
-#: Part of a row over which the series with intervals are spread.
-SPREAD = 0.6
+#: Largest part of a row that series with intervals take, and that of two neighbours.
+SPREAD, LANE = 0.6, 0.25
 
 
 class Layout(NamedTuple):
@@ -52,6 +52,20 @@ LAYOUTS = {
     "another_bearing": Layout(label="share of right fault locations", limits=(0, 1.03)),
     "another_bearing_curve": Layout(
         label="share of right fault locations, 90 % interval", limits=(0, 1.03)
+    ),
+    "another_bearing_overview": Layout(
+        columns=1,
+        label="share of right fault locations, 90 % interval over bearings",
+        limits=(0, 1.03),
+    ),
+    "another_bearing_noise": Layout(
+        columns=1, label="rows that are named with a probability of at least 0.9, %"
+    ),
+    "fault_orders_runs": Layout(columns=1, label="seconds from the name to the end"),
+    "soak": Layout(columns=1, label="memory of the process (MiB)", limits=(0, 400)),
+    "recording_evidence": Layout(columns=1, label="share of recordings, probability"),
+    "few_healthy_snapshots": Layout(
+        columns=1, label="time of the alarm, share of the run", limits=(0, 1.03)
     ),
     "bearings": Layout(columns=1, label="order (impacts per revolution of the shaft)"),
     "detection": Layout(label="share of rows, %"),
@@ -121,7 +135,8 @@ def _draw_panel(ax, table, rows, styles):
     rigs = table[table["series"] == RIG]
     places = [rows.index(row) for row in rigs["row"]]
     ax.plot(rigs["value"], places, "|", color=GREY, alpha=0.8, markersize=6)
-    spread = SPREAD * table["low"].notna().any() * (len(styles) > 1)
+    has_intervals = table["low"].notna().any()
+    spread = min(SPREAD, (len(styles) - 1) * LANE) if has_intervals else 0.0
     shifts = spread * np.linspace(-0.5, 0.5, len(styles))
     for shift, (label, style) in zip(shifts, styles.items(), strict=True):
         dots = table[table["series"] == label]

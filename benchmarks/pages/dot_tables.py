@@ -148,6 +148,69 @@ def _targets(table):
     )(accuracies)
 
 
+def _another_bearing(table):
+    return [
+        dot(
+            "",
+            cells["rig"],
+            cells["method"].replace("`", "").removesuffix(" (ours)"),
+            cells["right"],
+            cells["right"].partition("(")[2],
+        )
+        for cells in table.to_dict("records")
+    ]
+
+
+def _evidence(table):
+    return [
+        dot("", cells["rig"], name, cells[name])
+        for cells in table.to_dict("records")
+        for name in ("accuracy", "mean probability")
+    ]
+
+
+def _noise(table):
+    made = []
+    for cells in table.to_dict("records"):
+        for kind in sorted(cells.keys() - {"table", "rig"}):
+            named, _, rows = cells[kind].partition(" of ")
+            made.append(dot("", cells["rig"], kind, f"{100 * int(named) / int(rows)}"))
+    return made
+
+
+def _runs_of_orders(table):
+    """Return how long before the end a fault is named for good."""
+    return [
+        dot(
+            "",
+            f"{cells['run']}, channel {cells['channel']}",
+            cells["name that stays"],
+            cells["before the end, s"],
+        )
+        for cells in table.to_dict("records")
+    ]
+
+
+def _soak(table):
+    return [
+        dot("", f"{int(cells['windows']):,} windows", "MiB", cells["MiB"])
+        for cells in table.to_dict("records")
+    ]
+
+
+def _few_snapshots(table):
+    return [
+        dot(
+            "",
+            f"{cells['healthy snapshots']} snapshots",
+            name,
+            cells[f"{name}, share of the run"],
+        )
+        for cells in table.to_dict("records")
+        for name in ("earliest", "latest")
+    ]
+
+
 def _ablation(table):
     parts = table[table["part"] != "all parts"]
     return means_and_rigs(_title, "part", "90 % interval")(parts)
@@ -290,6 +353,12 @@ TABLES = {
         },
     ),
     "another_bearing_curve": _curve,
+    "another_bearing_overview": _another_bearing,
+    "another_bearing_noise": _noise,
+    "fault_orders_runs": _runs_of_orders,
+    "soak": _soak,
+    "recording_evidence": _evidence,
+    "few_healthy_snapshots": _few_snapshots,
     "bearings": series_of_columns(
         _untitled,
         lambda cells: cells["name"],

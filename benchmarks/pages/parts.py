@@ -119,13 +119,18 @@ PARTS = {
             "docs/another_bearing.md": ("another bearing", "another bearing measures"),
             "README.md": ("another bearing overview",),
         },
-        tables=("another bearing", "another bearing measures"),
+        tables=(
+            "another bearing",
+            "another bearing measures",
+            "another bearing overview",
+        ),
         data=_CHECKSUMS,
         canaries=("probabilities", "stretches"),
     ),
     "another-bearing-noise": Part(
         "-m benchmarks.another_bearing noise --write docs/another_bearing.md",
         {"docs/another_bearing.md": ("another bearing noise",)},
+        tables=("another bearing noise",),
         data=_CHECKSUMS,
         canaries=("probabilities", "stretches"),
     ),
@@ -146,6 +151,7 @@ PARTS = {
     "recording-evidence": Part(
         "-m benchmarks.recipe recording-evidence --write docs/cross_speed.md",
         {"docs/cross_speed.md": ("recording evidence",)},
+        tables=("recording evidence",),
         data=_CHECKSUMS,
         canaries=(*_WINDOWS, "stretches"),
     ),
@@ -187,6 +193,7 @@ PARTS = {
         "--write docs/monitoring.md",
         {"docs/monitoring.md": ("runs to failure", "few healthy snapshots")},
         ("docs/images/runs_to_failure.svg",),
+        ("runs to failure", "few healthy snapshots"),
         downloads=True,
         data=_CHECKSUMS,
         canaries=("detector",),
@@ -194,6 +201,7 @@ PARTS = {
     "soak": Part(
         "-m benchmarks.monitoring.soak --write docs/monitoring.md",
         {"docs/monitoring.md": ("soak",)},
+        tables=("soak",),
     ),
     "sensors": Part(
         "-m benchmarks.monitoring.sensors --write docs/plant.md",
@@ -316,6 +324,7 @@ PARTS = {
     "fault-orders-runs": Part(
         "-m benchmarks.fault_orders runs --write docs/fault_orders.md",
         {"docs/fault_orders.md": ("fault orders runs",)},
+        tables=("fault orders runs",),
         downloads=True,
         data=_CHECKSUMS,
         canaries=("fault_orders",),

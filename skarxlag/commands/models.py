@@ -166,13 +166,15 @@ class SavedModel(RecordingModel):
         self, recording: ListedRecording, resample: bool = False
     ) -> RecordingRows:
         """Return the rows of a recording with their speeds."""
+        stated = recording.channel
         recording = self.with_channel(recording)
         if self.takes_rpm:
             recording = recording.with_speed()
         old_rates: list[float] = []
         windows, rate = self.windows(recording, resample, old_rates.append)
         blocks = self._with_speeds(windows, recording, rate or self.sampling_rate)
-        return RecordingRows(recording, blocks, rate, self.judge, old_rates)
+        channels = self._compared_channels(recording, stated)
+        return RecordingRows(recording, blocks, rate, self.judge, channels, old_rates)
 
     def _with_speeds(self, windows, recording, rate):
         """Yield the first samples, the windows and the speeds of each block."""
@@ -192,7 +194,8 @@ class SavedModel(RecordingModel):
         """Yield remarks on the recording, the verdict, and what the model assumed."""
         for rate in rows.old_rates:
             yield f"Resampled from {rate:g} to {self.sampling_rate:g} Hz."
-        yield from self.channel_remarks(rows.recording, recording.channel)
+        if rows.channels:
+            yield from channel_remarks(rows.channels, self.facts, recording.channel)
         yield from [*verdict_remarks(windows, verdict)]
         if verdict["verdict"] == CHANGED and self.facts.get("bearing"):
             yield f"No comb of bearing {self.facts['bearing']} shows a fault."
@@ -225,14 +228,18 @@ class SavedModel(RecordingModel):
 
     def channel_remarks(self, recording: ListedRecording, asked: Any) -> list[str]:
         """Return remarks on channels and units that are not those of the model."""
+        channels = self._compared_channels(recording, asked)
+        return [*channel_remarks(channels, self.facts, asked)] if channels else []
+
+    def _compared_channels(self, recording, asked):
+        """Return names and units of channels; none if the model states nothing to compare."""
         is_same = [*np.atleast_1d(asked)] == self.facts.get("channels")
         if self.facts.get("unit") is None and (
             is_same or not self.facts.get("channel_names")
         ):
             return []
         options = {"channel": recording.channel, "dtype": recording.dtype}
-        found = chosen_channels(recording.path, **options)
-        return [*channel_remarks(found, self.facts, asked)]
+        return chosen_channels(recording.path, **options)
 
     def check_order(self, name: str, channels: str | list[str] | None) -> None:
         """Refuse the channels of the model in another order."""

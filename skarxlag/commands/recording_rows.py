@@ -1,6 +1,6 @@
 """Rows of a recording, read block by block, and the models that diagnose them."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from ..recordings.listing import ListedRecording
 from ..verdicts.judge import Judge
 from ..verdicts.windows import joined_tables
+from .channels import plain_unit
 from .diagnosis import Diagnosis, cancelled
+from .velocity import velocity_rms
 
 
 @dataclass
@@ -29,6 +31,8 @@ class RecordingRows:
         In Hz; None if it is not known.
     judge : Judge
         Judge of the rows.
+    channels : sequence of tuple, default=()
+        Names and units of the channels, if they are known.
     old_rates : list of float
         Rates before resampling, as far as the blocks are read.
     """
@@ -37,6 +41,7 @@ class RecordingRows:
     blocks: Iterable[tuple[Any, NDArray[Any], Any]]
     sampling_rate: float | None
     judge: Judge
+    channels: Sequence[tuple[Any, str | None]] = ()
     old_rates: list[float] = field(default_factory=list)
 
     @property
@@ -46,7 +51,8 @@ class RecordingRows:
 
     def verdict(self) -> tuple[pd.DataFrame, dict[str, Any]]:
         """Read the rows, and return a table of them and the verdict on the recording."""
-        starts, speeds, parts = [], [], []
+        starts, speeds, parts, velocities = [], [], [], []
+        unit = plain_unit(self.channels[0][1] or "") if self.channels else None
         for start, X, rpm in self.blocks:
             if cancelled.is_set():
                 raise KeyboardInterrupt
@@ -54,11 +60,18 @@ class RecordingRows:
             starts.append(start)
             if self.has_profile:
                 speeds.append(rpm.mean(axis=1))
+            output = X if X.ndim == 2 else X[:, 0]
+            velocities.append(velocity_rms(output.ravel(), self.sampling_rate, unit))
         windows, evidence = joined_tables(parts)
         windows.insert(0, "start", np.concatenate(starts))
         if self.has_profile:
             windows.insert(1, "rpm", np.concatenate(speeds))
-        return windows, self.judge.recording(windows, evidence)
+        verdict = self.judge.recording(windows, evidence)
+        if velocities[0] is not None:
+            # Blocks are of equal length, except for the last, which may be too short.
+            stated = [velocity for velocity in velocities if velocity is not None]
+            verdict["velocity_rms_mm_s"] = float(np.sqrt(np.mean(np.square(stated))))
+        return windows, verdict
 
 
 class RecordingModel:

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import welch
 
 #: Range in Hz of the velocity that ISO 20816-1 evaluates on most machines.
 BAND = (10.0, 1000.0)
@@ -55,6 +54,8 @@ def velocity_rms(
         return None
     if len(samples) < sampling_rate / 2:
         return None
+    from scipy.signal import welch
+
     segment = min(int(sampling_rate), len(samples))
     frequencies, power = welch(samples, sampling_rate, nperseg=segment)
     is_inside = (frequencies >= BAND[0]) & (frequencies <= BAND[1])

@@ -17,8 +17,8 @@ SECTIONS = dict(
     re.findall(r"^## ([^\n]*)\n(.*?)(?=^## |\Z)", EQUATIONS, flags=re.S | re.M)
 )
 PAGES = [
-    DOCS / "paper" / "observers.md",
-    *(DOCS / "paper" / f"{name}.md" for name in ("index", "equations")),
+    DOCS / "method.md",
+    *(DOCS / "paper" / f"{name}.md" for name in ("index", "equations", "observers")),
 ]
 PAGES.append(DOCS / "paper" / "errata.md")
 ALL = [f"({n})" for n in range(1, 33)] + [f"A-{n}" for n in range(1, 10)]
