@@ -48,7 +48,7 @@ def html_report(
 
     Parameters
     ----------
-    model : SavedModel or BearingModel
+    model : RecordingModel
         What diagnosed the recordings.
     recordings, diagnoses : sequence
         The recordings, and their results.
