@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from ..core.state import estimators_within, is_fitted
+from ..decisions.order_comparison import order_comparison
 from ..distances.comparison import SpectralDistance
-from ..distances.stretches import order_comparison
 from ..kernels.fault_orders import NEPER_IN_DB
 from ..kernels.speed_references import reference_weights
 from ..measures.spectra import LogSpectra
