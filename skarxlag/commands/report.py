@@ -183,8 +183,9 @@ class RunFigures:
             if not references:
                 with suppress(ValueError):
                     diagnoser = self._model.fitted(view.row, rate)
-                    known = (stretch.mean_rpm, self._model.healthy, rate)
-                    yield shape_reference_figure(diagnoser, view.row, *known)
+                    yield shape_reference_figure(
+                        diagnoser, view.row, stretch.mean_rpm, self._model.healthy, rate
+                    )
             yield views.spectrum_figure(stretch, references, self._reason)
 
     def _read(self, place, at):

@@ -40,7 +40,7 @@ class Event(NamedTuple):
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     rows = read_rows(args.files, args.time, args.sensor)
-    sensors = [_sensor(name, own) for name, own in rows.groupby("sensor", sort=True)]
+    sensors = [_sensor(*group) for group in rows.groupby("sensor", sort=True)]
     # A sensor whose alarm is on comes first.
     sensors.sort(
         key=lambda sensor: ("fault", "unclear", "healthy").index(sensor["style"])
@@ -174,7 +174,8 @@ def _events(rows: pd.DataFrame) -> list[Event]:
         is_gap = pause > max(_GAP_FACTOR * pause.median(), _LEAST_GAP)
         pauses[is_gap] = pause[is_gap].dt.round("s").astype(str)
         is_new |= is_gap
-    events, before = [], dict.fromkeys(states, "")
+    events = []
+    before = dict.fromkeys(states, "")
     for place in rows.index[is_new]:
         state = states.loc[place].to_dict()
         changed = {
