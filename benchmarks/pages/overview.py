@@ -143,9 +143,9 @@ def _draw_verdicts(ax, stretches, styles):
             train_rpm=[TRAIN_RPM],
         )
         for place, name in enumerate(names):
-            found = table.loc[name]
-            color = styles[name]["color"] if found["verdict"] == name else NEUTRAL
-            ax.plot(found["probability"], -place, marker, color=color, ms=9)
+            verdict = table.loc[name]
+            color = styles[name]["color"] if verdict["verdict"] == name else NEUTRAL
+            ax.plot(verdict["probability"], -place, marker, color=color, ms=9)
         ax.plot([], [], marker, color=NEUTRAL, label=f"{speed} rpm", ls="", ms=9)
     ax.set_yticks(-np.arange(len(names)), [NAMES[name] for name in names], fontsize=11)
     ax.set_ylim(0.6 - len(names), 0.9)

@@ -51,9 +51,11 @@ def distances(rig, trained):
         Quartiles of the distance from each condition, at all speeds of the rig.
     """
     is_first = rig.start < np.median(rig.start)
-    known = is_first & np.isin(rig.rpm, trained)
+    trained_rows = is_first & np.isin(rig.rpm, trained)
     diagnoser = make_diagnoser(healthy="N")
-    diagnoser.fit(rig.data[known], rig.target[known], rpm=rig.rpm[known])
+    diagnoser.fit(
+        rig.data[trained_rows], rig.target[trained_rows], rpm=rig.rpm[trained_rows]
+    )
     quartiles = []
     for speed in np.unique(rig.rpm):
         tested = ~is_first & (rig.rpm == speed) & (rig.target == SHOWN)

@@ -22,9 +22,9 @@ is_healthy = rig.target == "N"
 speeds = np.unique(rig.rpm)
 p_values = np.empty(len(rig.data))
 for speed in speeds:
-    known = is_healthy & (rig.rpm != speed)
+    trained = is_healthy & (rig.rpm != speed)
     detector = make_detector(false_alarm_rate=RATE)
-    detector.fit(rig.data[known], rpm=rig.rpm[known])
+    detector.fit(rig.data[trained], rpm=rig.rpm[trained])
     tested = rig.rpm == speed
     p_values[tested] = detector.p_values(rig.data[tested], rpm=rig.rpm[tested])
     flagged = p_values[tested] < RATE

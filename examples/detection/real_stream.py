@@ -18,10 +18,10 @@ from skarxlag.datasets import fetch_hit_sm
 # Diagnoser and detector are fitted on windows of 4800 samples at 600 and 1200 rpm.
 LENGTH = 4800
 rig = fetch_hit_sm(window_length=LENGTH)
-known = rig.rpm != 900
-healthy = known & (rig.target == "Normal")
+trained = rig.rpm != 900
+healthy = trained & (rig.target == "Normal")
 diagnoser = make_diagnoser(healthy="Normal")
-diagnoser.fit(rig.data[known], rig.target[known], rpm=rig.rpm[known])
+diagnoser.fit(rig.data[trained], rig.target[trained], rpm=rig.rpm[trained])
 detector = make_detector().fit(rig.data[healthy], rpm=rig.rpm[healthy])
 
 # %%
@@ -44,17 +44,17 @@ verdicts = []
 for block in np.array_split(stream, 200):
     verdicts += monitor.update(block, rpm=900)
 change = len(recordings[0]) / rig.sampling_rate
-alarm = next((each.time for each in verdicts if each.alarm), None)
+alarm = next((verdict.time for verdict in verdicts if verdict.alarm), None)
 print(f"the fault begins at {change:.2f} s, the alarm is raised at {alarm} s")
 print("last verdict:", verdicts[-1].verdict, f"{verdicts[-1].probability:.0%}")
 
 # %%
 # The plot shows the probability of the current verdict.
 fig, ax = plt.subplots(layout="constrained", figsize=(8, 3.2))
-for name in dict.fromkeys(each.verdict for each in verdicts):
-    shown = [each for each in verdicts if each.verdict == name]
-    times = [each.time for each in shown]
-    ax.plot(times, [each.probability for each in shown], "o", label=name)
+for name in dict.fromkeys(verdict.verdict for verdict in verdicts):
+    shown = [verdict for verdict in verdicts if verdict.verdict == name]
+    times = [verdict.time for verdict in shown]
+    ax.plot(times, [verdict.probability for verdict in shown], "o", label=name)
 ax.axvline(change, color="black", linewidth=1, label="the fault begins")
 if alarm is not None:
     ax.axvline(alarm, color="tab:red", linestyle="--", label="alarm")

@@ -1,6 +1,6 @@
 """
-Calibrated at one speed, used at others
-=======================================
+How accurate are diagnosers at other speeds?
+============================================
 
 Three diagnosers are calibrated on the simulated rig at 500 rpm and tested at every
 speed. All results come from a simulation. The benchmark contains results on real rigs.

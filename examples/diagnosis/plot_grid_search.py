@@ -1,6 +1,6 @@
 """
-A grid search over observer gains that identifies once
-======================================================
+Which gains of the observers are best?
+======================================
 
 With the parameter ``memory``, a Pipeline stores the result of its first step. A search
 over the gains of the observers then identifies the model only once for each split. The

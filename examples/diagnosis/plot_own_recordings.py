@@ -1,6 +1,6 @@
 """
-From files to verdicts
-======================
+How do files become verdicts?
+=============================
 
 This example shows how to diagnose your own recordings. A table lists the files. A
 diagnoser is calibrated at one speed and saved, and then gives one verdict for each

@@ -19,7 +19,7 @@ rig = simulate_rig(
 )
 near = rig.data[:, 0]
 rng = np.random.default_rng(0)
-known = rig.rpm == 500
+trained = rig.rpm == 500
 
 # %%
 # The program adds more and more noise to the near sensor, up to twice its own signal.
@@ -38,8 +38,8 @@ for level in levels:
         ),
     }
     for name, (estimator, X) in sensors.items():
-        estimator.fit(X[known], rig.target[known])
-        accuracy[name].append(estimator.score(X[~known], rig.target[~known]))
+        estimator.fit(X[trained], rig.target[trained])
+        accuracy[name].append(estimator.score(X[~trained], rig.target[~trained]))
     scores = "  ".join(f"{name} {values[-1]:.2f}" for name, values in accuracy.items())
     print(f"noise {level:4}: {scores}")
 

@@ -20,7 +20,7 @@ from skarxlag.datasets import fetch_hit_sm
 # the size of the fault: an arc of 2, 5 or 8 degrees.
 rig = fetch_hit_sm(window_length=51_200)
 locations = np.array([name.rstrip("0123456789") for name in rig.target])
-known = np.isin(rig.target, ["Normal", "IR2", "OR2"]) & (rig.rpm == 600)
+trained = np.isin(rig.target, ["Normal", "IR2", "OR2"]) & (rig.rpm == 600)
 others = np.isin(rig.target, ["IR5", "IR8", "OR5", "OR8"]) & (rig.rpm == 900)
 
 # %%
@@ -33,11 +33,11 @@ diagnosers = {
 true = locations[others]
 probability = {}
 for name, diagnoser in diagnosers.items():
-    diagnoser.fit(rig.data[known], locations[known], rpm=rig.rpm[known])
-    found = diagnoser.predict_proba(rig.data[others], rpm=rig.rpm[others])
-    right = diagnoser.classes_[found.argmax(axis=1)] == true
+    diagnoser.fit(rig.data[trained], locations[trained], rpm=rig.rpm[trained])
+    predicted = diagnoser.predict_proba(rig.data[others], rpm=rig.rpm[others])
+    right = diagnoser.classes_[predicted.argmax(axis=1)] == true
     print(f"{name:18} {right.mean():.2f} right")
-    probability[name] = found[
+    probability[name] = predicted[
         np.arange(len(true)), diagnoser.classes_.searchsorted(true)
     ]
 

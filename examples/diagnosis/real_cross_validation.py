@@ -27,11 +27,11 @@ def log_spectrum(X):
     return np.log(welch(X / X.std(axis=1, keepdims=True))[1][:, 1:])
 
 
-rig = fetch_hit_sm(window_length=4800)
+rig = fetch_hit_sm(window_length=9600)
 spectra = FunctionTransformer(log_spectrum)
 lda = LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto")
 classifiers = {
-    "random forest": make_pipeline(spectra, RandomForestClassifier(30, random_state=0)),
+    "random forest": make_pipeline(spectra, RandomForestClassifier(20, random_state=0)),
     "LDA": make_pipeline(spectra, lda),
     "make_diagnoser": make_diagnoser(healthy="Normal"),
 }
@@ -41,7 +41,7 @@ classifiers = {
 # speed and tests at another, on another half of the recordings.
 groups = np.column_stack([rig.rpm, rig.recording])
 splitters = {
-    "random folds": StratifiedKFold(5, shuffle=True, random_state=0),
+    "random folds": StratifiedKFold(3, shuffle=True, random_state=0),
     "other speeds": list(SpeedSplit().split(rig.data, groups=groups)),
 }
 fig, ax = plt.subplots(layout="constrained", figsize=(7, 3))

@@ -23,10 +23,10 @@ classifier = make_fault_order_classifier(
     bearing=rig.bearing, sampling_rate=rig.sampling_rate
 )
 classifier.fit(rig.data)
-found = classifier.diagnose(rig.data, rpm=rig.rpm)
-right = np.array(found.named) == rig.target
+diagnosis = classifier.diagnose(rig.data, rpm=rig.rpm)
+right = np.array(diagnosis.named) == rig.target
 print(f"{right.sum()} of {len(right)} recordings are named right")
-print(found.evidence[0])
+print(diagnosis.evidence[0])
 
 # %%
 # The plot shows how likely each fault location is.

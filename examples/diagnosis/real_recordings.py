@@ -1,6 +1,6 @@
 """
-Real recordings: one speed known, three speeds new
-==================================================
+Is a fault named at another speed?
+==================================
 
 A diagnoser is fitted on the recordings of the UESTC rig at 800 rpm and used on
 recordings at 1000, 1200 and 1400 rpm. It needs no speed. If it is not sure of the fault
@@ -19,28 +19,28 @@ from skarxlag.datasets import fetch_uestc
 # Conditions are healthy (N), and faults of a ball (B), of the inner race (I) and of the
 # outer race (O).
 rig = fetch_uestc()
-known = rig.rpm == 800
+trained = rig.rpm == 800
 print(
     f"{rig.data.shape[0]} windows of {rig.data.shape[1]} samples at {rig.sampling_rate:g} Hz"
 )
 
 # %%
 # Fit at one speed, and compute one verdict for each recording at the others.
-diagnoser = make_diagnoser(healthy="N").fit(rig.data[known], rig.target[known])
+diagnoser = make_diagnoser(healthy="N").fit(rig.data[trained], rig.target[trained])
 verdicts = recording_verdicts(
     diagnoser,
-    rig.data[~known],
-    rig.recording[~known],
-    rpm=rig.rpm[~known],
+    rig.data[~trained],
+    rig.recording[~trained],
+    rpm=rig.rpm[~trained],
     train_rpm=[800],
 )
 print(verdicts["verdict"].to_string())
 
 # %%
 # A single window of 60 ms is less certain than a recording of 13 s.
-found = diagnoser.predict(rig.data[~known])
+predicted = diagnoser.predict(rig.data[~trained])
 ConfusionMatrixDisplay.from_predictions(
-    rig.target[~known], found, labels=rig.target_names, colorbar=False
+    rig.target[~trained], predicted, labels=rig.target_names, colorbar=False
 )
 plt.title("Single windows at 1000, 1200 and 1400 rpm")
 plt.show()

@@ -19,15 +19,17 @@ from skarxlag.plotting import OrderSpectrumDisplay
 # %%
 # Rows are stretches of a second, fitted at 600 rpm and tested at 900 rpm.
 rig = fetch_hit_sm(window_length=51_200)
-known, new = rig.rpm == 600, rig.rpm == 900
+trained, new = rig.rpm == 600, rig.rpm == 900
 diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, healthy="Normal")
-diagnoser.fit(rig.data[known], rig.target[known], rpm=600)
+diagnoser.fit(rig.data[trained], rig.target[trained], rpm=600)
 
 # %%
 for error in (0, 0.03, 0.05, 0.1):
-    found = diagnoser.predict(rig.data[new], rpm=np.full(new.sum(), 900 * (1 + error)))
+    predicted = diagnoser.predict(
+        rig.data[new], rpm=np.full(new.sum(), 900 * (1 + error))
+    )
     print(
-        f"stated {error:4.0%} too fast: {np.mean(found == rig.target[new]):.2f} right"
+        f"stated {error:4.0%} too fast: {np.mean(predicted == rig.target[new]):.2f} right"
     )
 print(f"not stated: {diagnoser.score(rig.data[new], rig.target[new]):.2f} right")
 

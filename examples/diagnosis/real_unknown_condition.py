@@ -20,9 +20,9 @@ from skarxlag.datasets import fetch_uestc
 RATE = 0.02
 rig = fetch_uestc(window_length=7500)
 is_first = rig.start < np.median(rig.start)
-known = is_first & np.isin(rig.rpm, [800, 1000, 1400]) & (rig.target != "B")
+trained = is_first & np.isin(rig.rpm, [800, 1000, 1400]) & (rig.target != "B")
 conditions = make_known_conditions(false_rejection_rate=RATE)
-conditions.fit(rig.data[known], rig.target[known], rpm=rig.rpm[known])
+conditions.fit(rig.data[trained], rig.target[trained], rpm=rig.rpm[trained])
 
 # %%
 tested = ~is_first & (rig.rpm == 1200)

@@ -18,7 +18,7 @@ from skarxlag.datasets import fetch_hit_sm
 # %%
 # Each score is the mean over all pairs of speeds; the bar shows the worst and the best
 # pair.
-lengths = [600, 1200, 2400, 4800, 9600]
+lengths = [1200, 2400, 4800, 9600]
 scores = []
 for length in lengths:
     rig = fetch_hit_sm(window_length=length)

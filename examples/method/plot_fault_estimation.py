@@ -1,6 +1,6 @@
 """
-Fault estimation: where the extended state helps
-================================================
+Where does the extended state help?
+===================================
 
 A step of known size enters the difference equation of a healthy bearing's output. Three
 observers estimate this step: the extended-state observer, whose gain grows with the

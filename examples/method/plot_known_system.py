@@ -1,6 +1,6 @@
 """
-A known system, identified from output and input
-================================================
+Does identification recover a known system?
+===========================================
 
 An ARX system with known coefficients is driven by a random input. With its pole at 0 an
 ARX-Laguerre model *is* an ARX model, so identification must return these coefficients.

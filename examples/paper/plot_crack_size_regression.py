@@ -1,6 +1,6 @@
 """
-Crack size by regression on observer levels
-===========================================
+Can the size of a crack be estimated?
+=====================================
 
 A standard regressor learns the size of a crack from residual levels and levels of fault
 estimates, at one shaft speed, and is tested at another. It is compared with two

@@ -1,6 +1,6 @@
 """
-The paper's figures
-===================
+What do the paper's figures look like?
+======================================
 
 This example draws Figures 7, 8 and 10-19 of Piltan and Kim (2019) for the simulated
 rig. The Display classes show the prediction of the model, the residual of the observer,

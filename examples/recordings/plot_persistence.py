@@ -20,8 +20,8 @@ from skarxlag.datasets import simulate_rig
 rig = simulate_rig(
     rpm=(400, 500), crack_mm=3, conditions=["Normal", "IR", "OR"], n_samples=36_000
 )
-known = rig.rpm == 500
-diagnoser = make_diagnoser(healthy="Normal").fit(rig.data[known], rig.target[known])
+trained = rig.rpm == 500
+diagnoser = make_diagnoser(healthy="Normal").fit(rig.data[trained], rig.target[trained])
 path = Path(tempfile.mkdtemp()) / "bearing.skops"
 save_diagnoser(
     diagnoser, path, sampling_rate=rig.sampling_rate, conditions=rig.target_names
@@ -33,13 +33,13 @@ print(f"{path.name}: {path.stat().st_size / 1000:.0f} kB")
 # these facts to cut recordings in the same way.
 loaded, facts = load_diagnoser(path)
 print("sampling rate:", facts["sampling_rate"], "conditions:", facts["conditions"])
-before = diagnoser.predict_proba(rig.data[~known])
-after = loaded.predict_proba(rig.data[~known])
+before = diagnoser.predict_proba(rig.data[~trained])
+after = loaded.predict_proba(rig.data[~trained])
 print("largest difference:", np.abs(after - before).max())
 
 # %%
 # The plot shows the probability of the true condition at 400 rpm before and after.
-true = diagnoser.classes_.searchsorted(rig.target[~known])
+true = diagnoser.classes_.searchsorted(rig.target[~trained])
 rows = np.arange(len(true))
 fig, ax = plt.subplots(layout="constrained", figsize=(4, 4))
 ax.plot([0, 1], [0, 1], color="grey", linewidth=1)
