@@ -25,7 +25,7 @@ from skarxlag.kernels.evidence import (
     effective_number,
 )
 from skarxlag.kernels.posterior import condition_log_probabilities
-from skarxlag.verdicts.healthy_limits import FEW_HEALTHY
+from skarxlag.verdicts.limits import FEW_HEALTHY
 from skarxlag.verdicts.judge import Judge
 from skarxlag.verdicts.names import check_conditions, no_verdict
 from skarxlag.verdicts.windows import HOLD
