@@ -54,7 +54,11 @@ FURTHER_TESTS = {
         "tests/decisions/test_fault_detector.py",
         "tests/decisions/test_known_conditions.py",
     ],
-    "fault_detector": ["tests/decisions/test_known_conditions.py"],
+    "fault_detector": [
+        "tests/decisions/test_row_outliers.py",
+        "tests/decisions/test_known_conditions.py",
+    ],
+    "known_conditions": ["tests/decisions/test_row_outliers.py"],
     "ladder": [
         "tests/kernels/test_ladder_thresholds.py",
         "tests/decisions/test_ladder.py",
