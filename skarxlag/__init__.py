@@ -1,26 +1,48 @@
 """Model-based fault diagnosis of bearings across shaft speeds, as scikit-learn estimators.
 
 A name is imported from its module when it is first used, so that ``skarxlag --version``
-and ``--help`` do not wait for numba. The public names and their modules are listed
-once, in the stub ``__init__.pyi``.
+and ``--help`` do not wait for numba. Type checkers read the same names in the stub
+``__init__.pyi``.
 """
 
-import ast
 import importlib
-from pathlib import Path
 from typing import Any
 
 from ._version import __version__ as __version__
+from .core.registry import ESTIMATORS as _ESTIMATORS
 
-_STUB = ast.parse(Path(__file__).with_suffix(".pyi").read_text("utf-8"))
 #: Module of each public name.
-_MODULES = {
-    name.name: line.module
-    for line in _STUB.body
-    if isinstance(line, ast.ImportFrom) and line.module != "_version"
-    for name in line.names
+_MODULES = _ESTIMATORS | {
+    "bearing_orders": "bearings",
+    "BearingGeometry": "bearings",
+    "ConditionMonitor": "monitoring",
+    "cross_speed_predict": "model_selection",
+    "envelope_spectrum": "measures.envelope_spectra",
+    "estimate_shaft_speed": "core.speeds",
+    "iter_windows": "recordings.files",
+    "list_channels": "recordings.files",
+    "load_diagnoser": "persistence.models",
+    "load_monitor_state": "persistence.models",
+    "load_recordings": "recordings.rig",
+    "make_alpio": "diagnosers",
+    "make_detector": "diagnosers",
+    "make_diagnoser": "diagnosers",
+    "make_extended_state_pio": "diagnosers",
+    "make_fault_order_classifier": "diagnosers",
+    "make_known_conditions": "diagnosers",
+    "make_windows": "recordings.windows",
+    "read_recording": "recordings.files",
+    "read_recording_table": "recordings.rig",
+    "recording_verdicts": "verdicts.recordings",
+    "rpm_from_tacho": "core.speeds",
+    "save_diagnoser": "persistence.models",
+    "save_monitor_state": "persistence.models",
+    "signal_quality": "measures.quality",
+    "SpecimenSplit": "model_selection",
+    "SpeedSplit": "model_selection",
+    "window_verdicts": "verdicts.recordings",
 }
-__all__ = list(_MODULES)
+__all__ = sorted(_MODULES)
 
 
 def __getattr__(name: str) -> Any:

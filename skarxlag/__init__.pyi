@@ -1,4 +1,4 @@
-# Public names: type checkers read them here, and the package when a name is first used.
+# Public names for type checkers. A test compares them with those of the package.
 from ._version import __version__ as __version__
 from .bearings import BearingGeometry as BearingGeometry
 from .bearings import bearing_orders as bearing_orders
@@ -18,7 +18,7 @@ from .diagnosers import make_extended_state_pio as make_extended_state_pio
 from .diagnosers import make_fault_order_classifier as make_fault_order_classifier
 from .diagnosers import make_known_conditions as make_known_conditions
 from .distances.comparison import SpectralDistance as SpectralDistance
-from .distances.stretches import OrderResidual as OrderResidual
+from .distances.orders import OrderResidual as OrderResidual
 from .distances.stretches import StretchResidual as StretchResidual
 from .measures.envelope_spectra import envelope_spectrum as envelope_spectrum
 from .measures.quality import signal_quality as signal_quality
@@ -27,8 +27,10 @@ from .model_selection import SpecimenSplit as SpecimenSplit
 from .model_selection import SpeedSplit as SpeedSplit
 from .model_selection import cross_speed_predict as cross_speed_predict
 from .models.identification import ARXLaguerre as ARXLaguerre
+from .models.observer_bank import (
+    ExtendedStatePIObserverBank as ExtendedStatePIObserverBank,
+)
 from .models.observers import ExtendedStatePIObserver as ExtendedStatePIObserver
-from .models.observers import ExtendedStatePIObserverBank as ExtendedStatePIObserverBank
 from .models.observers import PIObserver as PIObserver
 from .monitoring import ConditionMonitor as ConditionMonitor
 from .persistence.models import load_diagnoser as load_diagnoser

@@ -11,9 +11,11 @@ from .decisions.fault_orders import FaultOrderClassifier
 from .decisions.known_conditions import KnownConditions
 from .decisions.ladder import ThresholdLadder
 from .distances.comparison import SpectralDistance
-from .distances.stretches import OrderResidual, StretchResidual, window_comparison
+from .distances.orders import OrderResidual
+from .distances.stretches import StretchResidual, window_comparison
 from .models.identification import ARXLaguerre
-from .models.observers import ExtendedStatePIObserverBank, PIObserver
+from .models.observer_bank import ExtendedStatePIObserverBank
+from .models.observers import PIObserver
 
 #: Order of the model of the recommended diagnoser, for the output and for measured
 #: inputs, see ``python -m benchmarks.recipe constants``. Only the simulated rig has

@@ -128,6 +128,54 @@ def test_each_change_is_one_piece_and_one_line_of_a_list(tmp_path):
     assert done.stdout.strip() == "[0.0, 1.0, 2.0, 3.0, 4.0] None"
 
 
+def tutorial_files():
+    """Return the files that CONTRIBUTING.md shows, by their paths, without indentation."""
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    blocks = re.findall(
+        r"^ +`(\S+\.py)`:\n\n( +)```python\n(.*?)^ +```$", text, re.M | re.S
+    )
+    return {
+        path: inspect.cleandoc(f"{indent}\n{code}") for path, indent, code in blocks
+    }
+
+
+@pytest.mark.slow
+def test_tutorials_of_a_measure_and_a_decision(tmp_path):
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    for folder in ("skarxlag", "tests"):
+        ignore = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignore)
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    files = tutorial_files()
+    assert len(files) == 4
+    for path, code in files.items():
+        (tmp_path / path).write_text(code, "utf-8")
+    registry = tmp_path / "skarxlag" / "core" / "registry.py"
+    lines = re.findall(r'`("\w+": "[\w.]+",)`', text)
+    listed = registry.read_text("utf-8").replace("}\n", "\n".join([*lines, "}\n"]))
+    registry.write_text(listed, "utf-8")
+    with (tmp_path / "skarxlag" / "__init__.pyi").open("a") as stub:
+        stub.write(
+            "\n".join(re.findall(r"`(from \.\w+\.\w+ import \w+ as \w+)`", text))
+        )
+    tests = [path for path in files if path.startswith("tests/")]
+    tests += [
+        "tests/test_common.py",
+        "tests/core/test_state.py",
+        "tests/test_public_names.py",
+    ]
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests]
+    names = ["crest_factor", "nearest_levels", "CrestFactor", "NearestLevels"]
+    command += ["-k", " or ".join([*names, "same_names or registry"])]
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(tmp_path)}
+    done = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout
+    # The contract of scikit-learn alone has more checks of the two.
+    assert int(re.search(r"(\d+) passed", done.stdout)[1]) > 100
+
+
 def documented_defaults(public):
     """Defaults that the docstring of a class or function states, by parameter."""
     text = inspect.getdoc(public).partition("Parameters\n----------\n")[2]

@@ -26,47 +26,65 @@ def speed_splits(rpm, *columns, **settings):
     return list(SpeedSplit(**settings).split(None, groups=groups))
 
 
-def test_every_ordered_pair_of_speeds_in_ascending_order():
-    assert as_lists(speed_splits([500, 300, 400, 300])) == [
-        ([1, 3], [2]),
-        ([1, 3], [0]),
-        ([2], [1, 3]),
-        ([2], [0]),
-        ([0], [1, 3]),
-        ([0], [2]),
-    ]
+HALVES = [[1, 1, 1, 2, 2, 1, 1, 2, 2, 2, 2], list("aaabbccdddd")]
 
 
-def test_train_rpm_chooses_the_training_speed():
-    assert as_lists(speed_splits([500, 300, 400, 300], train_rpm=500)) == [
-        ([0], [1, 3]),
-        ([0], [2]),
-    ]
+@pytest.mark.parametrize(
+    ("columns", "settings", "expected"),
+    [
+        # Every ordered pair of speeds, in ascending order.
+        (
+            [[500, 300, 400, 300]],
+            {},
+            [
+                ([1, 3], [2]),
+                ([1, 3], [0]),
+                ([2], [1, 3]),
+                ([2], [0]),
+                ([0], [1, 3]),
+                ([0], [2]),
+            ],
+        ),
+        ([[500, 300, 400, 300]], {"train_rpm": 500}, [([0], [1, 3]), ([0], [2])]),
+        # Halves within each recording. a: 0 | (1) | 2; b: 3 | 4; c: 5 | 6; d: 7 8 | 9 10
+        (HALVES, {}, [([0, 5], [4, 9, 10]), ([3, 7, 8], [2, 6])]),
+        (
+            HALVES,
+            {"same_speed": True},
+            [
+                ([0, 5], [2, 6]),
+                ([0, 5], [4, 9, 10]),
+                ([3, 7, 8], [2, 6]),
+                ([3, 7, 8], [4, 9, 10]),
+            ],
+        ),
+        # Recordings need not lie in one piece.
+        ([[1, 2, 1, 2], list("abab")], {}, [([0], [3]), ([1], [2])]),
+        ([[5, 5], [0, 0]], {"same_speed": True}, [([0], [1])]),
+        # A group of speeds begins at its lowest.
+        (
+            [[300, 305, 310, 315, 320]],
+            {"leave_out": True},
+            [([2, 3, 4], [0, 1]), ([0, 1, 4], [2, 3]), ([0, 1, 2, 3], [4])],
+        ),
+    ],
+)
+def test_splits_of_speeds(columns, settings, expected):
+    assert as_lists(speed_splits(*columns, **settings)) == expected
 
 
-def test_halves_are_taken_in_time_within_each_recording():
-    rpm = [1, 1, 1, 2, 2, 1, 1, 2, 2, 2, 2]
-    recording = list("aaabbccdddd")
-    # a: 0 | (1) | 2; b: 3 | 4; c: 5 | 6; d: 7 8 | 9 10
-    assert as_lists(speed_splits(rpm, recording)) == [
-        ([0, 5], [4, 9, 10]),
-        ([3, 7, 8], [2, 6]),
-    ]
-    assert as_lists(speed_splits(rpm, recording, same_speed=True)) == [
-        ([0, 5], [2, 6]),
-        ([0, 5], [4, 9, 10]),
-        ([3, 7, 8], [2, 6]),
-        ([3, 7, 8], [4, 9, 10]),
-    ]
-
-
-def test_recordings_need_not_lie_in_one_piece():
-    splits = speed_splits([1, 2, 1, 2], ["a", "b", "a", "b"])
-    assert as_lists(splits) == [([0], [3]), ([1], [2])]
-
-
-def test_one_speed_against_itself():
-    assert as_lists(speed_splits([5, 5], [0, 0], same_speed=True)) == [([0], [1])]
+@pytest.mark.parametrize(
+    ("settings", "groups", "name"),
+    [
+        ({"leave_out": "no"}, [300, 400], "leave_out"),
+        ({"same_speed": "no"}, [300, 400], "same_speed"),
+        ({"train_rpm": "300"}, [300, 400], "train_rpm"),
+        ({}, [[300, 0, 0], [400, 1, 0]], "window_length for the starts in groups"),
+    ],
+)
+def test_settings_of_another_type_are_named(settings, groups, name):
+    with pytest.raises(TypeError, match=name):
+        list(SpeedSplit(**settings).split(None, groups=groups))
 
 
 def test_nothing_is_on_both_sides():
@@ -221,22 +239,6 @@ def test_each_method_gets_the_metadata_that_it_requests():
         )
 
 
-def test_settings_of_another_type_are_named():
-    with pytest.raises(TypeError, match="leave_out"):
-        list(SpeedSplit(leave_out="no").split(None, groups=SPEED))
-    with pytest.raises(TypeError, match="same_speed"):
-        list(SpeedSplit(same_speed="no").split(None, groups=SPEED))
-    with pytest.raises(TypeError, match="train_rpm"):
-        list(SpeedSplit(train_rpm="300").split(None, groups=SPEED))
-    with pytest.raises(TypeError, match="window_length for the starts in groups"):
-        list(SpeedSplit().split(None, groups=GROUPS))
-
-
-def test_a_group_of_speeds_begins_at_its_lowest():
-    splits = speed_splits([300, 305, 310, 315, 320], leave_out=True)
-    assert [test.tolist() for _, test in splits] == [[0, 1], [2, 3], [4]]
-
-
 @pytest.mark.parametrize(
     ("splitter", "groups", "message"),
     [
@@ -325,42 +327,69 @@ def specimen_splits(y, specimen, *columns, **settings):
     return as_lists(SpecimenSplit(**settings).split(None, y, groups))
 
 
-def test_each_fold_leaves_out_one_specimen_of_each_place():
-    y = ["Normal", "Normal", "IR2", "IR5", "OR2", "OR5"]
-    assert specimen_splits(y, ["N1", "N2", *y[2:]]) == [
-        ([1, 3, 5], [0, 2, 4]),
-        ([0, 2, 4], [1, 3, 5]),
-    ]
+AGEING = ["good", "inner", "good", "outer", "good", "inner", "good", "outer"]
+BALLS = [["ball"] * 8, list("AAAABBBB"), [900] * 8, list("AAAABBBB")]
+SIZES = [["minor", "severe", "IR2", "IR5"], list("abcd")]
 
 
-def test_the_only_specimen_of_a_place_always_trains():
-    assert specimen_splits(["good", "good", "ball", "ball"], ["A", "A", "B", "C"]) == [
-        ([0, 1, 3], [2]),
-        ([0, 1, 2], [3]),
-    ]
-
-
-def test_places_of_few_specimens_are_complete_in_the_last_folds():
-    y = ["inner", "inner", "inner", "outer", "outer"]
-    assert specimen_splits(y, list("abcde")) == [
-        ([1, 2, 4], [0, 3]),
-        ([0, 2, 3], [1, 4]),
-        ([0, 1, 3, 4], [2]),
-    ]
-
-
-def test_a_specimen_that_is_healthy_first_and_faulty_later_is_left_out_with_all_its_rows():
-    y = ["good", "inner", "good", "outer", "good", "inner", "good", "outer"]
-    specimen = ["A", "A", "B", "B", "C", "C", "D", "D"]
-    assert specimen_splits(y, specimen) == [
-        ([4, 5, 6, 7], [0, 1, 2, 3]),
-        ([0, 1, 2, 3], [4, 5, 6, 7]),
-    ]
-    # B is the only specimen of the outer race.
-    assert specimen_splits(y[:6], specimen[:6]) == [
-        ([2, 3, 4, 5], [0, 1]),
-        ([0, 1, 2, 3], [4, 5]),
-    ]
+@pytest.mark.parametrize(
+    ("columns", "settings", "expected"),
+    [
+        # Each fold leaves out one specimen of each fault location.
+        (
+            [["Normal", "Normal", "IR2", "IR5", "OR2", "OR5"], list("abcdef")],
+            {},
+            [([1, 3, 5], [0, 2, 4]), ([0, 2, 4], [1, 3, 5])],
+        ),
+        # The only specimen of a location always trains.
+        (
+            [["good", "good", "ball", "ball"], list("AABC")],
+            {},
+            [([0, 1, 3], [2]), ([0, 1, 2], [3])],
+        ),
+        # A location of few specimens is complete in the last folds.
+        (
+            [["inner"] * 3 + ["outer"] * 2, list("abcde")],
+            {},
+            [([1, 2, 4], [0, 3]), ([0, 2, 3], [1, 4]), ([0, 1, 3, 4], [2])],
+        ),
+        # A specimen that is healthy first and faulty later is left out with all rows.
+        (
+            [AGEING, list("AABBCCDD")],
+            {},
+            [([4, 5, 6, 7], [0, 1, 2, 3]), ([0, 1, 2, 3], [4, 5, 6, 7])],
+        ),
+        # B is the only specimen of the outer race.
+        (
+            [AGEING[:6], list("AABBCC")],
+            {},
+            [([2, 3, 4, 5], [0, 1]), ([0, 1, 2, 3], [4, 5])],
+        ),
+        # First halves of recordings train; those left out are tested as a whole.
+        (BALLS, {}, [([4, 5], [0, 1, 2, 3]), ([0, 1], [4, 5, 6, 7])]),
+        (
+            [*BALLS, [0, 10, 20, 30] * 2],
+            {"window_length": 25},
+            [([4], [0, 1, 2, 3]), ([0], [4, 5, 6, 7])],
+        ),
+        # B was recorded at 900 rpm only, so no bearing with this fault trains at 1500
+        # rpm without A.
+        (
+            [["ball"] * 3 + ["good"] * 2, list("AABNN"), [900, 1500, 900, 900, 1500]],
+            {},
+            [([2, 3], [0, 1]), ([0, 3], [2]), ([1, 4], [2])],
+        ),
+        # Locations are those of names, or given.
+        (SIZES, {}, [([0, 1, 3], [2]), ([0, 1, 2], [3])]),
+        (
+            SIZES,
+            {"places": {"minor": "ball", "severe": "ball", "IR5": "cage"}},
+            [([1, 2, 3], [0]), ([0, 2, 3], [1])],
+        ),
+    ],
+)
+def test_splits_of_specimens(columns, settings, expected):
+    assert specimen_splits(*columns, **settings) == expected
 
 
 def test_folds_do_not_depend_on_the_order_of_rows():
@@ -381,37 +410,6 @@ def test_a_fold_trains_at_each_speed_and_tests_at_the_chosen_ones(test_speed, te
     splits = specimen_splits(y, specimen, rpm, test_speed=test_speed)
     assert [train for train, _ in splits] == [[2], [3], [0], [1]]
     assert [test for _, test in splits[:2]] == tests
-
-
-def test_first_halves_of_recordings_train_and_left_out_recordings_are_tested_as_a_whole():
-    y, specimen, rpm = ["ball"] * 8, list("AAAABBBB"), [900] * 8
-    assert specimen_splits(y, specimen, rpm, specimen) == [
-        ([4, 5], [0, 1, 2, 3]),
-        ([0, 1], [4, 5, 6, 7]),
-    ]
-    start = [0, 10, 20, 30] * 2
-    overlapping = specimen_splits(y, specimen, rpm, specimen, start, window_length=25)
-    assert overlapping == [([4], [0, 1, 2, 3]), ([0], [4, 5, 6, 7])]
-
-
-def test_a_split_whose_training_lacks_a_tested_place_is_left_out():
-    # B was recorded at 900 rpm only, so no bearing with this fault trains at 1500 rpm
-    # without A.
-    y, specimen = ["ball"] * 3 + ["good"] * 2, ["A", "A", "B", "N", "N"]
-    assert specimen_splits(y, specimen, [900, 1500, 900, 900, 1500]) == [
-        ([2, 3], [0, 1]),
-        ([0, 3], [2]),
-        ([1, 4], [2]),
-    ]
-
-
-def test_places_are_those_of_names_or_given():
-    y, specimen = ["minor", "severe", "IR2", "IR5"], list("abcd")
-    assert specimen_splits(y, specimen) == [([0, 1, 3], [2]), ([0, 1, 2], [3])]
-    given = specimen_splits(
-        y, specimen, places={"minor": "ball", "severe": "ball", "IR5": "cage"}
-    )
-    assert given == [([1, 2, 3], [0]), ([0, 2, 3], [1])]
 
 
 @pytest.mark.parametrize("routing", [False, True])

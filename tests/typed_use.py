@@ -1,4 +1,4 @@
-"""What type checkers say of scripts that use the package; `checks.sh` runs two on this file.
+"""Calls that are right and wrong for a type checker; `checks.sh` runs one on this file.
 
 A comment that ignores an error is an error itself where there is none.
 """
@@ -41,9 +41,9 @@ def right() -> tuple[float, int]:
 
 def wrong() -> None:
     """What is wrong does not."""
-    make_windows(np.zeros(9), "1200")  # type: ignore[arg-type] # pyright: ignore[reportArgumentType]
-    SpeedSplit(train_rmp=500)  # type: ignore[call-arg] # pyright: ignore[reportCallIssue]
-    ARXLaguerre(2)  # type: ignore[call-arg] # pyright: ignore[reportCallIssue]
-    SpeedSplit(train_rpm="500")  # type: ignore[arg-type] # pyright: ignore[reportArgumentType]
+    make_windows(np.zeros(9), "1200")  # pyright: ignore[reportArgumentType]
+    SpeedSplit(train_rmp=500)  # pyright: ignore[reportCallIssue]
+    ARXLaguerre(2)  # pyright: ignore[reportCallIssue]
+    SpeedSplit(train_rpm="500")  # pyright: ignore[reportArgumentType]
     windows = make_windows(np.zeros(9), 3)
-    windows.lower()  # type: ignore[attr-defined] # pyright: ignore[reportAttributeAccessIssue]
+    windows.lower()  # pyright: ignore[reportAttributeAccessIssue]

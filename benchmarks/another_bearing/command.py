@@ -2,10 +2,12 @@
 
 Run ``python -m benchmarks.another_bearing`` from the root of the repository. The folder
 of the rigs is ``$SKARXLAG_DATA``. Rows are 1 s long; `protocol.py` describes the folds.
-Results of a rig are kept in a csv file in the output folder and are not computed again.
+Results of a rig are kept in a csv file in the output folder. They are not computed again
+until the code changes. `fit` receives the specimens, as the curve does.
 """
 
 import sys
+from functools import partial
 
 import pandas as pd
 
@@ -20,6 +22,7 @@ from benchmarks.another_bearing.protocol import (
     folds,
 )
 from benchmarks.pages.blocks import markdown, publish
+from benchmarks.pages.kept import kept_or_computed
 from benchmarks.recipe.rigs import real_rigs
 
 _ORDER = [ANOTHER, ANOTHER_SPEED, ANOTHER_LOAD, SAME_BEARING]
@@ -76,14 +79,12 @@ def side_by_side(found):
 def main(arguments=None):
     """Run the command."""
     options = parse(arguments, __doc__, "another_bearing")
-    frames = []
-    for name in options.rig:
-        path = options.output / f"{name}.csv"
-        if not path.exists():
-            for rig in real_rigs([name], options.data_home):
-                scored(rig).to_csv(path, index=False, float_format="%.6g")
-        if path.exists():
-            frames.append(pd.read_csv(path))
+    frames = [
+        kept_or_computed(
+            options.output / f"{rig.name}.csv", "another-bearing", partial(scored, rig)
+        )
+        for rig in real_rigs(options.rig, options.data_home)
+    ]
     found = table(pd.concat(frames))
     found["protocol"] = pd.Categorical(found["protocol"], _ORDER, ordered=True)
     found = found.sort_values("protocol", kind="stable")

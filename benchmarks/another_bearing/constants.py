@@ -40,7 +40,10 @@ GRID = {
     "UNLIKE": (2.5, 3.2),
 }
 IN_USE = {name: vars(posterior)[name] for name in GRID}
-_N_SETTINGS, _WORST, _MOST_NOISE, _LEAST = 240, 0.3, 0.01, 1e-6
+_N_SETTINGS = 240
+_WORST = 0.3
+_MOST_NOISE = 0.01
+_LEAST = 1e-6
 
 
 def compared(rig):
@@ -51,7 +54,7 @@ def compared(rig):
         train = fold.train
         bearing = BEARINGS[rig.name]
         diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, bearing=bearing)
-        diagnoser.fit(train.X, train.condition, rpm=train.rpm)
+        diagnoser.fit(train.X, train.condition, rpm=train.rpm, specimen=train.specimen)
         noise = np.stack(list(synthetic(rig.sampling_rate, n_samples, seed).values()))
         sets = [
             (name, rows.X, rows.rpm, rows.place) for name, rows in fold.tests.items()
@@ -88,7 +91,8 @@ def _compared(diagnoser, protocol, X, rpm, place):
 
 def losses(parts, setting):
     """Return the score of a rig with a setting, and the share of noise that is stated."""
-    by_protocol, noise = {}, []
+    by_protocol = {}
+    noise = []
     with patch.multiple(posterior, **setting):
         for part in parts:
             options = {"location_exponent": setting["PLACE_EXPONENT"]}
@@ -145,7 +149,8 @@ def left_out(scores, noise):
     scores, noise : DataFrame of shape (n_settings, n_rigs)
         Scores, and shares of noise that are stated.
     """
-    tried, rows = settings(), []
+    tried = settings()
+    rows = []
     for rig in scores:
         others = scores.drop(columns=rig)
         total = others.mean(axis=1) + _WORST * others.max(axis=1)
@@ -165,13 +170,15 @@ def left_out(scores, noise):
 def main(arguments=None):
     """Run the command."""
     options = parse(arguments, __doc__, "another_bearing_constants")
-    scores, noise = {}, {}
+    scores = {}
+    noise = {}
     for rig in real_rigs(options.rig, options.data_home):
         parts = compared(rig)
         found = [losses(parts, setting) for setting in settings()]
         scores[rig.name] = [loss for loss, _ in found]
         noise[rig.name] = [stated.mean() for _, stated in found]
-    scores, noise = pd.DataFrame(scores), pd.DataFrame(noise)
+    scores = pd.DataFrame(scores)
+    noise = pd.DataFrame(noise)
     scores.join(noise, rsuffix=" noise").to_csv(
         options.output / "constants.csv", index=False
     )

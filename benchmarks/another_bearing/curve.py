@@ -2,8 +2,7 @@
 
 Run ``python -m benchmarks.another_bearing curve`` from the root of the repository. The
 rigs are those with three specimens of a place. Of the specimens that a fold keeps, the
-first one or two of each place train, as in the main command. ``specimen`` is given to
-`fit`.
+first one or two of each place train, as in the main command.
 """
 
 import sys
@@ -37,7 +36,7 @@ def scored(rig):
         for number in _NUMBERS if tests else ():
             train = chosen(fold.train, number)
             for bearing in (BEARINGS[rig.name], None):
-                probabilities = fitted(rig, train, bearing, specimen=train.specimen)
+                probabilities = fitted(rig, train, bearing)
                 method = (
                     f"{number} of each place{', with the bearing' if bearing else ''}"
                 )

@@ -13,10 +13,10 @@ from skarxlag import make_diagnoser, make_fault_order_classifier
 from skarxlag.core.fault_locations import FAULT_LOCATIONS
 
 
-def fitted(rig, train, bearing=None, **metadata):
+def fitted(rig, train, bearing=None):
     """Fit make_diagnoser; return its function from rows and speeds to probabilities of places."""
     diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, bearing=bearing)
-    diagnoser.fit(train.X, train.condition, rpm=train.rpm, **metadata)
+    diagnoser.fit(train.X, train.condition, rpm=train.rpm, specimen=train.specimen)
     place = dict(zip(train.condition, train.place, strict=True))
     of_class = np.array([place[name] for name in diagnoser.classes_])
 

@@ -9,7 +9,8 @@ from skarxlag.core.fault_locations import FAULT_LOCATIONS
 
 #: Probability from which on a verdict counts as stated, and the fewest such rows for a
 #: share.
-STATED, FEWEST = 0.9, 30
+STATED = 0.9
+FEWEST = 30
 _LEAST = 1e-6
 _RESAMPLES = 1000
 

@@ -64,7 +64,8 @@ def rows_of(rig, recordings, half=None):
         First or second half; None: all.
     """
     length = int(rig.sampling_rate)
-    samples, facts = [], []
+    samples = []
+    facts = []
     for recording in recordings:
         signal = recording.samples
         if half is not None:
@@ -119,7 +120,8 @@ def folds(rig):
     """
     settings = sorted({(each.rpm, each.load or "") for each in rig.recordings})
     for left in [set(), *left_out_sets(rig)]:
-        kept, out = [], []
+        kept = []
+        out = []
         for recording in rig.recordings:
             is_left = (recording.specimen or recording.condition) in left
             (out if is_left else kept).append(recording)
@@ -128,7 +130,8 @@ def folds(rig):
             train = rows_of(rig, at, half=0)
             if left:
                 tested = rows_of(rig, out)
-                is_speed, is_load = tested.rpm == rpm, tested.load == load
+                is_speed = tested.rpm == rpm
+                is_load = tested.load == load
                 tests = {
                     ANOTHER: is_speed & is_load,
                     ANOTHER_SPEED: ~is_speed,

@@ -53,11 +53,10 @@ def overview(summary, recordings):
 
 
 def _complete(frame):
-    """Rows on real rigs of the methods that were run on each of them, with each window length."""
+    """Rows on real rigs of the methods that were run on each of them with the same windows."""
     real = frame[~frame.rig.str.startswith("simulated")]
-    cells = real[["rig", "window_length", "method"]].drop_duplicates()
-    counts = cells.method.value_counts()
-    return real[real.method.isin(counts.index[counts == counts.max()])]
+    n_rigs = real.groupby(["window_length", "method"]).rig.transform("nunique")
+    return real[n_rigs == real.rig.nunique()]
 
 
 def accuracy_table(summary, recordings):

@@ -23,11 +23,14 @@ N_BANDS = 32
 AR_ORDER = 16
 #: Samples of a segment of the short-time Fourier transform, and from one segment to the
 #: next.
-SEGMENT, HOP = 64, 32
+SEGMENT = 64
+HOP = 32
 PERCENTILES = (25, 50, 90)
 #: Copies of a row with random gains; size of the gains in nepers of power, and number
 #: of cosines.
-N_COPIES, GAIN, N_COSINES = 6, 0.6, 24
+N_COPIES = 6
+GAIN = 0.6
+N_COSINES = 24
 
 
 def unit_rms(X):

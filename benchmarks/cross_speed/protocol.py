@@ -41,7 +41,8 @@ def consecutive_groups(recording, start, size=GROUP_SIZE):
     array([[3, 0],
            [0, 2]])
     """
-    recording, start = np.asarray(recording), np.asarray(start)
+    recording = np.asarray(recording)
+    start = np.asarray(start)
     groups = [np.empty((0, size), dtype=int)]
     for name in np.unique(recording):
         rows = np.flatnonzero(recording == name)
@@ -134,7 +135,8 @@ def score(y_true, y_pred):
         `y_true`), NaN when there is no verdict; ``verdicts``, how many; ``confusion``,
         a Counter of (true, predicted).
     """
-    y_true, y_pred = np.asarray(y_true), np.asarray(y_pred)
+    y_true = np.asarray(y_true)
+    y_pred = np.asarray(y_pred)
     scores = {
         "accuracy": np.nan,
         "balanced_accuracy": np.nan,
@@ -195,7 +197,8 @@ def leave_one_speed_in(make_classifier, rig, window_length):
         fit_seconds = process_time() - clock
         for test_rpm in speeds:
             test = second & (rig.rpm == test_rpm)
-            X, y = rig.data[test], rig.target[test]
+            X = rig.data[test]
+            y = rig.target[test]
             clock = process_time()
             predicted = classifier.predict(X)
             predict_seconds = process_time() - clock

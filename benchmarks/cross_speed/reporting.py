@@ -10,7 +10,8 @@ from benchmarks.pages.blocks import markdown
 
 RUN = ["rig", "window_length", "method"]
 #: Names of the marked blocks of a Markdown file: means alone, and everything.
-OVERVIEW, TABLES = "cross-speed overview", "cross-speed tables"
+OVERVIEW = "cross-speed overview"
+TABLES = "cross-speed tables"
 #: Results of the methods that take hours. They are added to those of a run.
 STORED = Path(__file__).parent / "stored"
 #: End of the name of a method that runs with several seeds.
@@ -154,7 +155,8 @@ def with_stored(path):
     frame : DataFrame
         Stored results are of the same rigs and window lengths.
     """
-    frame, stored = pd.read_csv(path), pd.read_csv(STORED / path.name)
+    frame = pd.read_csv(path)
+    stored = pd.read_csv(STORED / path.name)
     scored = frame[RUN[:2]].drop_duplicates()
     stored = stored.merge(scored)[frame.columns]
     return pd.concat(
@@ -241,9 +243,11 @@ def rig_table(summary):
         (verdict, length): rows.set_index("method")
         for (verdict, length), rows in summary.groupby(["verdict", "window_length"])
     }
-    head, columns = ["method"], []
+    head = ["method"]
+    columns = []
     for length in lengths:
-        windows, groups = wide["window", length], wide["group", length]
+        windows = wide["window", length]
+        groups = wide["group", length]
         head += [
             f"{length}: {name}"
             for name in ("mean", "worst pair", "same speed", "balanced")

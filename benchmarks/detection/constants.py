@@ -56,8 +56,10 @@ def score_rig(rig, kind):
         with warnings.catch_warnings(action="ignore"):
             detector = make_detector().fit(X[healthy], rpm=rpm[healthy])
         X, y, rpm = rows_of(rig, length, 1, tested)
-        innovations, decide = detector[:-1].transform(X), detector[-1]
-        fitted, healthy = decide.drift_scale_, np.isin(y, list(HEALTHY))
+        innovations = detector[:-1].transform(X)
+        decide = detector[-1]
+        fitted = decide.drift_scale_
+        healthy = np.isin(y, list(HEALTHY))
         for factor in FACTORS:
             decide.drift_scale_ = fitted * factor
             with warnings.catch_warnings(action="ignore"):
@@ -111,7 +113,9 @@ def choose(table):
 
 def report(found):
     """Format the choice, and the choices without each rig."""
-    table, lines, parts = cells(found), [], []
+    table = cells(found)
+    lines = []
+    parts = []
     for protocol, name in IN_USE.items():
         own = table[table["trained at"] == protocol]
         lines.append(f"{name}: factor **{choose(own):g}**")

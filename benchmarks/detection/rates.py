@@ -98,7 +98,8 @@ def rates_table(rates):
         line = {"rig": rig, "row": length, "detector": name}
         for split in SPLITS:
             part = group[group["split"] == split]
-            false, missed = [], []
+            false = []
+            missed = []
             for rate in RATES:
                 own = part[part["stated"] == rate]
                 false.append(f"{100 * own[own['is_healthy']]['flagged'].mean():.0f}")

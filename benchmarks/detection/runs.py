@@ -23,7 +23,8 @@ RATE = 0.05
 #: Share of a run's time that is taken for healthy.
 HEALTHY = 0.1
 #: An alarm of the machine: this many of that many snapshots in a row are flagged.
-SOME, OF = 3, 5
+SOME = 3
+OF = 5
 
 
 def load_run(path):

@@ -54,7 +54,8 @@ def rejection_rates(rig, row_length, foreign):
     """
     first, second = first_and_second_half(rig.recording, rig.start, row_length)
     others = other_kinds(row_length, foreign)
-    rates, kinds = [], []
+    rates = []
+    kinds = []
     for rate in RATES:
         for split, speeds, tested in splits(np.unique(rig.rpm)):
             known = fitted(rig, first & np.isin(rig.rpm, speeds), rate)
@@ -144,7 +145,8 @@ def main(arguments=None):
     parser.add_argument("--rows", nargs="+", default=["1200", "4800", "1 s"])
     chosen = parser.parse_args(arguments)
     chosen.output.mkdir(parents=True, exist_ok=True)
-    rates, kinds = [], []
+    rates = []
+    kinds = []
     for name, other in zip(RIGS, RIGS[1:] + RIGS[:1], strict=True):
         for label, length in ({"1200": 1200} | row_lengths(name)).items():
             if label not in chosen.rows:

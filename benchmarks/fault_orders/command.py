@@ -4,6 +4,7 @@ Run ``python -m benchmarks.fault_orders`` from the root of the repository.
 """
 
 import sys
+from functools import partial
 from itertools import product
 from time import process_time
 
@@ -12,16 +13,14 @@ import pandas as pd
 from scipy.stats import gumbel_r, rankdata
 from sklearn.utils import Bunch
 
-from benchmarks.cross_speed.reporting import merge
 from benchmarks.fault_orders.methods import METHODS, PEERS
 from benchmarks.fault_orders.rigs import RIGS, recordings
 from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.pages.kept import is_current, kept_or_computed
 from skarxlag import FaultOrderClassifier
+from skarxlag.core.fault_locations import FAULTS as FAULT_LOCATIONS
 from skarxlag.core.fault_locations import HEALTHY, NOT_IDENTIFIABLE
 from skarxlag.decisions.comb_probabilities import VISIBLE_ALONE, comb_evidence
-from skarxlag.kernels.fault_orders import (
-    FAULTS as FAULT_LOCATIONS,
-)
 from skarxlag.kernels.fault_orders import (
     contrast_parts,
     fault_comb,
@@ -29,6 +28,8 @@ from skarxlag.kernels.fault_orders import (
 )
 
 BLOCK = "fault orders {}"
+#: Name in `benchmarks.pages.parts`.
+PART = "fault-orders"
 _OURS = next(iter(METHODS))
 _RACES = ("inner", "outer")
 #: Settings that are scored: weights of the three contrasts, weight of the cage, and
@@ -56,10 +57,9 @@ def parse(arguments):
     parser = page_parser(__doc__, "fault_orders")
     parser.add_argument(
         "--rig",
-        nargs="*",
+        nargs="+",
         choices=list(RIGS),
         default=list(RIGS),
-        help="none: only print and write the results of earlier runs",
     )
     parser.add_argument(
         "--method",
@@ -67,8 +67,8 @@ def parse(arguments):
         choices=[*METHODS, *PEERS],
         default=list(METHODS),
         metavar="METHOD",
-        help=f"of {', '.join([*METHODS, *PEERS])}; results of other runs are kept, so that peers "
-        "may run in separate environments",
+        help=f"of {', '.join([*METHODS, *PEERS])}; results of other runs of this code are kept, "
+        "so that peers may run in separate environments",
     )
     parser.add_argument("--data-home", help="folder of the downloaded rigs")
     parser.add_argument(
@@ -87,61 +87,73 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
-def whole(rig, methods):
-    """Scores of whole recordings by each method.
+def whole(name, rig, method):
+    """Score whole recordings by a method.
 
     Parameters
     ----------
+    name : str
+        The rig.
     rig : list of Recording
-    methods : list of str
+        Its recordings.
+    method : str
         Of `METHODS` or `PEERS`.
 
-    Yields
-    ------
-    dict
-        ``method``, ``recording``, ``place``, a score for each place, and ``ms`` of
-        processor time for each second of signal.
+    Returns
+    -------
+    DataFrame
+        ``rig``, ``method``, ``recording``, ``place``, a score for each place, and
+        ``ms`` of processor time for each second of signal.
     """
-    for method, recording in product(methods, rig):
+    rows = []
+    for recording in rig:
         clock = process_time()
         scores = (METHODS | PEERS)[method](recording)
-        cost = (
-            (process_time() - clock) * 1e3 / (len(recording.samples) / recording.rate)
-        )
-        yield {
+        seconds = len(recording.samples) / recording.rate
+        facts = {
+            "rig": name,
             "method": method,
             "recording": recording.name,
             "place": recording.place,
-            **dict(zip(FAULT_LOCATIONS, scores, strict=True)),
-            "ms": cost,
         }
+        of_place = dict(zip(FAULT_LOCATIONS, scores, strict=True))
+        rows.append(facts | of_place | {"ms": (process_time() - clock) * 1e3 / seconds})
+    return pd.DataFrame(rows)
 
 
-def stretches(rig):
-    """Scores of stretches of 1 s.
+def stretches(name, rig):
+    """Score stretches of 1 s.
 
     Parameters
     ----------
+    name : str
+        The rig.
     rig : list of Recording
+        Its recordings.
 
-    Yields
-    ------
-    dict
-        ``recording``, ``place``, ``rpm``, ``second`` and a score for each place.
+    Returns
+    -------
+    DataFrame
+        ``rig``, ``recording``, ``place``, ``rpm``, ``second`` and a score for each
+        place.
     """
+    frames = []
     for recording in rig:
         X = recording.samples.reshape(-1, int(recording.rate))
-        fitted = FaultOrderClassifier(
+        classifier = FaultOrderClassifier(
             bearing=recording.bearing, sampling_rate=recording.rate
         ).fit(X)
-        for second, scores in enumerate(fitted.match(X, rpm=recording.rpm).scores):
-            yield {
-                "recording": recording.name,
-                "place": recording.place,
-                "rpm": recording.rpm,
-                "second": second,
-                **dict(zip(FAULT_LOCATIONS, scores, strict=True)),
-            }
+        scores = classifier.match(X, rpm=recording.rpm).scores
+        facts = {
+            "rig": name,
+            "recording": recording.name,
+            "place": recording.place,
+            "rpm": recording.rpm,
+            "second": np.arange(len(X)),
+        }
+        frame = pd.DataFrame(scores, columns=list(FAULT_LOCATIONS))
+        frames.append(pd.DataFrame(facts).join(frame))
+    return pd.concat(frames)
 
 
 def settings_left_out(rigs):
@@ -275,7 +287,8 @@ def counted(rows):
         named = group[~group["verdict"].isin(["healthy", NOT_IDENTIFIABLE])]
         line = {"rig": rig, "place": place, "recordings": len(group)}
         if place == "healthy":
-            right, wrong = (group["verdict"] == "healthy").sum(), len(named)
+            right = (group["verdict"] == "healthy").sum()
+            wrong = len(named)
         else:
             right = (named["verdict"] == place).sum()
             wrong = len(named) - right
@@ -338,7 +351,8 @@ def with_reference(rows, rate=0.02):
     found = []
     for rig, group in rows[rows["place"] == "healthy"].groupby("rig", sort=False):
         half = group.groupby("recording")["second"].transform("max") / 2
-        early, late = group[group["second"] < half], group[group["second"] >= half]
+        early = group[group["second"] < half]
+        late = group[group["second"] >= half]
         alarms = [
             _alarms(group[group["rpm"] != rpm], group[group["rpm"] == rpm], rate)
             for rpm in group["rpm"].unique()
@@ -388,15 +402,11 @@ def blocks(recorded, seconds, chosen):
         "Abstained: healthy or not identifiable.\n\n" + markdown(counted(ours)),
         "methods": "Right places without abstaining. Every method has the bearing and the nominal "
         "speed. Peers have 5 s of each recording.\n\n" + markdown(compared(recorded)),
+        "stretches": "Stretches of 1 s, as in the first table.\n\n"
+        + markdown(counted(seconds)),
+        "reference": "Healthy stretches of 1 s as the reference, stated false-alarm rate .02.\n\n"
+        + markdown(with_reference(seconds)),
     }
-    if seconds is not None:
-        found["stretches"] = "Stretches of 1 s, as in the first table.\n\n" + markdown(
-            counted(seconds)
-        )
-        found["reference"] = (
-            "Healthy stretches of 1 s as the reference, stated false-alarm rate .02.\n\n"
-            + markdown(with_reference(seconds))
-        )
     if chosen is not None:
         found["settings"] = (
             f"{len(_SETTINGS)} settings were scored. For each rig, the settings that are best on "
@@ -423,22 +433,28 @@ def main(arguments=None):
     options = parse(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
     rigs = {name: recordings(name, options.data_home) for name in options.rig}
-    for name, rig in rigs.items():
-        for method in options.method:
-            rows = pd.DataFrame(whole(rig, [method])).drop(columns="method")
-            merge(
-                options.output / "recordings.csv", rows, {"rig": name, "method": method}
-            )
+    recorded = []
+    for (name, rig), method in product(rigs.items(), METHODS | PEERS):
+        path = options.output / f"{name}; {method}.csv"
+        # Peers may have run in another environment.
+        if method in options.method or is_current(path, PART):
+            compute = partial(whole, name, rig, method)
+            recorded.append(kept_or_computed(path, PART, compute))
             print(f"{name}: {method}", file=sys.stderr, flush=True)
-        if _OURS in options.method:
-            rows = pd.DataFrame(stretches(rig))
-            merge(options.output / "stretches.csv", rows, {"rig": name})
-    if options.settings:
-        settings_left_out(rigs).to_csv(options.output / "settings.csv", index=False)
-    recorded, seconds, chosen = (
-        pd.read_csv(path) if (path := options.output / f"{part}.csv").exists() else None
-        for part in ("recordings", "stretches", "settings")
-    )
+    recorded = pd.concat(recorded, ignore_index=True)
+    if _OURS not in set(recorded["method"]):
+        # A run of peers alone leaves its results to a run with ours.
+        return
+    seconds = [
+        kept_or_computed(
+            options.output / f"{name}; stretches.csv",
+            PART,
+            partial(stretches, name, rig),
+        )
+        for name, rig in rigs.items()
+    ]
+    seconds = pd.concat(seconds, ignore_index=True)
+    chosen = settings_left_out(rigs) if options.settings else None
     if options.null:
         healthy = seconds[seconds["place"] == "healthy"]
         location, scale = gumbel_r.fit(healthy[list(FAULT_LOCATIONS)].max(axis=1))

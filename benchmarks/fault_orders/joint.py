@@ -43,7 +43,8 @@ _SAME_CONDITIONS = [
     ("SpectraQuest", "self-built"),
     ("CWRU drive end", "CWRU fan end"),
 ]
-_TAPS, _COSINES = 257, 40
+_TAPS = 257
+_COSINES = 40
 
 
 class Rows(NamedTuple):
@@ -121,7 +122,8 @@ def scored(name, rigs):
     (str, Scored)
         Protocol, and the rows.
     """
-    rate, bearing = rigs[name][0].rate, rigs[name][0].bearing
+    rate = rigs[name][0].rate
+    bearing = rigs[name][0].bearing
     rows = rows_of(rigs[name])
     others = [pair[1 - pair.index(name)] for pair in _SAME_CONDITIONS if name in pair]
     for campaign in np.unique(rows.campaign):

@@ -127,7 +127,8 @@ def pybearing(recording):
     )
     from pybearing.core.fault_frequencies import FaultFrequencies
 
-    fs, shaft = int(recording.rate), recording.rpm / 60
+    fs = int(recording.rate)
+    shaft = recording.rpm / 60
     samples = _five_seconds(recording)
     envelope = envelope_extraction(samples, fs, (0.25 * fs, 0.49 * fs))
     cage, spin, inner, outer = recording.orders * shaft

@@ -61,7 +61,8 @@ def recordings(name, data_home=None):
     found = []
     for recording in dict.fromkeys(rig.recording):
         rows = rig.recording == recording
-        condition, rpm = rig.target[rows][0], float(rig.rpm[rows][0])
+        condition = rig.target[rows][0]
+        rpm = float(rig.rpm[rows][0])
         place = location_of_label(str(condition)) or condition
         samples = np.ascontiguousarray(rig.data[rows].ravel(), dtype=np.float64)
         bearing = rig.bearing or BEARINGS[_NOT_STATED[name]]

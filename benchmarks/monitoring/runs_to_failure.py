@@ -179,7 +179,8 @@ def read_runs(data_home, paths=()):
     folder = Path(get_data_home(data_home)) / "femto"
     for path in paths or sorted(folder.glob("*.npz")):
         with np.load(path) as file:
-            signal, seconds = file["acceleration_g"].astype(float), file["seconds"]
+            signal = file["acceleration_g"].astype(float)
+            seconds = file["seconds"]
             yield (
                 path.stem,
                 signal,
@@ -207,7 +208,8 @@ def main(arguments=None):
         "--figure", type=Path, metavar="FILE", help="where to draw the alarm levels"
     )
     options = parser.parse_args(arguments)
-    rows, runs = [], {}
+    rows = []
+    runs = {}
     recorded = list(read_runs(options.data_home, options.runs))
     for name, signal, seconds, rpm, sampling_rate in recorded:
         end = seconds[-1] + signal.shape[2] / sampling_rate

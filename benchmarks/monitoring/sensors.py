@@ -24,8 +24,10 @@ from skarxlag import make_detector, save_diagnoser
 from skarxlag.datasets import simulate_rig
 
 #: Sampling rate in Hz, speed of the healthy recordings, and seconds of each signal.
-RATE, RPM = 25_600, 500
-SHORT, LONG = 5, 35
+RATE = 25_600
+RPM = 500
+SHORT = 5
+LONG = 35
 
 
 def sensors(counts):

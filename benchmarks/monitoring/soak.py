@@ -26,7 +26,8 @@ from skarxlag.datasets import simulate_rig
 #: Steps of the table.
 STEPS = 8
 #: Samples in a window, and windows of a block.
-LENGTH, N_WINDOWS = 128, 200
+LENGTH = 128
+N_WINDOWS = 200
 RPM = 500
 
 

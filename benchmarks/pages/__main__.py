@@ -9,6 +9,9 @@ them is out of date:
 - moved: the code was changed since, but its canaries, cells that are recomputed in
   seconds, are still the same. ``--restamp`` declares these parts current.
 - outdated: a canary differs, or the part has none. The names of the canaries follow.
+
+Times and memory of a machine stay those of the code that was measured. Their parts are
+moved when this code changes, and ``--restamp`` does not change that.
 """
 
 import argparse
@@ -40,12 +43,13 @@ def main(arguments=None):
     if unknown := set(options.part) - set(PARTS):
         parser.error(f"{sorted(unknown)}: expected names among {', '.join(PARTS)}")
     if options.check:
-        found = states(options.part)
-        for each in found:
-            print(f"{each.part:20} {each.name:10} {each.date:17} {each.differs}")
-            if options.restamp and each.name == MOVED:
-                restamp(PARTS[each.part])
-        return sum(not each.is_valid for each in found)
+        checked = states(options.part)
+        for state in checked:
+            print(f"{state.part:20} {state.name:10} {state.date:17} {state.differs}")
+            part = PARTS[state.part]
+            if options.restamp and state.name == MOVED and not part.of_machine:
+                restamp(part)
+        return sum(not state.is_valid for state in checked)
     for name in options.part or outdated():
         for arguments in PARTS[name].command.split(" && "):
             command = [sys.executable, *shlex.split(arguments)]

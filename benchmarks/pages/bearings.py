@@ -40,7 +40,8 @@ def bearings_table():
 
 def _source(bearing):
     """Return the source, and where it was read."""
-    source, read_in = bearing["source"], bearing["read_in"]
+    source = bearing["source"]
+    read_in = bearing["read_in"]
     if "Timken" in source:
         source = source.partition(", basic outer-ring size")[0]
     return source if read_in == "the source" else f"{source}. Read in {read_in}"

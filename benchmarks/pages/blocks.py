@@ -89,7 +89,8 @@ def put_block(text, name, block):
     <!-- x: end -->
     b
     """
-    begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
+    begin = f"<!-- {name}: begin -->"
+    end = f"<!-- {name}: end -->"
     before, found_begin, rest = text.partition(begin)
     _, found_end, after = rest.partition(end)
     if (
@@ -118,7 +119,10 @@ def to_csv(block, path, link):
     link : str
         Its address as seen from the page.
     """
-    frames, prose, fold, caption = [], [], "", ""
+    frames = []
+    prose = []
+    fold = ""
+    caption = ""
     for paragraph in block.split("\n\n"):
         if summary := re.search(r"<summary>(.*)</summary>", paragraph):
             fold = summary[1]

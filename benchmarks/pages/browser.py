@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-TALLEST, GAP, N_COLOURS = 3000, 20, 96
+TALLEST = 3000
+GAP = 20
+N_COLOURS = 96
 #: Values of the setting of the browser.
 SCHEMES = {"light": 1, "dark": 0}
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge")
@@ -30,10 +32,8 @@ def picture(page, path, width, schemes=tuple(SCHEMES)):
         What each screen prefers.
     """
     with tempfile.TemporaryDirectory() as folder:
-        source, paths = (
-            Path(folder, "page.html"),
-            [Path(folder, f"{name}.png") for name in schemes],
-        )
+        source = Path(folder, "page.html")
+        paths = [Path(folder, f"{name}.png") for name in schemes]
         source.write_text(page, "utf-8")
         for scheme, each in zip(schemes, paths, strict=True):
             _screenshot(source, each, width, scheme)

@@ -21,6 +21,7 @@ _PUBLISHING = {
     "benchmarks.pages.canaries",
     "benchmarks.pages.cells",
     "benchmarks.pages.digests",
+    "benchmarks.pages.kept",
     "benchmarks.pages.modules",
     "benchmarks.pages.parts",
     "benchmarks.pages.states",

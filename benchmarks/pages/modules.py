@@ -10,8 +10,6 @@ from functools import cache
 from importlib.util import resolve_name
 from pathlib import Path
 
-from skarxlag import _MODULES as PUBLIC_MODULES
-
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("skarxlag", "benchmarks")
 #: Package that imports its modules by names which it is given: all of them count.
@@ -28,14 +26,15 @@ def imported_modules(names, leave_out=()):
     leave_out : collection of str, default=()
         Modules that do not count, nor what they import.
     """
-    found, waiting = set(), list(names)
+    followed = set()
+    waiting = list(names)
     while waiting:
         name = waiting.pop()
-        if name in found or name in leave_out or source_path(name) is None:
+        if name in followed or name in leave_out or source_path(name) is None:
             continue
-        found.add(name)
+        followed.add(name)
         waiting += direct_imports(name)
-    return sorted(found)
+    return sorted(followed)
 
 
 def source_path(name):
@@ -51,27 +50,40 @@ def direct_imports(name):
     """Return the names that the import statements of a module may mean."""
     path = source_path(name)
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-    found = _imports(path.read_text("utf-8"), package)
+    imported = _imports(path.read_text("utf-8"), package)
     if name == COMMANDS:
-        found = found + [f"{name}.{each.stem}" for each in path.parent.glob("*.py")]
-    return found
+        imported = imported + [
+            f"{name}.{file.stem}" for file in path.parent.glob("*.py")
+        ]
+    return imported
 
 
 @cache
 def _imports(source, package):
-    found = []
+    names = []
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
-            found += [each.name for each in node.names]
+            names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             origin = resolve_name("." * node.level + (node.module or ""), package)
-            found.append(origin)
-            found += [_defining(origin, each.name) for each in node.names]
-    return found
+            names.append(origin)
+            names += [_defining(origin, alias.name) for alias in node.names]
+    return names
 
 
 def _defining(origin, name):
     """Module of a name: a module of this name, or one that the package imports on demand."""
-    if origin == "skarxlag" and name in PUBLIC_MODULES:
-        return f"skarxlag.{PUBLIC_MODULES[name]}"
+    if origin == "skarxlag" and name in _public_modules():
+        return f"skarxlag.{_public_modules()[name]}"
     return f"{origin}.{name}"
+
+
+@cache
+def _public_modules():
+    stub = ast.parse((ROOT / "skarxlag" / "__init__.pyi").read_text("utf-8"))
+    return {
+        alias.name: line.module
+        for line in stub.body
+        if isinstance(line, ast.ImportFrom)
+        for alias in line.names
+    }

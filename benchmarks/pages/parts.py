@@ -23,6 +23,9 @@ class Part(NamedTuple):
         recordings, and tables of other parts.
     canaries : tuple of str
         Functions of `benchmarks.pages.cells` that show whether its numbers changed.
+    of_machine : bool
+        Whether its numbers are times and memory. Their digest names the code that was
+        measured, and their canaries only show that the code still runs.
     """
 
     command: str
@@ -32,6 +35,7 @@ class Part(NamedTuple):
     downloads: bool = False
     data: tuple = ()
     canaries: tuple = ()
+    of_machine: bool = False
 
     def outputs(self):
         """Return every block, as "page: block", and the patterns of its images."""
@@ -42,6 +46,8 @@ class Part(NamedTuple):
 
 
 _CHECKSUMS = ("skarxlag/datasets/checksums/*.sha256", "benchmarks/recipe/rigs.sha256")
+#: Page that the report fills. No import statement names it.
+REPORT = "skarxlag/commands/report.html.j2"
 _WINDOWS = ("windows", "spectraquest")
 _STUDIES = (
     "noise",
@@ -103,7 +109,7 @@ PARTS = {
         {"docs/cross_speed.md": ("constants", "constants wide")},
         tables=("constants", "constants wide"),
         data=_CHECKSUMS,
-        canaries=(*_WINDOWS, "stretches"),
+        canaries=(*_WINDOWS, "stretches", "constants"),
     ),
     "targets": Part(
         "-m benchmarks.recipe targets --write docs/cross_speed.md",
@@ -125,28 +131,28 @@ PARTS = {
             "another bearing overview",
         ),
         data=_CHECKSUMS,
-        canaries=("probabilities", "stretches"),
+        canaries=("probabilities", "stretches", "another_bearing"),
     ),
     "another-bearing-noise": Part(
         "-m benchmarks.another_bearing noise --write docs/another_bearing.md",
         {"docs/another_bearing.md": ("another bearing noise",)},
         tables=("another bearing noise",),
         data=_CHECKSUMS,
-        canaries=("probabilities", "stretches"),
+        canaries=("probabilities", "stretches", "another_bearing"),
     ),
     "another-bearing-curve": Part(
         "-m benchmarks.another_bearing curve --write docs/another_bearing.md",
         {"docs/another_bearing.md": ("another bearing curve",)},
         tables=("another bearing curve",),
         data=_CHECKSUMS,
-        canaries=("probabilities", "stretches"),
+        canaries=("probabilities", "stretches", "another_bearing"),
     ),
     "another-bearing-constants": Part(
         "-m benchmarks.another_bearing constants --write docs/another_bearing.md",
         {"docs/another_bearing.md": ("another bearing constants",)},
         tables=("another bearing constants",),
         data=_CHECKSUMS,
-        canaries=("probabilities", "stretches"),
+        canaries=("probabilities", "stretches", "another_bearing"),
     ),
     "recording-evidence": Part(
         "-m benchmarks.recipe recording-evidence --write docs/cross_speed.md",
@@ -202,31 +208,46 @@ PARTS = {
         "-m benchmarks.monitoring.soak --write docs/monitoring.md",
         {"docs/monitoring.md": ("soak",)},
         tables=("soak",),
+        canaries=("soak",),
+        of_machine=True,
     ),
     "sensors": Part(
         "-m benchmarks.monitoring.sensors --write docs/plant.md",
         {"docs/plant.md": ("sensors in one process",)},
+        canaries=("soak",),
+        of_machine=True,
     ),
     "quality": Part(
         "-m benchmarks.quality --write docs/signal_quality.md",
         {"docs/signal_quality.md": ("signal quality",)},
         tables=("signal quality",),
         downloads=True,
+        data=_CHECKSUMS,
+        canaries=("quality",),
     ),
     "bearings": Part(
         "-m benchmarks.pages.bearings --write docs/bearings.md",
         {"docs/bearings.md": ("bearings",)},
         tables=("bearings",),
+        data=("skarxlag/bearings/catalogue.csv",),
+        canaries=("bearings",),
     ),
     "formats": Part(
         "-m benchmarks.pages.formats --write docs/recordings.md",
         {"docs/recordings.md": ("file formats",)},
+        canaries=("formats",),
     ),
     "recordings-figure": Part(
-        "-m benchmarks.pages.recordings_figure", {}, ("docs/images/recordings.svg",)
+        "-m benchmarks.pages.recordings_figure",
+        {},
+        ("docs/images/recordings.svg",),
+        canaries=("kept_windows",),
     ),
     "pipeline-figure": Part(
-        "-m benchmarks.pages.pipeline_figure", {}, ("docs/images/pipeline.svg",)
+        "-m benchmarks.pages.pipeline_figure",
+        {},
+        ("docs/images/pipeline.svg",),
+        canaries=("pipeline",),
     ),
     "cutting-figure": Part(
         "-m benchmarks.pages.cutting_figure",
@@ -234,6 +255,7 @@ PARTS = {
         ("docs/images/cutting.svg",),
         downloads=True,
         data=_CHECKSUMS,
+        canaries=("kept_windows",),
     ),
     "comb-figure": Part(
         "-m benchmarks.pages.comb_figure",
@@ -264,17 +286,21 @@ PARTS = {
         {},
         ("docs/images/dots_*.svg",),
         data=("docs/tables/*.csv",),
+        canaries=("dots",),
     ),
     "report-image": Part(
         "-m benchmarks.pages.report_image",
         {},
         ("docs/images/report.png",),
         downloads=True,
-        data=_CHECKSUMS,
-        canaries=_WINDOWS,
+        data=(*_CHECKSUMS, REPORT),
+        canaries=(*_WINDOWS, "report"),
     ),
     "diagram-image": Part(
-        "-m benchmarks.pages.diagram_image", {}, ("docs/images/diagram.png",)
+        "-m benchmarks.pages.diagram_image",
+        {},
+        ("docs/images/diagram.png",),
+        canaries=("diagram",),
     ),
     "stretches": Part(
         "-m benchmarks.stretches --write docs/stretches.md",
@@ -327,26 +353,34 @@ PARTS = {
         tables=("fault orders runs",),
         downloads=True,
         data=_CHECKSUMS,
-        canaries=("fault_orders",),
+        canaries=("fault_orders", "gathered_combs"),
     ),
     "speed": Part(
         "-m benchmarks.speed --write benchmarks/README.md",
         {"benchmarks/README.md": ("speed",)},
         tables=("speed",),
+        canaries=("speed",),
+        of_machine=True,
     ),
     "fleet": Part(
         "-m benchmarks.speed.fleet --write docs/fleet.md",
         {"docs/fleet.md": ("fleet",)},
+        canaries=("speed",),
+        of_machine=True,
     ),
     "fleet-scale": Part(
         "-m benchmarks.speed.fleet_scale --write docs/fleet.md",
         {"docs/fleet.md": ("fleet-scale",)},
         tables=("fleet-scale",),
+        canaries=("speed",),
+        of_machine=True,
     ),
     "fleet-figure": Part(
         "-m benchmarks.pages.fleet_figure",
         {},
         ("docs/images/fleet.svg",),
+        canaries=("speed",),
+        of_machine=True,
     ),
     "paper-tables": Part(
         "-m benchmarks.paper tables --write docs/paper/tables.md",

@@ -18,7 +18,10 @@ from skarxlag import __version__
 RECORD = ROOT / "docs" / "generated.json"
 #: Names of the states. A part that is "moved" depends on changed code, but its canaries
 #: held.
-CURRENT, MOVED, OUTDATED, NEVER = "current", "moved", "outdated", "never made"
+CURRENT = "current"
+MOVED = "moved"
+OUTDATED = "outdated"
+NEVER = "never made"
 _STARTED = time.time()
 
 
@@ -47,20 +50,25 @@ def record(outputs):
     If a file of the code was changed after this process began, the outputs get no
     digest: the process may have run the earlier code.
     """
-    known, outputs = recorded(), set(outputs)
+    records = recorded()
+    outputs = set(outputs)
     for part in PARTS.values():
         for output in outputs.intersection(part.outputs()):
             date = f"{datetime.now(UTC):%Y-%m-%d %H:%M}"
-            known[output] = {"version": __version__, "date": date, **_fingerprint(part)}
-    _write(known)
+            records[output] = {
+                "version": __version__,
+                "date": date,
+                **_fingerprint(part),
+            }
+    _write(records)
 
 
 def restamp(part):
     """Record the present digest of a part whose canaries held."""
-    known = recorded()
+    records = recorded()
     for output in part.outputs():
-        known[output] |= _fingerprint(part)
-    _write(known)
+        records[output] |= _fingerprint(part)
+    _write(records)
 
 
 def _fingerprint(part):
@@ -70,39 +78,41 @@ def _fingerprint(part):
     return {"digest": part_digest(part), "canaries": part_canaries(part.canaries)}
 
 
-def _write(known):
-    if known:
-        RECORD.write_text(json.dumps(known, indent=1, sort_keys=True) + "\n", "utf-8")
+def _write(records):
+    if records:
+        RECORD.write_text(json.dumps(records, indent=1, sort_keys=True) + "\n", "utf-8")
 
 
 def state(name):
     """Return the state of a part, that of its oldest output."""
     part = PARTS[name]
-    known = recorded()
-    if not all(output in known for output in part.outputs()):
+    records = recorded()
+    if not all(output in records for output in part.outputs()):
         return State(name, NEVER, "")
-    outputs = [known[output] for output in part.outputs()]
-    date = min(each["date"] for each in outputs)
-    if not all("digest" in each for each in outputs):
+    outputs = [records[output] for output in part.outputs()]
+    date = min(made["date"] for made in outputs)
+    if not all("digest" in made for made in outputs):
         return State(name, OUTDATED, date, "no digest")
     digest = part_digest(part)
-    moved = [each for each in outputs if each["digest"] != digest]
+    moved = [made for made in outputs if made["digest"] != digest]
     if not moved:
         return State(name, CURRENT, date)
-    if not all(each["canaries"] for each in moved):
+    if not all(made["canaries"] for made in moved):
         return State(name, OUTDATED, date, "no canary")
     now = part_canaries(part.canaries)
     differs = sorted(
-        {name for each in moved for name in changed(each["canaries"], now)}
+        {name for made in moved for name in changed(made["canaries"], now)}
     )
     return State(name, OUTDATED if differs else MOVED, date, ", ".join(differs))
 
 
 def states(names=()):
     """Return the states of these parts, or of all, the oldest first."""
-    return sorted((state(name) for name in names or PARTS), key=lambda each: each.date)
+    return sorted(
+        (state(name) for name in names or PARTS), key=lambda state: state.date
+    )
 
 
 def outdated():
     """Return the parts that are to be made again."""
-    return [each.part for each in states() if not each.is_valid]
+    return [state.part for state in states() if not state.is_valid]

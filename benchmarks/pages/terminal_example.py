@@ -16,7 +16,8 @@ from skarxlag.commands import main as run
 from skarxlag.datasets import fetch_uestc
 
 BLOCK = "terminal example"
-TRAIN_RPM, RPM = 800, 1400
+TRAIN_RPM = 800
+RPM = 1400
 CONDITIONS = {"N": "healthy", "I": "inner race", "O": "outer race", "B": "ball"}
 #: Names of the diagnosed files, as a plant may call them.
 DIAGNOSED = {"N": "pump_7.mat", "O": "pump_8.mat"}

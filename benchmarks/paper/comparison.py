@@ -13,9 +13,11 @@ from skarxlag.accuracy_tables import confusion_margins, confusion_table
 METHODS = ("proposed", "ALPIO", "Diagnoser")
 AVERAGE = "Average"
 #: Heads of columns from verdicts and of printed columns.
-OWN, PAPER = "simulated rig", "paper"
+OWN = "simulated rig"
+PAPER = "paper"
 PRINTED_AVERAGE = "Average, as printed"
-_BY_SPEED, _BY_CRACK = (2, 3, 4, 5), (8, 9)
+_BY_SPEED = (2, 3, 4, 5)
+_BY_CRACK = (8, 9)
 
 
 def condition_accuracy(verdicts, conditions, columns):
@@ -97,9 +99,11 @@ def accuracy_with_paper(verdicts: pd.DataFrame, number: int) -> pd.DataFrame:
         )
     table = load_tables().tables[number]
     if number in _BY_SPEED:
-        chosen, inner = verdicts[verdicts["test_rpm"] == table.rpm], "crack_mm"
+        chosen = verdicts[verdicts["test_rpm"] == table.rpm]
+        inner = "crack_mm"
     else:
-        chosen, inner = verdicts[verdicts["crack_mm"] == table.crack_mm], "test_rpm"
+        chosen = verdicts[verdicts["crack_mm"] == table.crack_mm]
+        inner = "test_rpm"
     own = condition_accuracy(
         chosen, table.frame.index, ["diagnoser", inner]
     ).sort_index(axis=1)

@@ -56,7 +56,9 @@ def run_protocol(load, diagnosers, *, progress=lambda text: None):
     (384, 48)
     """
     printed = load_tables().tables
-    verdicts, halves, fitted = [], [], {}
+    verdicts = []
+    halves = []
+    fitted = {}
     for crack_mm in printed[2].frame.columns.unique("crack_mm"):
         progress(f"crack {crack_mm:g} mm: {CALIBRATION_RPM:g} rpm,")
         rig = load(crack_mm, CALIBRATION_RPM)

@@ -26,14 +26,13 @@ from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import LOCATIONS
 
 PAPER = load_tables().claims
-PAPER_WINDOW, PAPER_SAMPLES = (
-    PAPER["samples_per_window"],
-    PAPER["samples_per_condition"],
-)
+PAPER_WINDOW = PAPER["samples_per_window"]
+PAPER_SAMPLES = PAPER["samples_per_condition"]
 IMPACTS = 3
 LONG_WINDOWS = 20
 #: Stretches of a recording, and their length in seconds.
-STRETCHES, STRETCH_SECONDS = 4, 1.0
+STRETCHES = 4
+STRETCH_SECONDS = 1.0
 #: Runs with tables on the page.
 SHOWN = ("bank", "single residual", "long windows", "stretches")
 #: Tables of which the page compares the runs.
@@ -116,7 +115,8 @@ def runs(
         variants of the first two. In the run of stretches "Diagnoser" is
         `make_diagnoser`.
     """
-    bank, single = LADDERS["bank"], LADDERS["single"]
+    bank = LADDERS["bank"]
+    single = LADDERS["single"]
     observers = dict(zip(single, (make_alpio, make_single_observer_pio), strict=True))
     load = simulated(window_length, n_samples)
     title, _ = DIAGNOSERS["diagnoser"]
@@ -245,7 +245,8 @@ def main(arguments=None):
     options = parser.parse_args(arguments)
     long_length = window_of_impacts(IMPACTS)
     options.output.mkdir(parents=True, exist_ok=True)
-    reports, sizes = {}, {}
+    reports = {}
+    sizes = {}
     stretch_length = int(STRETCH_SECONDS * PAPER["sampling_rate_hz"])
     lengths = (
         *(PAPER_WINDOW, PAPER_SAMPLES),
@@ -256,7 +257,8 @@ def main(arguments=None):
         started = perf_counter()
         print(run, file=sys.stderr)
         outcome = run_protocol(load, makers, progress=_progress)
-        reports[run], sizes[run] = paper_report(outcome), _size(outcome.verdicts)
+        reports[run] = paper_report(outcome)
+        sizes[run] = _size(outcome.verdicts)
         print(f"{perf_counter() - started:.0f} s", file=sys.stderr)
         stem = run.replace(", ", "_").replace(" ", "-")
         for table in reports[run]:

@@ -132,7 +132,8 @@ def main(arguments=None):
     ordinary = {
         name: treat for each in ORDINARY.values() for name, treat in each.items()
     }
-    good, damaged = [], []
+    good = []
+    damaged = []
     rigs = [] if options.data_home is None else all_rigs(options.data_home)
     for rig in rigs:
         if options.rig is None or rig.name in options.rig:
@@ -142,11 +143,13 @@ def main(arguments=None):
         rig = simulated_rig(seconds)
         good += good_rows(rig, LENGTHS, ordinary)
         damaged += damaged_rows(rig, LENGTHS, DAMAGED)
-    good, damaged = pd.DataFrame(good), pd.DataFrame(damaged)
+    good = pd.DataFrame(good)
+    damaged = pd.DataFrame(damaged)
     good["group"] = good["treatment"].map(groups)
     good.to_csv(options.output / "good.csv", index=False)
     damaged.to_csv(options.output / "damaged.csv", index=False)
-    n_good, n_damaged = len(good), len(damaged)
+    n_good = len(good)
+    n_damaged = len(damaged)
     parts = [
         f"Good rows that are refused, in percent of {n_good}:",
         markdown(refused(good, "rig", "group")),

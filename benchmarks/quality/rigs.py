@@ -17,7 +17,8 @@ _N_EARLY = 20
 #: emission runs.
 _RUNNING = 0.5
 #: Rate of the simulated sensor in Hz, and seconds that are simulated in one piece.
-SIMULATED_RATE, _PIECE = 25_600, 60
+SIMULATED_RATE = 25_600
+_PIECE = 60
 #: Factor by which its natural frequencies are lower than those of the default rig.
 _LOWER = 10
 
@@ -27,7 +28,8 @@ def _mfpt(folder):
     for path in sorted(folder.glob("*.npz")):
         with np.load(path) as content:
             samples = content["acceleration"].astype(float)
-            rate, rpm = float(content["sampling_rate"]), float(content["rpm"])
+            rate = float(content["sampling_rate"])
+            rpm = float(content["rpm"])
         recordings.append(Recording(samples, path.stem, rpm))
     return Rig("MFPT", rate, recordings)
 
@@ -48,7 +50,8 @@ def _femto(folder):
     recordings = []
     for path in sorted(folder.glob("*.npz")):
         with np.load(path) as content:
-            rate, rpm = float(content["sampling_rate"]), float(content["rpm"])
+            rate = float(content["sampling_rate"])
+            rpm = float(content["rpm"])
             for snapshot in content["acceleration_g"][:_N_EARLY]:
                 recordings += [
                     Recording(each.astype(float), path.stem, rpm) for each in snapshot
@@ -58,8 +61,10 @@ def _femto(folder):
 
 def _vallen(folder):
     with np.load(next(folder.glob("*.npz"))) as content:
-        rate, samples = float(content["fs"]), content["ae_volt"].astype(float)
-        seconds, speed = content["rpm_channel_time_s"], content["rpm_channel_mV"]
+        rate = float(content["fs"])
+        samples = content["ae_volt"].astype(float)
+        seconds = content["rpm_channel_time_s"]
+        speed = content["rpm_channel_mV"]
     running = seconds[speed >= _RUNNING * speed.max()]
     samples = samples[int(running[0] * rate) : int(running[-1] * rate)]
     # Its speed varies, so it is not stated.

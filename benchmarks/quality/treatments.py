@@ -9,7 +9,8 @@ import numpy as np
 from scipy import signal
 
 #: Cut-off frequencies in Hz and orders of the high-pass filters of AC-coupled sensors.
-_COUPLED, _ORDERS = (1, 10, 100, 500), (1, 2, 4, 8)
+_COUPLED = (1, 10, 100, 500)
+_ORDERS = (1, 2, 4, 8)
 #: Cut-off frequencies of the low-pass filter of order 8, relative to half the sampling
 #: rate.
 _PASSED = (0.5, 0.25, 0.125)
@@ -28,7 +29,8 @@ def _filtered(samples, rate, order, frequency, kind):
 
 def _resampled(samples, rate, factor):
     up, _, down = factor.partition("/")
-    up, down = int(up), int(down or 1)
+    up = int(up)
+    down = int(down or 1)
     return signal.resample_poly(samples, up, down), rate * up / down
 
 

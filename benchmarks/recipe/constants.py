@@ -17,6 +17,7 @@ the first had its best smooth drift and model order at its edges.
 """
 
 import os
+from functools import cache, partial
 from itertools import product
 
 import numpy as np
@@ -24,6 +25,7 @@ import pandas as pd
 from scipy.special import log_softmax
 
 from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.pages.kept import kept_or_computed
 from benchmarks.recipe.calibration import expected_calibration_error
 from benchmarks.recipe.rigs import real_rigs, simulated_rigs
 from benchmarks.recipe.targets import ROWS, folds, rows_of
@@ -79,7 +81,8 @@ class Fold:
             for half, speeds in enumerate((trained, tested))
         )
         model = ARXLaguerre(order=(order, INPUT_ORDER), bank=False).fit(X, self.y)
-        train, test = model.transform(X), model.transform(X_test)
+        train = model.transform(X)
+        test = model.transform(X_test)
         spectra = LogSpectra(spectrum_order=spectrum_order)
         self.train = spectra.fit_transform(_windows(train)).astype(np.float32)
         self.test = spectra.transform(_windows(test)).astype(np.float32)
@@ -92,7 +95,8 @@ class Fold:
 
     def log_residuals(self, smooth, joint):
         """Logarithms of the residuals of the windows, their mean over each row."""
-        n, n_test = len(self.train) // len(self.y), len(self.test) // len(self.y_test)
+        n = len(self.train) // len(self.y)
+        n_test = len(self.test) // len(self.y_test)
         distance = SpectralDistance(
             joint_weight=joint, joint_groups=(0, 2), smooth_drift=smooth
         )
@@ -125,7 +129,8 @@ def score_rig(rig, kinds, grid, report=print):
     calibrations : list of dict
         Setting, cell, exponent and calibration error.
     """
-    accuracies, calibrations = [], []
+    accuracies = []
+    calibrations = []
     orders, spectrum_orders, drifts, joint_weights = grid
     for kind, order, spectrum_order in product(kinds, orders, spectrum_orders):
         length = ROWS[kind] or int(rig.sampling_rate)
@@ -170,6 +175,11 @@ def score_rig(rig, kinds, grid, report=print):
     return accuracies, calibrations
 
 
+def _score_frames(rig, kinds, grid):
+    scores = zip(("accuracy", "calibration"), score_rig(rig, kinds, grid), strict=True)
+    return {what: pd.DataFrame(rows) for what, rows in scores}
+
+
 def _calibration_error(found, exponent):
     stated = [
         np.exp(log_softmax(-exponent * logs, axis=1).max(axis=1))
@@ -200,8 +210,9 @@ def choose(accuracies):
     >>> rows = [(4, 128, 0.1, 0.5, 0.5, "a", 0.7), (4, 128, 0.1, 0.5, 0.5, "b", 1.0),
     ...         (8, 128, 0.1, 0.5, 0.5, "a", 0.5), (8, 128, 0.1, 0.5, 0.5, "b", 1.0)]
     >>> frame = pd.DataFrame(rows, columns=[*NAMES, "rig", "right"])
-    >>> choose(frame.assign(**{"rows": "w", "trained at": "one speed"}))[0]
-    (4, 128, 0.1, 0.5, 0.5)
+    >>> setting, _ = choose(frame.assign(**{"rows": "w", "trained at": "one speed"}))
+    >>> [float(value) for value in setting]
+    [4.0, 128.0, 0.1, 0.5, 0.5]
     """
     cells = accuracies.groupby([*NAMES, "rows", "trained at"])["right"].agg(
         ["min", "mean"]
@@ -295,23 +306,25 @@ def main(arguments=None):
     parser.add_argument("--wide", action="store_true", help="score the second grid")
     options = parser.parse_args(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
-    name, frames = "constants wide" if options.wide else "constants", []
+    name = "constants wide" if options.wide else "constants"
+    frames = []
     sources = [(rig, list(ROWS)) for rig in real_rigs(home=options.data_home)]
     real = [rig.name for rig, _ in sources]
     sources += [
         (rig, [k for k in ROWS if ROWS[k] is not None]) for rig in simulated_rigs()
     ]
     for rig, kinds in sources:
-        paths = [
-            options.output / f"{name} {rig.name} {what}.csv"
-            for what in ("accuracy", "calibration")
-        ]
-        if not all(path.exists() for path in paths):
-            for path, rows in zip(
-                paths, score_rig(rig, kinds, GRIDS[name]), strict=True
-            ):
-                pd.DataFrame(rows).to_csv(path, index=False)
-        frames.append([pd.read_csv(path) for path in paths])
+        scores = cache(partial(_score_frames, rig, kinds, GRIDS[name]))
+        frames.append(
+            [
+                kept_or_computed(
+                    options.output / f"{name} {rig.name} {what}.csv",
+                    "constants",
+                    lambda scores=scores, what=what: scores()[what],
+                )
+                for what in ("accuracy", "calibration")
+            ]
+        )
     accuracies, calibrations = (pd.concat(each) for each in zip(*frames, strict=True))
     publish(options, {name: report(accuracies, calibrations, real)})
 

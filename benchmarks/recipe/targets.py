@@ -5,13 +5,14 @@ halves of the recordings are for training and second halves for testing. "One sp
 trained at one speed and tested at every other, "others" is trained at all speeds but
 one and tested at that one; each number is the mean over the pairs. Two peers receive
 the speed, as `make_diagnoser` does. The folder of the rigs is ``$SKARXLAG_DATA``. The
-verdicts of each rig and method are kept in a file of the folder ``--output``, and
-``--resume`` does not repeat them.
+verdicts of each rig, method and kind of rows are kept in a file of the folder
+``--output``, and are not computed again until the code changes.
 """
 
 import os
 import sys
 from functools import partial
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -19,6 +20,7 @@ import pandas as pd
 from benchmarks.cross_speed import peers
 from benchmarks.cross_speed.peers_with_speed import SpectrumWithSpeed
 from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.pages.kept import kept_or_computed
 from benchmarks.recipe.calibration import expected_calibration_error
 from benchmarks.recipe.rigs import real_rigs, simulated_rigs
 from benchmarks.stretches.methods import WindowsVote
@@ -27,7 +29,8 @@ from skarxlag.kernels.evidence import SMALLEST_PROBABILITY
 
 #: Samples of a row; None means one second.
 ROWS = {"windows of 1200": 1200, "windows of 4800": 4800, "stretches of 1 s": None}
-STATED, UNSTATED = "make_diagnoser", "make_diagnoser, rpm not stated"
+STATED = "make_diagnoser"
+UNSTATED = "make_diagnoser, rpm not stated"
 VOTE = "make_diagnoser, windows of 4800 vote"
 PEERS = {
     "log spectrum + shrinkage LDA": peers.spectrum_shrinkage_lda,
@@ -61,7 +64,9 @@ def rows_of(rig, length, half, speeds):
     speeds : collection of float
         Speeds of the recordings.
     """
-    X, y, rpm = [], [], []
+    X = []
+    y = []
+    rpm = []
     for recording in rig.recordings:
         if recording.rpm not in speeds:
             continue
@@ -146,8 +151,8 @@ def _windows(X, length):
     return X[:, : n * length].reshape(-1, length), n
 
 
-def verdicts(rig, kinds, method):
-    """Return a frame with a row for each verdict of a method on a rig.
+def verdicts(rig, kind, method):
+    """Return a frame with a row for each verdict of a method on one kind of rows of a rig.
 
     Returns
     -------
@@ -155,29 +160,24 @@ def verdicts(rig, kinds, method):
         ``rig``, ``rows``, ``trained at``, ``method``, ``trained rpm``, ``rpm``,
         ``right`` and ``confidence``, NaN where no probability is stated.
     """
+    length = ROWS[kind] or int(rig.sampling_rate)
     frames = []
-    for kind in kinds:
-        if method == VOTE and ROWS[kind] is not None:
-            continue
-        length = ROWS[kind] or int(rig.sampling_rate)
-        for protocol, trained, tested in folds(rig):
-            train, test = (
-                rows_of(rig, length, half, speeds)
-                for half, speeds in enumerate((trained, tested))
-            )
-            verdict, confidence = _verdicts(method, train, test, rig, kind)
-            columns = {
-                "rig": rig.name,
-                "rows": kind,
-                "trained at": protocol,
-                "method": method,
-                "trained rpm": " ".join(f"{speed:g}" for speed in trained),
-                "rpm": test[2],
-                "right": (verdict == test[1]).astype(int),
-                "confidence": np.nan if confidence is None else confidence,
-            }
-            frames.append(pd.DataFrame(columns))
-    return pd.concat(frames) if frames else pd.DataFrame()
+    for protocol, trained, tested in folds(rig):
+        train = rows_of(rig, length, 0, trained)
+        test = rows_of(rig, length, 1, tested)
+        verdict, confidence = _verdicts(method, train, test, rig, kind)
+        columns = {
+            "rig": rig.name,
+            "rows": kind,
+            "trained at": protocol,
+            "method": method,
+            "trained rpm": " ".join(f"{speed:g}" for speed in trained),
+            "rpm": test[2],
+            "right": (verdict == test[1]).astype(int),
+            "confidence": np.nan if confidence is None else confidence,
+        }
+        frames.append(pd.DataFrame(columns))
+    return pd.concat(frames)
 
 
 def _verdicts(method, train, test, rig, kind):
@@ -212,12 +212,17 @@ def calibration_table(found):
     return pd.Series(errors.values(), index).unstack("rig", sort=False).reset_index()
 
 
-def read_verdicts(folder, rigs):
-    """Read the verdicts of all methods on these rigs, in the order of the tables."""
-    names = [f"{rig}; {method}.csv" for rig in rigs for method in METHODS]
-    paths = [folder / name for name in names if (folder / name).exists()]
-    frames = (pd.read_csv(path) for path in paths if path.stat().st_size > 2)
-    found = pd.concat(frames, ignore_index=True)
+def cells(methods, kinds):
+    """Return the methods and kinds of rows that are scored: windows of windows do not vote."""
+    return [
+        (method, kind)
+        for method, kind in product(methods, kinds)
+        if method != VOTE or ROWS[kind] is None
+    ]
+
+
+def in_order(found):
+    """Sort verdicts as the tables list them."""
     order = {
         "rows": list(ROWS),
         "trained at": ["one speed", "others"],
@@ -237,9 +242,6 @@ def main(arguments=None):
     )
     parser.add_argument("--rows", nargs="*", default=list(ROWS), choices=list(ROWS))
     parser.add_argument("--method", nargs="*", default=METHODS, choices=METHODS)
-    parser.add_argument(
-        "--resume", action="store_true", help="keep verdicts of earlier runs"
-    )
     parser.add_argument("--data-home", default=os.environ.get("SKARXLAG_DATA"))
     options = parser.parse_args(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
@@ -247,15 +249,14 @@ def main(arguments=None):
     if options.rig is None:
         windows = [kind for kind in options.rows if ROWS[kind] is not None]
         sources += [(rig, windows) for rig in simulated_rigs()]
+    frames = []
     for rig, kinds in sources:
-        for method in options.method:
-            path = options.output / f"{rig.name}; {method}.csv"
-            if not (options.resume and path.exists()):
-                verdicts(rig, kinds, method).to_csv(
-                    path, index=False, float_format="%.5f"
-                )
-                print(path.stem, file=sys.stderr, flush=True)
-    table = read_verdicts(options.output, [rig.name for rig, _ in sources])
+        for method, kind in cells(options.method, kinds):
+            path = options.output / f"{rig.name}; {method}; {kind}.csv"
+            compute = partial(verdicts, rig, kind, method)
+            frames.append(kept_or_computed(path, "targets", compute))
+            print(path.stem, file=sys.stderr, flush=True)
+    table = in_order(pd.concat(frames, ignore_index=True))
     calibration = calibration_table(table)
     accuracy = accuracy_table(table)
     accuracy.to_csv(options.output / "accuracy.csv", index=False, float_format="%.4f")

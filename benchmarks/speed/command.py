@@ -20,6 +20,7 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks.pages.blocks import markdown, write_blocks
 from benchmarks.speed import (
+    bearing,
     checks,
     fleet,
     identification,
@@ -40,7 +41,9 @@ ROWS = {
     "diagnoser-fit": rows.diagnoser_fit,
     "checks": checks.checks,
     "monitor": monitor.monitor,
+    "sensors": monitor.sensors,
     "stretches": stretches.stretches,
+    "bearing": bearing.bearing,
     "identification": identification.identification,
     "pole-search": identification.pole_search,
     "grid-search": rows.grid_search,

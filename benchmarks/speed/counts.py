@@ -1,5 +1,9 @@
 """How many multiply-adds the method needs for a sample."""
 
+import math
+
+import numpy as np
+
 
 def multiply_adds(order, n_models, n_inputs=0):
     r"""Count the multiply-adds per sample of a bank with the extended-state observer after it.
@@ -50,3 +54,128 @@ def multiply_adds(order, n_models, n_inputs=0):
         "surface": 2 * n_models,
         "gain": 7 * n_models,
     }
+
+
+def linear_multiply_adds(order, n_models):
+    r"""Count the multiply-adds per sample of a bank of models with a linear observer each.
+
+    Parameters
+    ----------
+    order : int
+        Laguerre filters N of the output.
+    n_models : int
+        Models of the bank.
+
+    Returns
+    -------
+    dict of str to int
+        ``scaling``, ``cascade`` and ``prediction`` as `multiply_adds` returns them.
+        ``observer``, a model: :math:`e = \varepsilon - c` (1), :math:`c^+ = \zeta c +
+        k_p e + p` (2), :math:`p^+ = p + k_I e` (1), sum of :math:`e^2` (1).
+
+    Examples
+    --------
+    >>> linear_multiply_adds(order=16, n_models=4)
+    {'scaling': 4, 'cascade': 32, 'prediction': 64, 'observer': 20}
+    """
+    model = multiply_adds(order, n_models)
+    counts = {name: model[name] for name in ("scaling", "cascade", "prediction")}
+    return counts | {"observer": 5 * n_models}
+
+
+def bank_multiply_adds(order, n_members):
+    r"""Count the multiply-adds per sample of one model and a bank of observers after it.
+
+    Parameters
+    ----------
+    order : int
+        Laguerre filters N of the output.
+    n_members : int
+        Members of the bank.
+
+    Returns
+    -------
+    dict of str to int
+        ``scaling``, ``cascade`` and ``prediction`` as `multiply_adds` returns them.
+        ``estimate``, a member: :math:`e = \varepsilon - c` (1), :math:`c^+ = \zeta c +
+        k_p e + d` (1, as a e - d), :math:`p^+ = p + k_I e` (1), :math:`\min(|p|, M)`
+        (2), :math:`d = (1 + \min(|p|, M)) p` (1), sum of :math:`d^2` (1). ``gain``, a
+        member: comparison, choice of the factor, product, sum of its logarithm, and the
+        sum of these sums (5).
+
+    Examples
+    --------
+    >>> bank_multiply_adds(order=16, n_members=64)
+    {'scaling': 4, 'cascade': 32, 'prediction': 16, 'estimate': 448, 'gain': 320}
+    """
+    counts = linear_multiply_adds(order, 1)
+    counts.pop("observer")
+    return counts | {"estimate": 7 * n_members, "gain": 5 * n_members}
+
+
+def spectra_multiply_adds(order, n_samples):
+    r"""Count the multiply-adds per sample of one model and the log spectra after it.
+
+    A window has n samples, p = n / 8 coefficients of its own model, but at most 256,
+    and S segments of L = 128 samples that start L / 8 samples apart. A transform of L
+    real values takes :math:`\tfrac{5}{4} L \log_2 L`, half of the operations of a
+    complex transform with two-point butterflies. Not counted: what `multiply_adds` does
+    not count, and the comparison, which takes a hundredth.
+
+    Parameters
+    ----------
+    order : int
+        Laguerre filters of the output.
+    n_samples : int
+        Innovations of a window, at least 128.
+
+    Returns
+    -------
+    dict of str to int
+        ``scaling``, ``cascade`` and ``prediction`` as `multiply_adds` returns them.
+        ``lags``: sums of products, :math:`(n - p)(p + 1)`. ``factor``: three rotations
+        of two entries each, :math:`12 p (p + 1) / 2`. ``substitution``: :math:`p (p +
+        1) / 2`. ``segments``: window, transform and power, :math:`S (L + \tfrac{5}{4} L
+        \log_2 L + L)`. ``median``: smaller and larger value for each comparison of a
+        sorting network, in L / 2 bands.
+
+    Examples
+    --------
+    >>> counts = spectra_multiply_adds(order=4, n_samples=1200)
+    >>> counts["lags"], counts["factor"], counts["segments"], counts["median"]
+    (132, 113, 78, 65)
+    """
+    segment, spectrum_order = 128, min(n_samples // 8, 256)
+    n_segments = (n_samples - segment) // (segment // 8) + 1
+    transform = 5 / 4 * segment * math.log2(segment)
+    of_window = {
+        "lags": (n_samples - spectrum_order) * (spectrum_order + 1),
+        "factor": 6 * spectrum_order * (spectrum_order + 1),
+        "substitution": spectrum_order * (spectrum_order + 1) / 2,
+        "segments": n_segments * (2 * segment + transform),
+        "median": segment * sorting_comparisons(n_segments),
+    }
+    counts = linear_multiply_adds(order, 1)
+    counts.pop("observer")
+    return counts | {name: round(n / n_samples) for name, n in of_window.items()}
+
+
+def sorting_comparisons(n_rows):
+    """Count the comparisons of Batcher's merge exchange.
+
+    Examples
+    --------
+    >>> [sorting_comparisons(n) for n in (2, 4, 8, 16)]
+    [1, 5, 19, 63]
+    """
+    largest = 2 ** (math.ceil(math.log2(n_rows)) - 1)
+    count, p = 0, largest
+    while p > 0:
+        q, first, distance = largest, 0, p
+        while distance > 0:
+            places = np.arange(n_rows - distance)
+            count += int(np.count_nonzero(places & p == first))
+            distance, first = q - p, p
+            q //= 2
+        p //= 2
+    return count

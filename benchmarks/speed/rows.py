@@ -17,7 +17,12 @@ from sklearn.pipeline import Pipeline
 
 from benchmarks.cross_speed.peers import make_single_observer_pio
 from benchmarks.speed import peers
-from benchmarks.speed.counts import multiply_adds
+from benchmarks.speed.counts import (
+    bank_multiply_adds,
+    linear_multiply_adds,
+    multiply_adds,
+    spectra_multiply_adds,
+)
 from benchmarks.speed.timing import matrix_product, ratio, take_turns
 from skarxlag import (
     ARXLaguerre,
@@ -113,9 +118,8 @@ multiply-adds a sample",
     return lines
 
 
-def _against_minirocket(what, ours, others, target, n_samples, n_rounds):
+def _against_minirocket(what, seconds, target, n_samples):
     """One line: how many times as fast as MiniRocket."""
-    seconds = take_turns({"ours": ours, "others": others}, n_rounds)
     faster, differs = ratio(seconds["others"], seconds["ours"])
     return {
         "what": what,
@@ -128,39 +132,59 @@ def _against_minirocket(what, ours, others, target, n_samples, n_rounds):
 
 
 def alpio_predict(n_rounds=5, n_windows=800, n_samples=1200):
-    """make_alpio().predict against MiniRocket's."""
-    return _predict("make_alpio", make_alpio(), 40, **locals())
+    """make_alpio().predict against MiniRocket's, and its share of the machine's rate."""
+    X, y = coloured_windows(n_windows, n_samples)
+    diagnoser = make_alpio().fit(X, y)
+    n_models, order = diagnoser["identify"].coef_.shape
+    counts = linear_multiply_adds(order, n_models)
+    return _predict("make_alpio", diagnoser, counts, 55, X, y, n_rounds)
 
 
 def extended_state_predict(n_rounds=5, n_windows=800, n_samples=1200):
-    """make_extended_state_pio().predict against MiniRocket's."""
-    return _predict(
-        "make_extended_state_pio", make_extended_state_pio(), 40, **locals()
-    )
+    """Measure make_extended_state_pio().predict in the same way."""
+    X, y = coloured_windows(n_windows, n_samples)
+    diagnoser = make_extended_state_pio().fit(X, y)
+    _, order = diagnoser["identify"].coef_.shape
+    counts = bank_multiply_adds(order, diagnoser["observe"].n_members)
+    return _predict("make_extended_state_pio", diagnoser, counts, 45, X, y, n_rounds)
 
 
 def diagnoser_predict(n_rounds=5, n_windows=800, n_samples=1200):
-    """make_diagnoser().predict against MiniRocket's."""
-    return _predict("make_diagnoser", make_diagnoser(), 20, **locals())
-
-
-def _predict(name, diagnoser, target, *, n_rounds, n_windows, n_samples):
-    if not peers.is_installed("aeon"):
-        return []
+    """Measure make_diagnoser().predict in the same way."""
     X, y = coloured_windows(n_windows, n_samples)
-    diagnoser.fit(X, y)
-    rocket = peers.minirocket().fit(X, y)
-    what = f"`{name}().predict`, {n_windows} x {n_samples}"
-    return [
-        _against_minirocket(
-            what,
-            lambda: diagnoser.predict(X),
-            lambda: rocket.predict(X),
-            target,
-            X.size,
-            n_rounds,
-        )
+    diagnoser = make_diagnoser().fit(X, y)
+    innovations = diagnoser["identify"].transform(X[:1])
+    _, order = diagnoser["identify"].coef_.shape
+    counts = spectra_multiply_adds(order, innovations.shape[-1])
+    return _predict("make_diagnoser", diagnoser, counts, 35, X, y, n_rounds)
+
+
+def _predict(name, diagnoser, counts, target, X, y, n_rounds):
+    """Lines of one diagnoser; `counts` are the multiply-adds per sample of its parts."""
+    product, n_product = matrix_product()
+    functions = {"ours": lambda: diagnoser.predict(X), "product": product}
+    if peers.is_installed("aeon"):
+        rocket = peers.minirocket().fit(X, y)
+        functions["others"] = lambda: rocket.predict(X)
+    seconds = take_turns(functions, n_rounds)
+    what = f"`{name}().predict`, {len(X)} x {X.shape[1]}"
+    per_sample = sum(counts.values())
+    share, differs = ratio(
+        seconds["product"] / n_product, seconds["ours"] / (X.size * per_sample)
+    )
+    parts = ", ".join(f"{part} {count}" for part, count in counts.items())
+    lines = [
+        {
+            "what": f"{what}: share of the matrix product's rate, {per_sample} multiply-adds a \
+sample ({parts})",
+            "ours": rate(X.size, seconds["ours"]),
+            "reached": share,
+            "spread": differs,
+        }
     ]
+    if "others" in seconds:
+        lines.insert(0, _against_minirocket(what, seconds, target, X.size))
+    return lines
 
 
 def diagnoser_fit(n_rounds=5, n_windows=400, n_samples=1200):
@@ -168,22 +192,21 @@ def diagnoser_fit(n_rounds=5, n_windows=400, n_samples=1200):
     if not peers.is_installed("aeon"):
         return []
     X, y = coloured_windows(n_windows, n_samples)
-    given, searched = (
-        make_diagnoser(),
-        make_diagnoser().set_params(identify__pole="optimise"),
-    )
-    rocket = peers.minirocket()
-    return [
-        _against_minirocket(
-            f"`make_diagnoser().fit`, {n_windows} x {n_samples}, {how}",
-            lambda diagnoser=diagnoser: diagnoser.fit(X, y),
-            lambda: rocket.fit(X, y),
-            10,
-            X.size,
-            n_rounds,
-        )
-        for how, diagnoser in {"pole searched": searched, "pole given": given}.items()
-    ]
+    rocket, searched = peers.minirocket(), make_diagnoser()
+    searched.set_params(identify__pole="optimise")
+    lines = []
+    for how, diagnoser in {
+        "pole searched": searched,
+        "pole given": make_diagnoser(),
+    }.items():
+        fits = {
+            "ours": lambda diagnoser=diagnoser: diagnoser.fit(X, y),
+            "others": lambda: rocket.fit(X, y),
+        }
+        what = f"`make_diagnoser().fit`, {n_windows} x {n_samples}, {how}"
+        seconds = take_turns(fits, n_rounds)
+        lines.append(_against_minirocket(what, seconds, 10, X.size))
+    return lines
 
 
 class CountedARXLaguerre(ARXLaguerre):

@@ -155,7 +155,8 @@ def blocks(pairs):
     )
     place = "(of the place of the fault alone: inner race, outer race, ball, healthy)"
     is_simulated = pairs["rig"].str.startswith("simulated")
-    real, simulated = pairs[~is_simulated], pairs[is_simulated]
+    real = pairs[~is_simulated]
+    simulated = pairs[is_simulated]
     found = {}
 
     def add(name, rows, methods, text, cell):

@@ -20,7 +20,9 @@ _PLACES = {
 }
 #: Seconds of a recording of the simulated rig, its sampling rate in Hz, and its cracks
 #: in mm.
-_SECONDS, _RATE, _CRACKS = 4, 250_000, (3, 6)
+_SECONDS = 4
+_RATE = 250_000
+_CRACKS = (3, 6)
 
 
 def rigs_of_stretches(name, seconds, data_home=None, seed=0):

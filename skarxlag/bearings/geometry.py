@@ -16,15 +16,6 @@ from ..core.state import expect
 from ..core.validation import ABOVE_0, check_count, check_real
 from .designations import catalogue_name
 
-__all__ = [
-    "BEARINGS",
-    "SKF_6205",
-    "BearingGeometry",
-    "bearing_orders",
-    "contact_speed",
-    "defect_frequencies",
-]
-
 METRES_PER_MM = 1e-3
 
 

@@ -11,12 +11,15 @@ from pathlib import Path
 from typing import Any
 
 from ..recordings import listing
+from ..recordings.entries import ListedRecording
+from ..recordings.recording_tables import channel_names
 from ..recordings.speeds import TACHO, check_stated_speed, is_speed_source
 from .messages import UsageError
 
 #: Ways to state a bearing.
 BEARING = (
-    "a name such as 6205, dimensions 9,7.94,39.04, or orders outer=3.585,inner=5.415"
+    "a name such as 6205, dimensions 9,7.94,39.04, or orders outer=3.585,inner=5.415 "
+    "(BPFO, BPFI)"
 )
 #: Facts of recordings that no table lists.
 FACTS = ("pattern", "channel", "sampling_rate", "rpm", "pulses_per_revolution", "dtype")
@@ -87,9 +90,11 @@ def speed_range(text: str) -> tuple[float, float]:
     """
     low = high = math.nan
     if match := _SPEED.fullmatch(text):
-        speed, width = float(match[1]), float(match[3] or 0)
+        speed = float(match[1])
+        width = float(match[3] or 0)
         width *= speed / 100 if match[4] else 1
-        low, high = speed - width, float(match[2] or speed + width)
+        low = speed - width
+        high = float(match[2] or speed + width)
     if not (math.isfinite(high) and high > 0 and low <= high):
         raise ArgumentTypeError(
             f"{text!r}, expected a speed such as 1797, 1797+-30 or 1700..1800"
@@ -114,7 +119,7 @@ def add_source_arguments(parser: ArgumentParser, of: str) -> None:
     text = "for a folder or a glob; its named groups state facts in a file's name"
     option(group, "--pattern", text, str, "REGEX")
     text = "name, position, or pattern such as *DE_time; several separated by ;, the output first"
-    option(group, "--channel", text, listing.channel_names, "NAME")
+    option(group, "--channel", text, channel_names, "NAME")
     option(
         group, "--sampling-rate", "if the files do not state it", positive_number, "HZ"
     )
@@ -130,7 +135,7 @@ def add_source_arguments(parser: ArgumentParser, of: str) -> None:
 def refuse(args: Namespace, names: Iterable[str], why: str) -> None:
     """Raise an error if one of some options is given."""
     for name in names:
-        if vars(args)[name]:
+        if getattr(args, name):
             raise UsageError(f"argument --{name.replace('_', '-')}: {why}")
 
 
@@ -138,26 +143,27 @@ def stated(args: Namespace) -> dict[str, Any]:
     """Return the facts in the arguments, as `list_files` and `list_recordings` take them."""
     if not args.rpm.get("speed_source", "").startswith(TACHO):
         refuse(args, ["pulses_per_revolution"], f"belongs to --rpm {TACHO}CHANNEL")
-    facts = {name: vars(args)[name] for name in FACTS if name != "rpm"} | args.rpm
+    facts = {name: getattr(args, name) for name in FACTS if name != "rpm"} | args.rpm
     return {name: value for name, value in facts.items() if value is not None}
 
 
-def named_recordings(
-    args: Namespace, paths: Iterable[str]
-) -> list[listing.ListedRecording]:
+def named_recordings(args: Namespace, paths: Iterable[str]) -> list[ListedRecording]:
     """List the recordings of some arguments, also files that do not exist."""
-    facts, recordings = stated(args), []
+    facts = stated(args)
+    recordings = []
     for path in paths:
         if os.path.exists(path) or listing.is_file_source(path):
             # Two folders may hold files of the same name.
-            found = listing.list_files(path, **facts)
-            recordings += [replace(each, name=str(each.path)) for each in found]
+            recordings += [
+                replace(recording, name=str(recording.path))
+                for recording in listing.list_files(path, **facts)
+            ]
         else:
-            recordings.append(listing.ListedRecording(None, path, Path(path)))
+            recordings.append(ListedRecording(None, path, Path(path)))
     return recordings
 
 
-def table_recordings(args: Namespace) -> list[listing.ListedRecording]:
+def table_recordings(args: Namespace) -> list[ListedRecording]:
     """List the recordings of a table, a folder or a glob."""
     if not listing.is_file_source(args.table):
         refuse(args, ["pattern"], f"for a folder or a glob; {args.table} is a table")

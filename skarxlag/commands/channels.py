@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ..recordings.entries import ListedRecording
 from ..recordings.files import chosen_channels
-from ..recordings.listing import ListedRecording
 from .messages import printable
 
 #: Ways to write a unit, in lower case.
@@ -27,30 +27,34 @@ def fitted_channels(recordings: Sequence[ListedRecording]) -> dict[str, Any]:
     stated. Of several channels, they are separated by semicolons. The unit is None if
     recordings state several.
     """
-    first = {str(each.channel): each for each in reversed(recordings)}
+    # The first recording replaces later ones that state their channels alike.
+    first = {str(recording.channel): recording for recording in reversed(recordings)}
     units = set(units_of(recordings))
     return {
         "channels": np.atleast_1d(recordings[0].channel or []).tolist(),
-        "channel_names": sorted({_joined(_channels(each)) for each in first.values()}),
+        "channel_names": sorted(
+            {_joined(channels) for channels in map(_channels, first.values())}
+        ),
         "unit": units.pop() if len(units) == 1 else None,
     }
 
 
 def units_of(recordings: Sequence[ListedRecording]) -> list[str]:
     """Return the different units of the first channels; none if the first recording states none."""
-    found: dict[str, str] = {}
-    for each in recordings:
-        unit = _channels(each)[0][1]
-        if unit is None and not found:
+    units: dict[str, str] = {}
+    for recording in recordings:
+        unit = _channels(recording)[0][1]
+        if unit is None and not units:
             return []
         if unit is not None:
-            found.setdefault(plain_unit(unit), printable(unit))
-    return list(found.values())
+            units.setdefault(plain_unit(unit), printable(unit))
+    return list(units.values())
 
 
 def _channels(recording):
-    options = {"channel": recording.channel, "dtype": recording.dtype}
-    return chosen_channels(recording.path, **options)
+    return chosen_channels(
+        recording.path, channel=recording.channel, dtype=recording.dtype
+    )
 
 
 def channel_remarks(
@@ -67,17 +71,18 @@ def channel_remarks(
     asked : str, list of str or None
         Channels as they were stated, None if they were not.
     """
-    names, fitted = _joined(channels), facts.get("channel_names") or []
+    names = _joined(channels)
+    fitted = facts.get("channel_names") or []
     if fitted and names not in fitted and not _is_like(channels, facts, asked):
-        expected = " or ".join(fitted)
-        yield f"The channel is {names}, but the model was fitted on {expected}."
-    unit, expected = channels[0][1], facts.get("unit")
-    if unit and expected and plain_unit(unit) != plain_unit(expected):
-        scale = "Another scale changes nothing, unless the model has a fixed gain"
-        quantity = (
-            "another quantity, such as velocity for acceleration, has other spectra"
+        yield f"The channel is {names}, but the model was fitted on {' or '.join(fitted)}."
+    unit = channels[0][1]
+    fitted_unit = facts.get("unit")
+    if unit and fitted_unit and plain_unit(unit) != plain_unit(fitted_unit):
+        yield (
+            f"The unit is {unit}, but the model was fitted on {fitted_unit}. Another "
+            "scale changes nothing, unless the model has a fixed gain; another quantity, "
+            "such as velocity for acceleration, has other spectra."
         )
-        yield f"The unit is {unit}, but the model was fitted on {expected}. {scale}; {quantity}."
 
 
 def _is_like(channels, facts, asked):
@@ -99,7 +104,8 @@ def channels_of_model(facts: dict[str, Any]) -> list[list[str]]:
     A position means another channel in a file with more columns, so the name comes
     first.
     """
-    stated, names = facts.get("channels") or [], facts.get("channel_names") or []
+    stated = facts.get("channels") or []
+    names = facts.get("channel_names") or []
     by_name = [names[0].split("; ")] if len(names) == 1 else []
     return [*by_name, stated] if all(stated) and stated else []
 

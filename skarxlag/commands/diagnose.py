@@ -13,7 +13,7 @@ from .arguments import refuse
 from .diagnosis import diagnose_all
 from .files import is_report, result_paths
 from .journal import Journal
-from .messages import as_command_error
+from .messages import as_command_error, counted
 from .models import BearingModel, SavedModel
 
 _ALARM = 3
@@ -44,13 +44,11 @@ def run(args: argparse.Namespace) -> int:
     print(*_lines(args, model, diagnoses, rows), sep="\n")
     failed = rows[rows["error"] != ""]
     if len(failed):
-        counts = f"{len(failed)} of {len(rows)} recordings failed:"
+        counts = f"{len(failed)} of {counted(len(rows), 'recording')} failed:"
         reasons = failed["recording"] + ": " + failed["error"]
         print(counts, *reasons, sep="\n  ", file=sys.stderr)
-    if (
-        args.fail_on == "alarm"
-        and (rows["verdict"].astype(str) != str(model.healthy)).any()
-    ):
+    is_healthy = rows["verdict"].astype(str) == str(model.healthy)
+    if args.fail_on == "alarm" and not is_healthy.all():
         return _ALARM
     return 1 if len(failed) else 0
 
@@ -74,21 +72,21 @@ def _lines(args, model, diagnoses, rows):
     table = results.verdict_table(rows)
     if args.quiet:
         return [table]
-    lines, remarks = [model.heading, table], [each.remarks for each in diagnoses]
+    lines = [model.heading, table]
+    remarks = [diagnosis.remarks for diagnosis in diagnoses]
     remarks = pd.Series(remarks, rows["recording"]).explode().dropna()
     for remark, about in remarks.groupby(remarks, sort=False):
-        of = (
-            ", ".join(about.index)
-            if len(about) <= _MOST_NAMES
-            else f"{len(about)} recordings"
-        )
-        lines.append(
-            f"{'All recordings' if 1 < len(rows) == len(about) else of}: {remark}"
-        )
+        recordings = ", ".join(about.index)
+        if 1 < len(rows) == len(about):
+            recordings = "All recordings"
+        elif len(about) > _MOST_NAMES:
+            recordings = f"{len(about)} recordings"
+        lines.append(f"{recordings}: {remark}")
     n_right, n_known = results.agreement(rows, model)
     if n_known:
         lines.append(
-            f"{n_right} of {n_known} verdicts agree with the stated condition."
+            f"{n_right} of {counted(n_known, 'verdict')} "
+            f"{'agrees' if n_known == 1 else 'agree'} with the stated condition."
         )
     if args.output is not None:
         lines.append("Written: " + ", ".join(map(str, result_paths(args.output))))

@@ -25,7 +25,8 @@ from ..diagnosers import make_diagnoser
 from ..kernels.speed_references import group_speeds
 from ..model_selection import first_and_second_half
 from ..plotting import SpeedAccuracyDisplay
-from ..recordings.rig import cut_recordings, speeds_of_samples
+from ..recordings.cutting import cut_recordings
+from ..recordings.rows import speeds_of_samples
 from . import messages, protocols
 from .messages import UsageError, as_command_error, counted, listed
 from .models import DIAGNOSERS, of_outputs

@@ -1,7 +1,7 @@
 """Files that the commands read and write, by their kind."""
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
@@ -40,35 +40,34 @@ def is_report(output: Path | None) -> bool:
 
 
 def check_output(
-    output: Path, inputs: Iterable[Any], is_own: Any, force: bool, suffixes=("",)
-):
+    output: Path,
+    inputs: Iterable[Any],
+    is_same_kind: Callable[[Path], bool],
+    force: bool,
+    suffixes: tuple[str, ...] = ("",),
+) -> None:
     """Refuse an output before anything is computed.
 
     The output is refused if it has another suffix, its folder does not exist, it is an
-    input, or it exists, is not of the same kind (`is_own`) and `force` is not given.
+    input, or it exists, is of another kind and `force` is not given.
     """
     where = f"argument -o/--output: {output}"
     is_named = output.suffix.lower().endswith(suffixes)
     if not is_named or not output.parent.is_dir() or output.is_dir():
-        expected = (
-            f"expected a file in a folder that exists, named *{', *'.join(suffixes)}"
+        raise UsageError(
+            f"{where}, expected a file in a folder that exists, named "
+            f"*{', *'.join(suffixes)}"
         )
-        raise UsageError(f"{where}, {expected}")
-    if output.exists():
-        if any(
-            output.samefile(each) for each in inputs if each and os.path.exists(each)
-        ):
-            raise UsageError(f"{where} is an input, which is not replaced")
-        if (
-            output.is_file()
-            and output.stat().st_size
-            and not force
-            and not is_own(output)
-        ):
-            expected = "--force replaces it"
-            raise UsageError(
-                f"{where} exists and was not written by this command; {expected}"
-            )
+    if not output.exists():
+        return
+    files = (path for path in inputs if path and os.path.exists(path))
+    if any(map(output.samefile, files)):
+        raise UsageError(f"{where} is an input, which is not replaced")
+    is_empty = output.is_file() and output.stat().st_size == 0
+    if not (force or is_empty or not output.is_file() or is_same_kind(output)):
+        raise UsageError(
+            f"{where} exists and was not written by this command; --force replaces it"
+        )
 
 
 def is_result_file(path: Path) -> bool:

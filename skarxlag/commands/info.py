@@ -9,8 +9,8 @@ from ..core.speeds import LEAST_REVOLUTIONS
 from ..decisions.fault_orders import FaultOrderClassifier
 from ..decisions.fusion import SensorFusion
 from ..decisions.row_outliers import too_few_rows
+from ..recordings.entries import ListedRecording
 from ..recordings.files import list_channels
-from ..recordings.listing import ListedRecording
 from ..verdicts.healthy_limits import LEAST_HEALTHY
 from .files import is_model_file
 from .messages import as_command_error
@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
         if model.healthy is not None and capabilities(limited).alarm:
             further["healthy_limits"] = limits_basis(limited, model.rows)
         sentences = limits(model)
-        lines = [_line(*each) for each in (model.summary | further).items()]
+        lines = [_line(*fact) for fact in (model.summary | further).items()]
         lines += ["Limits", *(f"  - {sentence}" for sentence in sentences)]
         facts = model.summary | {"model": model.short_identity, "limits": sentences}
     print(json.dumps(facts) if args.json else "\n".join(lines))
@@ -52,39 +52,43 @@ def run(args: argparse.Namespace) -> int:
 
 def _line(name, value):
     values = value if isinstance(value, list) else [value]
-    texts = (f"{each:g}" if isinstance(each, float) else str(each) for each in values)
-    text = (
-        "not stated"
-        if value in (None, [])
-        else f"{', '.join(texts)} {_UNITS.get(name, '')}"
-    )
+    texts = [f"{v:g}" if isinstance(v, float) else str(v) for v in values]
+    text = f"{', '.join(texts)} {_UNITS.get(name, '')}"
+    if value in (None, []):
+        text = "not stated"
     return f"{name.replace('_', ' '):<22}{text}".rstrip()
 
 
 def limits(model: SavedModel) -> list[str]:
     """Return sentences on what a model cannot do."""
-    facts, can, names_faults = model.facts, model.can, model.can.conditions is not None
+    facts = model.facts
+    can = model.can
+    names_faults = can.conditions is not None
     has_limit = bool(model.train_rpm) and names_faults and can.alarm
     has_limit &= can.n_healthy is None or can.n_healthy >= LEAST_HEALTHY
     cases = {
         "It distinguishes healthy from faulty and names no fault.": not names_faults,
         "It names the most similar of its conditions, also for any other fault.": names_faults,
         "Its detection threshold holds at its training speeds.": has_limit,
-        "It has no detection threshold, so it raises no alarm.": names_faults
-        and not can.alarm,
-        "At other speeds, it may raise false alarms.": len(can.speeds) < 2
-        and not names_faults,
-        "The sampling rate of recordings cannot be checked.": model.sampling_rate
-        is None,
+        "It has no detection threshold, so it raises no alarm.": (
+            names_faults and not can.alarm
+        ),
+        "At other speeds, it may raise false alarms.": (
+            len(can.speeds) < 2 and not names_faults
+        ),
+        "The sampling rate of recordings cannot be checked.": (
+            model.sampling_rate is None
+        ),
     }
-    found = [sentence for sentence, holds in cases.items() if holds]
-    found += _order_limits(model)
+    sentences = [sentence for sentence, holds in cases.items() if holds]
+    sentences += _order_limits(model)
     if facts.get("n_windows") and facts.get("false_alarm_rate"):
-        n_healthy, rate = facts["n_windows"][0], facts["false_alarm_rate"]
-        found += too_few_rows(
+        n_healthy = facts["n_windows"][0]
+        rate = facts["false_alarm_rate"]
+        sentences += too_few_rows(
             f"{n_healthy} healthy {model.rows}", n_healthy, rate / can.n_outputs
         )
-    return found
+    return sentences
 
 
 def _order_limits(model):
@@ -94,8 +98,10 @@ def _order_limits(model):
             yield "It compares no order spectra, because its stretches are too short."
     elif model.sampling_rate is not None and model.window_length is not None:
         lowest = 60 * LEAST_REVOLUTIONS * model.sampling_rate / model.window_length
-        needs = f"a stretch needs {LEAST_REVOLUTIONS} turns"
-        yield f"It compares no order spectra below {lowest:.3g} rpm: {needs}."
+        yield (
+            f"It compares no order spectra below {lowest:.3g} rpm: a stretch needs "
+            f"{LEAST_REVOLUTIONS} revolutions."
+        )
 
 
 def limits_basis(model: Any, rows: str) -> str:
@@ -110,8 +116,8 @@ def limits_basis(model: Any, rows: str) -> str:
     if not capabilities(decide).healthy_p_value:
         return f"the detection threshold {decide.detection_threshold_:.4g}"
     shares = zip(decide.speeds_, decide.left_out_rates_, strict=False)
-    listed = ", ".join(f"{share:.1%} at {speed:g} rpm" for speed, share in shares)
-    left_out = (
-        f"; false alarms at speeds that were left out: {listed}" if listed else ""
-    )
-    return f"{decide.n_rows_} healthy {rows}{left_out}"
+    rates = ", ".join(f"{share:.1%} at {speed:g} rpm" for speed, share in shares)
+    basis = f"{decide.n_rows_} healthy {rows}"
+    if not rates:
+        return basis
+    return f"{basis}; false alarms at speeds that were left out: {rates}"

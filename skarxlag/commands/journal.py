@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import pandas as pd
 
-from ..recordings.listing import ListedRecording
+from ..recordings.entries import ListedRecording
 from .diagnosis import Diagnosis, file_state
 from .messages import CommandError
 
@@ -38,8 +38,9 @@ class Journal:
 
     def __enter__(self) -> Self:
         """Read the results of an earlier run if it had the same model and settings."""
-        problem = "exists and is no journal of this command; move it away"
-        refusal = CommandError(f"{self.path}: {problem}")
+        refusal = CommandError(
+            f"{self.path}: exists and is no journal of this command; move it away"
+        )
         if self.path.is_symlink() or (self.path.exists() and not self.path.is_file()):
             raise refusal
         self._file = open(
@@ -72,12 +73,11 @@ class Journal:
                 AttributeError, LookupError, TypeError, ValueError, RecursionError
             ):
                 entry = json.loads(line)
-                key, windows = (
-                    entry.pop("recording"),
-                    pd.DataFrame(entry.pop("windows")),
-                )
-                found = Diagnosis(windows=windows, **entry)
-                finished |= {key: found} if found.is_whole else {}
+                key = entry.pop("recording")
+                windows = pd.DataFrame(entry.pop("windows"))
+                diagnosis = Diagnosis(windows=windows, **entry)
+                if diagnosis.is_whole:
+                    finished[key] = diagnosis
         # The last line may be incomplete.
         self._file.write(b"\n")
         return finished
@@ -86,7 +86,11 @@ class Journal:
         if kind is None or self._is_empty:
             self.path.unlink()
         else:
-            print(f"{self.path}: the same command goes on from here", file=sys.stderr)
+            print(
+                f"{self.path}: The results so far are saved. Run the same command again "
+                "to continue.",
+                file=sys.stderr,
+            )
         self._file.close()
 
     def result(self, recording: ListedRecording) -> Diagnosis | None:
@@ -133,7 +137,7 @@ def _lock(file):
 
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
-        problem = (
-            "another run is writing these results; wait for it, or choose another -o"
-        )
-        raise CommandError(f"{file.name}: {problem}") from error
+        raise CommandError(
+            f"{file.name}: another run is writing these results; wait for it, or choose "
+            "another -o"
+        ) from error

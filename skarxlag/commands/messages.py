@@ -99,7 +99,9 @@ class Progress:
     """Lines on standard error that count the steps of a command."""
 
     def __init__(self, total: int, args: argparse.Namespace) -> None:
-        self._total, self._args, self._done = total, args, 0
+        self._total = total
+        self._args = args
+        self._done = 0
 
     def step(self, line: str, details: str = "") -> None:
         """Count a step; show its line, with details if they are asked for."""

@@ -27,8 +27,11 @@ class ProgressBar:
 
     def __init__(self, work: Mapping[str, float], args: argparse.Namespace) -> None:
         self._is_shown = not args.quiet and sys.stderr.isatty()
-        self._work, self._done, self._seconds = dict(work), Counter(), Counter()
-        self._last, self._n_shown = time.monotonic(), 0
+        self._work = dict(work)
+        self._done = Counter()
+        self._seconds = Counter()
+        self._last = time.monotonic()
+        self._n_shown = 0
 
     def advance(self, kind: str, amount: float) -> None:
         """Count work of a kind that was done since the last call, and draw the bar."""

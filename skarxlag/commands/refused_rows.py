@@ -11,17 +11,17 @@ from ..core.speeds import LEAST_REVOLUTIONS, REVOLUTIONS_LEFT
 from ..decisions.fusion import SensorFusion
 from ..distances.stretches import order_comparison
 from ..measures.quality import quality_of_outputs
-from .messages import CommandError
+from .messages import CommandError, counted
 
-#: Turns that the longest recording at a speed holds at least. Fewer come from a wrong
-#: unit.
-_FEWEST_TURNS = 0.25
+#: Revolutions that the longest recording at a speed holds at least. Fewer come from a
+#: wrong unit.
+_FEWEST_REVOLUTIONS = 0.25
 #: Recordings that are named in a report.
 _MOST_NAMED = 5
 
 
 def check_speeds_of_recordings(source: Any, rig: Bunch) -> None:
-    """Refuse a speed at which no recording holds a quarter of a turn.
+    """Refuse a speed at which no recording holds a quarter of a revolution.
 
     Parameters
     ----------
@@ -43,7 +43,8 @@ def check_speeds_of_recordings(source: Any, rig: Bunch) -> None:
     Traceback (most recent call last):
         ...
     skarxlag.commands.messages.CommandError: table.csv: run: rpm is 1, at which the 10 s of the
-    recording are 0.167 turns; expected revolutions per minute. If the speed is right, leave it out
+    recording are 0.167 revolutions; expected revolutions per minute. If the speed is right, leave
+    it out
     """
     if rig.rpm is None:
         return
@@ -53,14 +54,12 @@ def check_speeds_of_recordings(source: Any, rig: Bunch) -> None:
     stated = rows[~rows["name"].isin(list(rig.profiles))]
     longest = stated.loc[stated.groupby("rpm")["seconds"].idxmax()]
     for name, rpm, seconds in longest.itertuples(index=False):
-        turns = seconds * rpm / 60
-        if turns < _FEWEST_TURNS:
-            found = f"rpm is {rpm:g}, at which the {seconds:.3g} s of the recording"
-            expected = (
-                "expected revolutions per minute. If the speed is right, leave it out"
-            )
+        n_revolutions = seconds * rpm / 60
+        if n_revolutions < _FEWEST_REVOLUTIONS:
             raise CommandError(
-                f"{source}: {name}: {found} are {turns:.3g} turns; {expected}"
+                f"{source}: {name}: rpm is {rpm:g}, at which the {seconds:.3g} s of the "
+                f"recording are {n_revolutions:.3g} revolutions; expected revolutions "
+                "per minute. If the speed is right, leave it out"
             )
 
 
@@ -104,27 +103,25 @@ def leave_out_silent(
         return chosen, []
     left = chosen & ~silent
     for condition in pd.unique(rig.target[chosen]):
-        own = silent & (rig.target == condition)
-        if not (left & (rig.target == condition)).any():
-            reasons = ", ".join(np.unique(quality[own]))
-            advice = "check the sensor, its cable and the logger"
+        is_of_condition = rig.target == condition
+        if not (left & is_of_condition).any():
+            reasons = ", ".join(np.unique(quality[silent & is_of_condition]))
             raise CommandError(
-                f"{source}: {condition}: no signal ({reasons}); {advice}"
+                f"{source}: {condition}: no signal ({reasons}); check the sensor, its "
+                "cable and the logger"
             )
-    counts = (
-        pd.Series(quality[silent])
-        .groupby(rig.recording[silent])
-        .value_counts(sort=False)
-    )
+    reasons = pd.Series(quality[silent])
+    counts = reasons.groupby(rig.recording[silent]).value_counts(sort=False)
     named = [f"{count} {reason} in {run}" for (run, reason), count in counts.items()]
-    further = [f"{len(named) - _MOST_NAMED} more"] if len(named) > _MOST_NAMED else []
-    listed = ", ".join(named[:_MOST_NAMED] + further)
-    return left, [
-        f"{silent.sum()} {rows} left out because they carry no signal: {listed}"
-    ]
+    if len(named) > _MOST_NAMED:
+        named[_MOST_NAMED:] = [f"{len(named) - _MOST_NAMED} more"]
+    n_rows = counted(silent.sum(), rows.removesuffix("s"))
+    return left, [f"{n_rows} left out, without a signal: {', '.join(named)}"]
 
 
-def why_windows(rig: Bunch, window_length: int, seconds: float, n_turns: float) -> str:
+def why_windows(
+    rig: Bunch, window_length: int, seconds: float, n_revolutions: float
+) -> str:
     """Return the note that recordings are too short for stretches.
 
     Parameters
@@ -133,9 +130,9 @@ def why_windows(rig: Bunch, window_length: int, seconds: float, n_turns: float) 
         Result of `cut_recordings`.
     window_length : int
         Samples in a window.
-    seconds, n_turns : float
-        What two stretches take at least: seconds, or turns of the shaft if they take
-        longer.
+    seconds, n_revolutions : float
+        What two stretches take at least: seconds, or revolutions of the shaft if they
+        take longer.
 
     Examples
     --------
@@ -147,10 +144,12 @@ def why_windows(rig: Bunch, window_length: int, seconds: float, n_turns: float) 
     needed = seconds
     if rig.rpm is not None:
         slowest = pd.Series(rig.rpm).groupby(rig.recording).mean().min()
-        needed = max(seconds, 60 * n_turns / slowest)
+        needed = max(seconds, 60 * n_revolutions / slowest)
     shortest = rig.available.min() * window_length / rig.sampling_rate
-    found = f"the shortest recording takes {shortest:.3g} s, and two stretches {needed:.3g} s"
-    return f"Note: windows, not stretches: {found}."
+    return (
+        "Note: windows, not stretches: the shortest recording takes "
+        f"{shortest:.3g} s, and two stretches {needed:.3g} s."
+    )
 
 
 def compares_orders(model: Any) -> bool:
@@ -173,13 +172,15 @@ def why_no_orders(
     >>> why_no_orders(6000, 10_000.0, 900.0)
     ''
     >>> why_no_orders(6000, 10_000.0, 150.0)
-    'Order spectra are not compared: 0.6 s are 1.5 turns at 150 rpm, and it takes 3.'
+    'Order spectra are not compared: 0.6 s are 1.5 revolutions at 150 rpm, and it takes 3.'
     """
     if sampling_rate is None or rpm is None:
         return ""
     seconds = n_samples / sampling_rate
-    turns = seconds * rpm / 60
-    if not turns < REVOLUTIONS_LEFT:
+    n_revolutions = seconds * rpm / 60
+    if not n_revolutions < REVOLUTIONS_LEFT:
         return ""
-    found = f"{seconds:.3g} s are {turns:.3g} turns at {rpm:g} rpm"
-    return f"Order spectra are not compared: {found}, and it takes {LEAST_REVOLUTIONS}."
+    return (
+        f"Order spectra are not compared: {seconds:.3g} s are {n_revolutions:.3g} "
+        f"revolutions at {rpm:g} rpm, and it takes {LEAST_REVOLUTIONS}."
+    )

@@ -18,8 +18,8 @@ from ..recordings.rates import rates_agree
 from ..verdicts.names import NO_SIGNAL
 from . import recording_views as views
 from .diagnosis import Diagnosis
-from .messages import CommandError, percent
-from .model_references import order_references_figure
+from .messages import CommandError, counted, percent
+from .model_references import order_references_figure, shape_reference_figure
 from .pages import render
 from .results import agreement, records
 
@@ -90,6 +90,7 @@ def html_report(
         model=model,
         percent=percent,
         entries=entries,
+        n_recordings=counted(len(entries), "recording"),
         counts=counts.items(),
         n_drawn=n_drawn,
         n_detailed=max(int((severity != "healthy").sum()), n_drawn),
@@ -178,6 +179,11 @@ class RunFigures:
                 healthy = self._model.healthy
                 yield order_references_figure(diagnoser, view.row, speed, healthy)
             references = self._references(place, stretch)
+            if not references:
+                with suppress(ValueError):
+                    diagnoser = self._model.fitted(view.row, rate)
+                    known = (stretch.mean_rpm, self._model.healthy, rate)
+                    yield shape_reference_figure(diagnoser, view.row, *known)
             yield views.spectrum_figure(stretch, references, self._reason)
 
     def _read(self, place, at):

@@ -10,7 +10,7 @@ import pandas as pd
 
 from ..core.fault_locations import location_of_label
 from ..core.files import write_atomically
-from ..recordings.formats.text import distinct
+from ..recordings.formats._fields import distinct
 from ..recordings.listing import ListedRecording
 from ..verdicts.names import NO_VERDICT
 from .diagnosis import Diagnosis

@@ -42,7 +42,8 @@ class SensorLines:
     """
 
     def __init__(self, args: argparse.Namespace, name: str) -> None:
-        self._args, self._name = args, printable(name)
+        self._args = args
+        self._name = printable(name)
         self._model: SavedModel | None = None
         self._monitor: ConditionMonitor | None = None
         self.last: MonitorVerdict | None = None
@@ -53,24 +54,26 @@ class SensorLines:
         """Continue with a model and its monitor."""
         if self._model is None or model.identity != self._model.identity:
             self.last = self._written = None
-        self._model, self._monitor = model, monitor
+        self._model = model
+        self._monitor = monitor
 
     def add(self, verdict: MonitorVerdict, source: str | None) -> None:
         """Write the verdict on a window, if it is due."""
-        self.last, self._window_at = verdict, time.monotonic()
+        self.last = verdict
+        self._window_at = time.monotonic()
         if self._is_due(verdict):
-            self._written, fields = verdict, verdict._asdict()
+            self._written = verdict
+            fields = verdict._asdict()
             fields = {"seconds": fields.pop("time")} | fields
-            fields |= {} if source is None else {"source": printable(source)}
+            if source is not None:
+                fields["source"] = printable(source)
             self._print("verdict", verdict.time, fields)
 
     def _is_due(self, verdict):
         every = self._args.every
-        if (
-            every is None
-            or self._written is None
-            or _news(verdict) != _news(self._written)
-        ):
+        if every is None or self._written is None:
+            return True
+        if _news(verdict) != _news(self._written):
             return True
         # A clock that was set back would suppress all lines; times are sums of rounded
         # steps.
@@ -112,14 +115,14 @@ class SensorLines:
             "kind": kind,
             "time": _iso_date(seconds),
             "sensor": self._name,
+            "healthy": self._model and self._model.healthy,
+            "model": self._model and self._model.short_identity,
+            **fields,
         }
-        line["healthy"] = self._model and self._model.healthy
-        line["model"] = self._model and self._model.short_identity
-        line |= fields
-        unknown = [
-            n for n, v in line.items() if isinstance(v, float) and not math.isfinite(v)
-        ]
-        text = json.dumps(line | dict.fromkeys(unknown), allow_nan=False)
+        for name, value in line.items():
+            if isinstance(value, float) and not math.isfinite(value):
+                line[name] = None
+        text = json.dumps(line, allow_nan=False)
         try:
             print(text, flush=True)
         except BrokenPipeError:
@@ -147,11 +150,9 @@ def sentence(verdict: MonitorVerdict) -> str:
     >>> sentence(first)
     '0.5 s, worn, probability 93.0%, not yet an alarm, at 25%, p-value 0.003'
     """
-    probability, p_value, state = (
-        verdict.probability,
-        verdict.p_value,
-        verdict.alarm_state,
-    )
+    probability = verdict.probability
+    p_value = verdict.p_value
+    state = verdict.alarm_state
     level = f"at {verdict.alarm_level:.0%}"
     alarms = {
         "none": "",

@@ -77,10 +77,12 @@ class Sensor:
         is_alone: bool = False,
         mistake: str | None = None,
     ) -> None:
-        self.args, self.mistake = args, mistake
+        self.args = args
+        self.mistake = mistake
         self.problem: str | None = None
         self.has_ended = self._is_mended = False
-        self._models, self._is_alone = models, is_alone
+        self._models = models
+        self._is_alone = is_alone
         path = args.model if args.source == "-" else args.source
         # The path of a folder may be a dot.
         name = args.sensor or Path(os.path.abspath(path)).stem
@@ -120,7 +122,7 @@ class Sensor:
 
     def step(self) -> bool:
         """Process the next block, and return whether there was one."""
-        is_news = False
+        is_news: bool | None = False
         if time.monotonic() >= self._look_at and self.is_at_place:
             self.look()
         if self._stream is not None:
@@ -128,8 +130,8 @@ class Sensor:
                 with as_command_error():
                     if self.args.latch:
                         self._stream.acknowledge()
-                    found = self._stream.step()
-                self.has_ended, is_news = found is None, bool(found)
+                    is_news = self._stream.step()
+                self.has_ended = is_news is None
                 self._note_success(is_news)
             except CommandError as error:
                 if self._is_alone:
@@ -138,10 +140,11 @@ class Sensor:
                 with suppress(OSError):
                     self._stream.save()
                 self._stream.close()
-                self._stream, self._look_at = None, time.monotonic() + self.args.retry
+                self._stream = None
+                self._look_at = time.monotonic() + self.args.retry
                 self._report(error)
         self._lines.beat(self.problem)
-        return is_news
+        return bool(is_news)
 
     def _note_success(self, is_news):
         """Print that a problem is over. A pipe that is open may still hold what cannot be read."""

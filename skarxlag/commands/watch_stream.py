@@ -8,13 +8,18 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
+
 from ..monitoring import ConditionMonitor
 from ..persistence.models import load_monitor_state, save_monitor_state
-from ..recordings.listing import ListedRecording
+from ..recordings.entries import ListedRecording
 from ..recordings.live import from_folder, from_growing_file, from_stream
-from ..recordings.live_samples import RawSamples, StreamTimes, TextSamples
+from ..recordings.live_samples import RawSamples
+from ..recordings.live_text import TextSamples
+from ..recordings.live_times import StreamTimes
 from ..recordings.rates import rates_agree
-from ..recordings.speeds import TACHO, TachoStream
+from ..recordings.speeds import TACHO
+from ..recordings.tacho import TachoStream
 from ..verdicts.windows import HOLD
 from .arguments import refuse
 from .channels import channel_remarks
@@ -28,6 +33,7 @@ from .messages import (
     say,
 )
 from .models import SavedModel
+from .refused_rows import compares_orders, why_no_orders
 from .watch_lines import SensorLines, sentence
 
 #: Seconds between two savings of the state.
@@ -78,23 +84,35 @@ class SensorStream:
         memory: Memory | None = None,
         opened: Self | None = None,
     ) -> None:
-        self._args, self.model, self._lines = args, model, lines
+        self._args = args
+        self.model = model
+        self._lines = lines
         self._rate = args.sampling_rate or model.sampling_rate
-        if self._rate is None or not rates_agree(self._rate, model.sampling_rate):
-            stated = f"{self._rate or 'needed'}, but {args.model} states {model.sampling_rate}"
-            raise UsageError(f"argument --sampling-rate: {stated}")
-        path, is_stdin = Path(args.source), args.source == "-"
+        if self._rate is None:
+            raise UsageError(
+                f"argument --sampling-rate: needed, because {args.model} states none"
+            )
+        if not rates_agree(self._rate, model.sampling_rate):
+            raise UsageError(
+                f"argument --sampling-rate: {self._rate:g}, but {args.model} states "
+                f"{model.sampling_rate:g}"
+            )
+        path = Path(args.source)
+        is_stdin = args.source == "-"
         if not is_stdin and not path.exists():
             raise CommandError(f"{path}: no such file or folder")
         self._is_folder = not is_stdin and path.is_dir()
         self.can_reopen = self._is_folder or (not is_stdin and path.is_file())
         if model.can.needs_rpm and not (args.rpm or args.rpm_column or self._is_folder):
-            fitted = f"{args.model} was fitted at {listed(model.train_rpm)} rpm"
-            raise UsageError(f"argument --rpm: needed, {fitted}")
+            raise UsageError(
+                f"argument --rpm: needed, {args.model} was fitted at "
+                f"{listed(model.train_rpm)} rpm"
+            )
         if self._is_folder or args.dtype is not None:
             refuse(args, ["time_column", "rpm_column"], "belongs to csv lines")
         self._pulses = args.pulses_per_revolution or 1
-        self._tacho, self._speed_column = None, args.rpm_column
+        self._tacho = None
+        self._speed_column = args.rpm_column
         if (speeds := args.rpm.get("speed_source")) and not self._is_folder:
             if not speeds.startswith(TACHO):
                 refuse(
@@ -105,19 +123,26 @@ class SensorStream:
             self._tacho = TachoStream(self._rate, self._pulses)
             self._speed_column = speeds.removeprefix(TACHO)
         source = args.source if is_stdin else str(path.resolve())
-        self._facts = {name: vars(args)[name] for name in _READING}
+        self._facts = {name: getattr(args, name) for name in _READING}
         self._facts["source"] = source
-        self._limits, self._is_saved_latched = None, False
+        self._limits = None
+        self._is_saved_latched = self._are_orders_missing = False
         self._said = self._saved = time.monotonic()
-        self._unread, self.is_at_place = Counter(), True
-        self._parser, self._remarks = None, []
+        self._unread = Counter()
+        self.is_at_place = True
+        self._parser = None
+        self._remarks = []
         model.check_order(args.source, args.channel)
         with as_command_error():
-            settings = {name: vars(args)[name] for name in _SETTINGS}
-            settings["conditions"] = None if model.healthy is None else model.conditions
-            settings |= {"detector": model.detector, "train_rpm": model.train_rpm}
-            settings["window_length"] = model.window_length
-            self._monitor = ConditionMonitor(model.diagnoser, self._rate, **settings)
+            self._monitor = ConditionMonitor(
+                model.diagnoser,
+                self._rate,
+                detector=model.detector,
+                conditions=None if model.healthy is None else model.conditions,
+                train_rpm=model.train_rpm,
+                window_length=model.window_length,
+                **{name: getattr(args, name) for name in _SETTINGS},
+            )
             self._place = self._restored(memory)
             if opened is not None:
                 self._blocks: Any = opened._blocks
@@ -140,16 +165,18 @@ class SensorStream:
         if memory is None and (path is None or not path.exists()):
             return None
         state, facts = memory or load_monitor_state(path)
-        for name, own in self._facts.items():
-            if facts.get(name, own) != own:
-                found = f"{name.replace('_', ' ')} {facts[name]!r}, expected {own!r}"
+        for name, value in self._facts.items():
+            if facts.get(name, value) != value:
                 raise CommandError(
-                    f"{path}: a state of {found}; name another --state or delete it"
+                    f"{path}: a state of {name.replace('_', ' ')} {facts[name]!r}, "
+                    f"expected {value!r}; name another --state or delete it"
                 )
         place = facts.get("place")
         is_pair = isinstance(place, list) and len(place) == 2 and type(place[0]) is int
         if place is not None and not is_pair:
-            raise CommandError(f"{path}: place {place!r}, expected two values")
+            raise CommandError(
+                f"{path}: the place in the source is {place!r}, expected two values"
+            )
         if difference := self._difference(state, facts):
             # Somebody has to acknowledge the alarm, whatever the model is.
             self._monitor.latched = self._args.latch and state.get("latched") is True
@@ -162,31 +189,34 @@ class SensorStream:
 
     def _difference(self, state, facts):
         """Describe why the monitor cannot continue from a state of its source; None if it can."""
-        model, known = self.model, facts.get("model", self.model.identity)
-        if known is None:
+        model = self.model
+        identity = facts.get("model", model.identity)
+        if identity is None:
             return "The source was interrupted where it cannot be continued"
-        if known != model.identity:
-            before = f"model {known[:12]} ({facts.get('model_file')})"
-            return f"The state is of {before}, not of {model.short_identity} ({model.path})"
-        stated, own = state.get("settings"), self._monitor.state()["settings"]
-        if not isinstance(stated, dict) or stated == own:
+        if identity != model.identity:
+            return (
+                f"The state is of model {identity[:12]} ({facts.get('model_file')}), "
+                f"not of {model.short_identity} ({model.path})"
+            )
+        saved = state.get("settings")
+        settings = self._monitor.state()["settings"]
+        if not isinstance(saved, dict) or saved == settings:
             return None
-        name = next(name for name in own if stated.get(name) != own[name])
-        return f"The state is of {name} == {stated.get(name)}, not of {own[name]}"
+        name = next(name for name in settings if saved.get(name) != settings[name])
+        return f"The state has {name} {saved.get(name)}, and now it is {settings[name]}"
 
     def memory(self) -> Memory:
         """Return the state of the monitor, and the facts that say to what it belongs."""
-        model = self.model.identity if self.is_at_place else None
-        further = {
+        return self._monitor.state(), self._facts | {
             "place": self._place,
-            "model": model,
+            "model": self.model.identity if self.is_at_place else None,
             "model_file": str(self._args.model),
         }
-        return self._monitor.state(), self._facts | further
 
     def save(self) -> None:
         """Save the state, if a later run can continue after the last block."""
-        path, self._saved = self._args.state, time.monotonic()
+        path = self._args.state
+        self._saved = time.monotonic()
         if path is not None and self.is_at_place:
             save_monitor_state(self._monitor, path, **self.memory()[1])
             self._is_saved_latched = self._monitor.latched
@@ -200,11 +230,14 @@ class SensorStream:
         n_channels = self.model.n_channels
         if model.n_channels != n_channels:
             raise CommandError(
-                f"{model.path}: {model.n_channels} channels, expected {n_channels}"
+                f"{model.path}: {counted(model.n_channels, 'channel')}, expected "
+                f"{n_channels}"
             )
         if not self.can_reopen and not rates_agree(self._rate, model.sampling_rate):
-            found = f"sampled at {model.sampling_rate:g} Hz, expected {self._rate:g} Hz"
-            raise CommandError(f"{model.path}: {found}")
+            raise CommandError(
+                f"{model.path}: sampled at {model.sampling_rate:g} Hz, expected "
+                f"{self._rate:g} Hz"
+            )
         opened = None if self.can_reopen else self
         summary = self.summary()
         stream = type(self)(self._args, model, self._lines, self.memory(), opened)
@@ -214,36 +247,45 @@ class SensorStream:
         return stream
 
     def _folder(self, path):
-        args, rows = self._args, self.model.can
-        facts = {
-            "channel": args.channel,
-            "dtype": args.dtype,
-            "sampling_rate": self._rate,
-        }
-        facts |= {"pulses_per_revolution": self._pulses} | args.rpm
-        files = ListedRecording(None, "", path, **facts)
-        how = args.settle, args.timed_files, self.say, self._place
-        return from_folder(files, rows, *how, prepare=self._with_channel)
+        args = self._args
+        files = ListedRecording(
+            None,
+            "",
+            path,
+            channel=args.channel,
+            dtype=args.dtype,
+            sampling_rate=self._rate,
+            pulses_per_revolution=self._pulses,
+            **args.rpm,
+        )
+        return from_folder(
+            files,
+            self.model.can,
+            args.settle,
+            args.timed_files,
+            self.say,
+            self._place,
+            prepare=self._with_channel,
+        )
 
     def _with_channel(self, recording):
         """Return a file of a folder with its channels, and print remarks that are new."""
-        own = self.model.with_channel(recording)
-        self._say_of_channels(self.model.channel_remarks(own, recording.channel))
-        return own
+        chosen = self.model.with_channel(recording)
+        self._say_of_channels(self.model.channel_remarks(chosen, recording.channel))
+        return chosen
 
     def _stream(self, path):
-        args, length = self._args, self.model.window_length
+        args = self._args
+        length = self.model.window_length
         usual = self.model.usual_channels
         if args.dtype is None:
             tolerance = args.gap_tolerance or 0.5 * length / self._rate
             times = StreamTimes(args.time_column, self._rate, tolerance, length)
-            parser = TextSamples(
-                args.channel, times, self._speed_column, self.model.usual_channels
-            )
+            parser = TextSamples(args.channel, times, self._speed_column, usual)
         else:
-            usual = self.model.usual_channels
             parser = RawSamples(args.dtype, args.channel, self._speed_column, usual)
-        self._unread, self._parser = parser.unread, parser
+        self._unread = parser.unread
+        self._parser = parser
         if args.source == "-":
             if sys.stdin is None:
                 raise CommandError("-: there is no standard input")
@@ -273,26 +315,32 @@ class SensorStream:
     def _take(self, block):
         # A later run would read twice what was read behind the place.
         self.is_at_place = False
-        samples, rpm = (
-            block.samples,
-            block.rpm if self._is_folder else self._args.rpm.get("rpm"),
-        )
+        samples = block.samples
+        rpm = block.rpm if self._is_folder else self._args.rpm.get("rpm")
         if samples.size:
             if self._speed_column is not None:
                 samples, rpm = samples[:-1], samples[-1]
                 rpm = rpm if self._tacho is None else self._tacho.speeds(rpm)
-            if len(samples) != (n := self.model.n_channels):
+            n_channels = self.model.n_channels
+            if len(samples) != n_channels:
                 advice = (
                     "--channel chooses" if self._parser is None else self._parser.advice
                 )
-                raise ValueError(f"{len(samples)} channels, expected {n}; {advice}")
+                raise ValueError(
+                    f"{counted(len(samples), 'channel')}, expected {n_channels}; {advice}"
+                )
             if self._parser is not None:
-                found, facts = self._parser.channels[:n], self.model.facts
-                self._say_of_channels(channel_remarks(found, facts, self._args.channel))
+                channels = self._parser.channels[:n_channels]
+                remarks = channel_remarks(
+                    channels, self.model.facts, self._args.channel
+                )
+                self._say_of_channels(remarks)
+            self._say_of_orders(rpm)
             verdicts = self._monitor.update(samples, time=block.time, rpm=rpm)
             self._report(verdicts, block.source)
         if block.place is not None:
-            self._place, self.is_at_place = block.place, True
+            self._place = block.place
+            self.is_at_place = True
             is_news = self._monitor.latched != self._is_saved_latched
             if is_news or time.monotonic() - self._saved >= _SAVE_EVERY:
                 self.save()
@@ -303,6 +351,18 @@ class SensorStream:
             self._remarks = remarks
             for remark in remarks:
                 self.say(remark)
+
+    def _say_of_orders(self, rpm):
+        """Print once that shaft orders do not count, because the shaft is too slow."""
+        if self._are_orders_missing or not compares_orders(self.model.diagnoser):
+            return
+        speeds = np.ravel(np.nan if rpm is None else rpm)
+        speeds = speeds[np.isfinite(speeds)]
+        slowest = speeds.min() if speeds.size else None
+        reason = why_no_orders(self.model.window_length, self._rate, slowest)
+        if reason:
+            self._are_orders_missing = True
+            self.say(reason)
 
     def _report(self, verdicts, source):
         for verdict in verdicts:
@@ -328,19 +388,23 @@ class SensorStream:
 
     def alarm(self) -> str | None:
         """Describe the delay of the alarm and the rate of false alarms; None without limits."""
-        n, hours = self._monitor.alarm_delay, self._monitor.false_alarm_interval
+        n = self._monitor.alarm_delay
+        hours = self._monitor.false_alarm_interval
         if n is None:
             return None
         length = self.model.window_length
         seconds = ((n - 1) * (self._args.hop or length) + length) / self._rate
-        windows = f"{n} windows in a row that exceed the healthy limits"
-        delay = f"{windows} ({seconds:.3g} s of signal, plus its pauses)"
-        mean = f"{float(f'{hours:.3g}'):g} h of signal"
-        return f"Alarm: after {delay}. Mean time between false alarms: {mean}."
+        return (
+            f"Alarm: after {counted(n, 'window')} in a row that "
+            f"{'exceeds' if n == 1 else 'exceed'} the healthy limits ({seconds:.3g} s of "
+            "signal, plus its pauses). Mean time between false alarms: "
+            f"{float(f'{hours:.3g}'):g} h of signal."
+        )
 
     def summary(self) -> str:
         """Return the counts of the run and its last verdict."""
-        counts, last = self._monitor.counts, self._lines.last
+        counts = self._monitor.counts
+        last = self._lines.last
         windows = ", ".join(
             f"{n} {name}" for name, n in sorted(counts["windows"].items())
         )

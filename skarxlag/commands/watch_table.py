@@ -7,13 +7,14 @@ from collections import Counter
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..recordings.listing import channel_names, speed_facts
+from ..recordings.recording_tables import channel_names, speed_facts
 from ..recordings.speeds import TACHO
 from .arguments import refuse
-from .messages import CommandError, UsageError, as_command_error, say
+from .messages import CommandError, UsageError, as_command_error, counted, say
 from .watch_sensor import ModelFiles, Sensor, file_version
 
-_NEEDED, _FURTHER = ["name", "source", "model"], ["channel", "rpm"]
+_NEEDED = ["name", "source", "model"]
+_FURTHER = ["channel", "rpm"]
 
 
 class ListedSensor(NamedTuple):
@@ -48,9 +49,11 @@ def listed_sensors(args: argparse.Namespace) -> list[ListedSensor]:
     path = args.model
     columns, lines = _parsed(path)
     if not {*_NEEDED} <= {*columns} <= {*_NEEDED, *_FURTHER} or not lines:
-        expected = f"{', '.join(_NEEDED)}, and if needed {', '.join(_FURTHER)}"
-        found = f"{len(lines)} sensors with the columns {', '.join(columns)}"
-        raise CommandError(f"{path}: {found}; expected {expected}")
+        raise CommandError(
+            f"{path}: {counted(len(lines), 'sensor')} with the columns "
+            f"{', '.join(columns)}; expected {', '.join(_NEEDED)}, and if needed "
+            f"{', '.join(_FURTHER)}"
+        )
     refuse(args, ["sensor"], f"{path} has a column name")
     if "rpm" in columns:
         refuse(args, ["rpm_column"], f"{path} has a column rpm")
@@ -64,9 +67,8 @@ def listed_sensors(args: argparse.Namespace) -> list[ListedSensor]:
     for number, fields in lines.items():
         row = rows.get(number)
         if row is None:
-            mistake = (
-                f"{path}, line {number}: {len(fields)} fields, expected {len(columns)}"
-            )
+            n_fields = counted(len(fields), "field")
+            mistake = f"{path}, line {number}: {n_fields}, expected {len(columns)}"
             listed.append(_mistaken(args, number, mistake))
         else:
             listed.append(_listed(args, row, number, names[row["name"]] > 1))
@@ -87,11 +89,13 @@ def _parsed(path):
             f"{path}: cannot be read as a csv table ({error})"
         ) from error
     separator = max(",;\t", key=header.count)
-    found = {}
-    for number, line in enumerate(lines, start=2):
-        if line.strip():
-            found[number] = _fields(line.decode(errors="backslashreplace"), separator)
-    return _fields(header, separator), found
+    texts = {
+        number: line.decode(errors="backslashreplace")
+        for number, line in enumerate(lines, start=2)
+        if line.strip()
+    }
+    fields = {number: _fields(text, separator) for number, text in texts.items()}
+    return _fields(header, separator), fields
 
 
 def _fields(line, separator):
@@ -102,31 +106,36 @@ def _fields(line, separator):
 
 
 def _mistaken(args, number, mistake):
-    own = {"sensor": f"line {number}"}
-    return ListedSensor(f"/{number}", argparse.Namespace(**vars(args) | own), mistake)
+    sensor = argparse.Namespace(**vars(args) | {"sensor": f"line {number}"})
+    return ListedSensor(f"/{number}", sensor, mistake)
 
 
 def _listed(args, row, number, is_repeated):
-    path, name, source = args.model, row["name"], row["source"]
-    where, mistake = f"{path}, line {number}", None
+    path = args.model
+    name = row["name"]
+    source = row["source"]
+    where = f"{path}, line {number}"
+    mistake = None
     if not name or Path(name).name != name or is_repeated:
         mistake = f"{where}: name {name!r}, expected a unique name without slashes"
         return _mistaken(args, number, mistake)
-    own: dict[str, Any] = {"sensor": name, "model": path.parent / row["model"]}
-    own["source"] = str(path.parent / source)
-    own["state"] = args.state and args.state / f"{name}.json"
+    sensor = argparse.Namespace(**vars(args))
+    sensor.sensor = name
+    sensor.model = path.parent / row["model"]
+    sensor.source = str(path.parent / source)
+    sensor.state = args.state and args.state / f"{name}.json"
     if row.get("channel"):
-        own["channel"] = channel_names(row["channel"])
+        sensor.channel = channel_names(row["channel"])
     if source in ("", "-"):
         mistake = f"{where}: source {source!r}, expected a file or a folder"
     elif not row["model"]:
-        mistake = f"{where}: model '', expected a file"
+        mistake = f"{where}: the model is empty, expected a file"
     elif rpm := row.get("rpm"):
         try:
-            own["rpm"] = speed_facts(where, rpm)
+            sensor.rpm = speed_facts(where, rpm)
         except ValueError as error:
             mistake = str(error)
-    return ListedSensor(name, argparse.Namespace(**vars(args) | own), mistake)
+    return ListedSensor(name, sensor, mistake)
 
 
 class Plant:
@@ -141,7 +150,8 @@ class Plant:
     """
 
     def __init__(self, args: argparse.Namespace) -> None:
-        self._args, self._models = args, ModelFiles()
+        self._args = args
+        self._models = ModelFiles()
         self._sensors: dict[str, Sensor] = {}
         self._has_failed = False
         if args.source is not None:
@@ -157,8 +167,8 @@ class Plant:
         """Read the table, and start, restart or end sensors by their lines."""
         version = file_version(self._args.model)
         listed = listed_sensors(self._args)
-        _check_pulses(self._args, [each.args for each in listed])
-        lines = {each.key: each for each in listed}
+        _check_pulses(self._args, [line.args for line in listed])
+        lines = {line.key: line for line in listed}
         for key, sensor in [*self._sensors.items()]:
             line = lines.get(key)
             if line is not None and (sensor.args, sensor.mistake) == line[1:]:
@@ -207,9 +217,10 @@ class Plant:
         signals : list
             Signals so far. They end the command where a later run can continue.
         """
-        args, since = self._args, time.monotonic()
+        args = self._args
+        since = time.monotonic()
         while watched := [
-            each for each in self._sensors.values() if _is_watched(each, signals)
+            sensor for sensor in self._sensors.values() if _is_watched(sensor, signals)
         ]:
             is_news = [sensor.step() for sensor in watched]
             if any(is_news):
@@ -230,7 +241,9 @@ class Plant:
         """Print all summaries, and return whether a problem remains."""
         for sensor in self._sensors.values():
             sensor.finish()
-        return self._has_failed or any(each.problem for each in self._sensors.values())
+        return self._has_failed or any(
+            sensor.problem for sensor in self._sensors.values()
+        )
 
 
 def _is_watched(sensor, signals):
@@ -238,5 +251,5 @@ def _is_watched(sensor, signals):
 
 
 def _check_pulses(args, sensors):
-    if not any("speed_source" in each.rpm for each in sensors):
+    if not any("speed_source" in sensor.rpm for sensor in sensors):
         refuse(args, ["pulses_per_revolution"], f"belongs to --rpm {TACHO}CHANNEL")

@@ -147,7 +147,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             Output of the last step.
         """
         with _routing(params):
-            return super().transform(X, **params)
+            return self._of_last_step("transform", X, **params)
 
     @_if_last_step_offers("predict")
     def predict(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -275,8 +275,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             found["alarm"] = found["verdict"] == -1
         return Bunch(levels=levels, **found)
 
-    def _before_last_step(self, X, params):
-        """Return the input of the last step, and the metadata that its `predict` requests."""
+    def _before_last_step(self, X, params, method="predict"):
+        """Return the input of the last step, and the metadata that its method requests."""
         steps = [each for each in self.steps if each[1] not in (None, "passthrough")]
         given = (
             (name, None if value is None else name) for name, value in params.items()
@@ -287,7 +287,9 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         route = _requested if is_ours else _requested.__wrapped__
         *before, last = [
             {name: params[given] for name, given in names.items()}
-            for names in route(self, tuple(given), tuple(steps), tuple(requests))
+            for names in route(
+                self, method, tuple(given), tuple(steps), tuple(requests)
+            )
         ]
         for (_, step), requested in zip(steps, before, strict=False):
             X = step.transform(X, **requested)
@@ -312,7 +314,9 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         return self._in_batches(partial(self._of_last_step, "score_samples"), X, params)
 
     def _of_last_step(self, method, X, **params):
-        levels, routed = self._before_last_step(X, params)
+        # All methods that decide take what `predict` takes.
+        requests = "transform" if method == "transform" else "predict"
+        levels, routed = self._before_last_step(X, params, requests)
         return getattr(self.steps[-1][1], method)(levels, **routed)
 
     @_if_last_step_offers("p_values")
@@ -467,8 +471,8 @@ def _routing(params):
 # scikit-learn's routing takes ten times as long as the diagnosis of a row. The last
 # argument is what the steps were set to request.
 @lru_cache(maxsize=8)
-def _requested(pipeline, given, steps, _):
+def _requested(pipeline, method, given, steps, _):
     """Return for each step the names of the metadata that it requests: its own, and ours."""
-    routed = process_routing(pipeline, "predict", **dict(given))
+    routed = process_routing(pipeline, method, **dict(given))
     before = [routed[name]["transform"] for name, _ in steps[:-1]]
-    return [*before, routed[steps[-1][0]]["predict"]]
+    return [*before, routed[steps[-1][0]][method]]

@@ -13,9 +13,9 @@ from urllib.parse import quote
 from sklearn.datasets import fetch_file, get_data_home
 
 from skarxlag.bearings import BearingGeometry
+from skarxlag.recordings.cutting import cut_recordings
 from skarxlag.recordings.files import list_channels, read_recording
 from skarxlag.recordings.listing import ListedRecording
-from skarxlag.recordings.rig import cut_recordings
 from skarxlag.recordings.windows import block_length
 
 #: The array of samples in the converted files that a data home may hold.

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from sklearn.utils import Bunch, check_random_state, check_scalar
 
 from skarxlag.core.state import expect
+from skarxlag.core.validation import check_count
 from skarxlag.datasets._repository import description
 from skarxlag.datasets.rig import (
     DEFAULT_RIG,
@@ -191,8 +192,8 @@ def simulate_rig(
     fits = 0 < len(requested) == len({*requested} & {*CONDITIONS})
     expect(fits, "conditions", conditions, f"different names out of {list(CONDITIONS)}")
     names = [name for name in CONDITIONS if name in requested]
-    check_scalar(window_length, "window_length", (int, np.integer), min_val=1)
-    check_scalar(n_samples, "n_samples", (int, np.integer), min_val=1)
+    check_count(window_length, "window_length")
+    check_count(n_samples, "n_samples")
     is_whole = n_samples % window_length == 0
     expected = f"a multiple of window_length={window_length}"
     expect(is_whole, "n_samples", n_samples, expected)

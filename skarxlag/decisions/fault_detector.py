@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Integral
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.utils import check_scalar
 
 from ..core.parallel import one_thread
 from ..core.state import INNOVATIONS, SPEEDS, Values, expect, uses_fitted
-from ..core.validation import check_rate, warn_user
+from ..core.validation import check_count, check_flag, check_rate, warn_user
 from ..kernels import healthy_limits
 from ..kernels.healthy_rows import number_of_cepstra
 from ..kernels.speed_references import UNIT_DISTANCE, group_speeds, speed_distance
@@ -348,5 +346,5 @@ class FaultDetector(RowOutlierDetector):
 
     def _check_parameters(self):
         check_rate(self.false_alarm_rate, "false_alarm_rate")
-        check_scalar(self.fixed_gain, "fixed_gain", (bool, np.bool_))
-        check_scalar(self.window_length, "window_length", Integral, min_val=1)
+        check_flag(self.fixed_gain, "fixed_gain")
+        check_count(self.window_length, "window_length")

@@ -16,7 +16,7 @@ from sklearn.utils.metaestimators import available_if
 
 from ..bearings import BearingLike, bearing_orders, listed
 from ..core.base import SignalEstimator
-from ..core.capabilities import capabilities
+from ..core.capabilities import capabilities, training_speeds
 from ..core.diagnosing_classifier import DiagnosingClassifier
 from ..core.fault_locations import (
     FAULT_LOCATIONS,
@@ -410,7 +410,7 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
     def _match(self, X, rpm, *, with_contrasts=True):
         train_rpm = ()
         if self.conditions_ is not None:
-            train_rpm = capabilities(self.conditions_).speeds
+            train_rpm = training_speeds(self.conditions_)
         elif self.speed_range is None:
             expected = "the speed of each row, or a speed_range"
             expect(rpm is not None, "rpm", rpm, expected)

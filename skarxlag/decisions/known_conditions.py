@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Integral
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.utils import check_scalar
 
 from ..core.state import INNOVATIONS, Labels, Values, check_state, expect
-from ..core.validation import check_rate
+from ..core.validation import check_count, check_rate
 from ..kernels.speed_references import group_speeds
 from .fault_detector import FaultDetector
 from .row_outliers import RowOutlierDetector
@@ -198,7 +196,7 @@ class KnownConditions(RowOutlierDetector):
 
     def _check_parameters(self):
         check_rate(self.false_rejection_rate, "false_rejection_rate")
-        check_scalar(self.window_length, "window_length", Integral, min_val=1)
+        check_count(self.window_length, "window_length")
 
     def _check_relations(self):
         detectors = getattr(self, "detectors_", None)

@@ -72,7 +72,7 @@ def accumulate_sums(
 def _sum_driven_states(windows, weights, orders, poles, driven, states):
     """Add each state times each channel's signal to `driven`, and advance the states."""
     n_windows, n_channels, n_samples = windows.shape
-    n_states = driven.shape[1]
+    _, n_states = driven.shape
     for w in range(n_windows):
         for k in range(n_samples):
             for channel in range(n_channels):
@@ -187,6 +187,7 @@ def _subtract_predictions(
     """
     drive, remaining = blocks[0], blocks[1:]
     n_windows, n_channels, n_samples = windows.shape
+    _, n_models, _ = errors.shape
     for w in range(0, n_windows, LANES):
         states[:] = 0.0
         for start in range(0, n_samples, TILE):
@@ -202,7 +203,7 @@ def _subtract_predictions(
                     _subtract_block(coef, first, histories, remaining)
                     first += TOGETHER
             if start + TILE > n_transient:
-                for c in range(errors.shape[1]):
+                for c in range(n_models):
                     deinterleave(remaining[c], errors, w, c, start - n_transient)
 
 

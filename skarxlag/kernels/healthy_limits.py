@@ -136,10 +136,9 @@ def time_blocks(at: NDArray[Any]) -> NDArray[Any]:
     block = np.zeros(len(at), dtype=int)
     for speed in range(at.max() + 1):
         rows = np.flatnonzero(at == speed)
-        n_blocks = np.clip(len(rows) // MANY_ROWS, FEWEST_BLOCKS, MOST_BLOCKS)
-        block[rows] = (
-            np.arange(len(rows)) * min(n_blocks, len(rows)) // max(len(rows), 1)
-        )
+        n_rows = len(rows)
+        n_blocks = min(np.clip(n_rows // MANY_ROWS, FEWEST_BLOCKS, MOST_BLOCKS), n_rows)
+        block[rows] = np.arange(n_rows) * n_blocks // n_rows
     return block
 
 

@@ -89,7 +89,7 @@ def advance(states: Any, sample: Any, pole: Any) -> None:
     """Advance the states of one network from k to k + 1 in place, as a cascade of all-passes."""
     before = states[0]
     states[0] = pole * before + math.sqrt(1.0 - pole * pole) * sample
-    for n in range(1, states.shape[0]):
+    for n in range(1, len(states)):
         held = states[n]
         states[n] = pole * (held - states[n - 1]) + before
         before = held

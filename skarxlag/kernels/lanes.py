@@ -57,12 +57,13 @@ def interleave(
         The block to write. Positions without a signal or a sample receive the nearest
         one.
     """
+    n_signals, _, n_samples = signals.shape
     # Loops of constant lengths. For others, the compiler takes gather instructions,
     # which are slow.
     for k in range(TILE):
-        sample = min(start + k, signals.shape[2] - 1)
+        sample = min(start + k, n_samples - 1)
         for lane in range(LANES):
-            signal = min(first + lane, signals.shape[0] - 1)
+            signal = min(first + lane, n_signals - 1)
             block[k * LANES + lane] = signals[signal, channel, sample]
 
 
@@ -83,10 +84,11 @@ def deinterleave(
         First signal, channel and place of the block's first sample. If it is negative,
         down to ``1 - TILE``, the signals begin within the block.
     """
+    n_signals, _, n_samples = signals.shape
     for k in range(TILE):
-        sample = min(max(start + k, 0), signals.shape[2] - 1)
+        sample = min(max(start + k, 0), n_samples - 1)
         for lane in range(LANES):
             # Where there is no signal, the lane holds the last one, which is written
             # once more.
-            signal = min(first + lane, signals.shape[0] - 1)
+            signal = min(first + lane, n_signals - 1)
             signals[signal, channel, sample] = block[(sample - start) * LANES + lane]

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit, log_expit, log_softmax, logit
+from scipy.special import expit, log_expit, logit
 
 from .speed_references import LEAST_DRIFT
 
@@ -148,12 +148,19 @@ def answer_log_probabilities(
     >>> np.exp(answer_log_probabilities(residuals, 4.0, np.array([20.0]))).round(2)
     array([[1., 0.]])
     """
-    of_recorded = log_softmax(-RECORDED_EXPONENT * residuals, axis=1)
-    of_others = log_softmax(-exponent * residuals, axis=1)
+    of_recorded = _log_softmax(-RECORDED_EXPONENT * residuals)
+    of_others = _log_softmax(-exponent * residuals)
     return np.logaddexp(
         log_expit(recorded)[:, np.newaxis] + of_recorded,
         log_expit(-recorded)[:, np.newaxis] + of_others,
     )
+
+
+def _log_softmax(scores):
+    """Return what `scipy.special.log_softmax` does, which takes as long as a row's spectra."""
+    below_largest = scores - scores.max(axis=1, keepdims=True)
+    total = np.exp(below_largest).sum(axis=1, keepdims=True)
+    return below_largest - np.log(total)
 
 
 def unknown_log_odds(
@@ -312,10 +319,10 @@ def condition_log_probabilities(
     found = np.empty((len(residuals), len(places) + 1))
     for place in range(n_places):
         own = places == place
-        among = log_softmax(-RECORDED_EXPONENT * residuals[:, own], axis=1)
+        among = _log_softmax(-RECORDED_EXPONENT * residuals[:, own])
         found[:, :-1][:, own] = of_place[:, [place]] + among
     found[:, -1] = unknown_log_odds(nearest.min(axis=1), recorded, drift)
-    return Posterior(log_softmax(found, axis=1), expit(recorded))
+    return Posterior(_log_softmax(found), expit(recorded))
 
 
 def decided_condition(

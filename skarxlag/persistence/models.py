@@ -18,6 +18,7 @@ from sklearn.pipeline import Pipeline
 from .._version import __version__
 from ..core.capabilities import Capabilities, capabilities, offers
 from ..core.files import read_members, write_atomically
+from ..core.registry import ESTIMATORS
 from ..core.state import Values, check_model_state, estimators_within, expect
 from ..decisions.fault_detector import FaultDetector
 from ..decisions.fusion import SensorFusion
@@ -53,29 +54,15 @@ _SCIKIT_LEARN_TYPES = {
     "sklearn.discriminant_analysis.LinearDiscriminantAnalysis",
     "sklearn.svm._classes.LinearSVC",
 }
+#: Types of this package that a model may contain.
+_OWN_TYPES = {f"skarxlag.{module}.{name}" for name, module in ESTIMATORS.items()} | {
+    "skarxlag.bearings.geometry.BearingGeometry"
+}
 #: Types that a model file may contain, by the loader of skops that reads them. By
 #: itself, skops would also build every estimator of scikit-learn and SciPy, functions
 #: and methods.
 TRUSTED_TYPES = {
-    "ObjectNode": _SCIKIT_LEARN_TYPES
-    | {
-        "skarxlag.models.identification.ARXLaguerre",
-        "skarxlag.models.observers.PIObserver",
-        "skarxlag.models.observers.ExtendedStatePIObserver",
-        "skarxlag.distances.comparison.SpectralDistance",
-        "skarxlag.decisions.condition_classifier.ConditionClassifier",
-        "skarxlag.distances.stretches.OrderResidual",
-        "skarxlag.distances.stretches.StretchResidual",
-        "skarxlag.bearings.geometry.BearingGeometry",
-        "skarxlag.decisions.fault_orders.FaultOrderClassifier",
-        "skarxlag.decisions.fusion.SensorFusion",
-        "skarxlag.decisions.ladder.ThresholdLadder",
-        "skarxlag.models.observers.ExtendedStatePIObserverBank",
-        "skarxlag.measures.spectra.LogSpectra",
-        "skarxlag.decisions.fault_detector.FaultDetector",
-        "skarxlag.decisions.known_conditions.KnownConditions",
-        "skarxlag.core.pipelines.DiagnosisPipeline",
-    },
+    "ObjectNode": _SCIKIT_LEARN_TYPES | _OWN_TYPES,
     "NdArrayNode": {"numpy.ndarray", "numpy.float64", "numpy.int64", "numpy.str_"},
     "DictNode": {"builtins.dict"},
     "ListNode": {"builtins.list"},

@@ -152,12 +152,14 @@ class IdentificationDisplay(Display):
         if self.sampling_rate is not None:
             time = 1e3 / self.sampling_rate * time
         color = color_of(self.condition, self.conditions)
-        style = {"color": color, "linewidth": 3, "alpha": 0.6, "label": "measured"}
-        self.output_line_: Any = upper.plot(time, self.output, **style)[0]
+        self.output_line_: Any = upper.plot(
+            time, self.output, color=color, linewidth=3, alpha=0.6, label="measured"
+        )[0]
         of_model = "" if self.model is None else f", model of {self.model}"
         label = f"prediction{of_model}: fit {self.fit_percentage:.1f} %"
-        style = {"color": ink(), "linewidth": 0.9, "label": label}
-        self.prediction_line_: Any = upper.plot(time, self.prediction, **style)[0]
+        self.prediction_line_: Any = upper.plot(
+            time, self.prediction, color=ink(), linewidth=0.9, label=label
+        )[0]
         error = self.output - self.prediction
         self.error_line_: Any = lower.plot(time, error, color=color, linewidth=0.9)[0]
         upper.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, **LEGEND)

@@ -164,40 +164,31 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
         ).plot(ax)
 
     def _draw(self, ax):
-        style = {"color": ink(), "linewidth": 0.8, "label": "contrast"}
-        self.line_: Any = ax.plot(self.orders, self.contrast, **style)[0]
+        self.line_: Any = ax.plot(
+            self.orders, self.contrast, color=ink(), linewidth=0.8, label="contrast"
+        )[0]
         styles = condition_styles(["healthy", *FAULTS])
         self.comb_lines_: dict[str, Any] = {}
-        for name, lines in self.combs.items():
+        for name, orders in self.combs.items():
             error = 100 * (self.factors[name] - 1)
-            style = {
-                "color": styles[name]["color"],
-                "linestyle": ":",
-                "zorder": 0,
-                "label": (
-                    f"{name} ({_ABBREVIATIONS[name]}): {self.scores[name]:.0f} dB, "
-                    f"{error:+.1f} %"
-                ),
-            }
-            for order in lines:
-                self.comb_lines_.setdefault(name, ax.axvline(order, **style))
+            label = f"{name} ({_ABBREVIATIONS[name]}): {self.scores[name]:.0f} dB, {error:+.1f} %"
+            color = styles[name]["color"]
+            for order in orders:
+                line = ax.axvline(order, color=color, ls=":", zorder=0, label=label)
+                self.comb_lines_.setdefault(name, line)
         best = max(self.scores, key=self.scores.get)
         heights = np.interp(self.combs[best], self.orders, self.contrast)
-        self.dots_: Any = ax.plot(
-            self.combs[best], heights, "o", color=styles[best]["color"]
-        )[0]
-        style = {
-            "color": NEUTRAL,
-            "linewidth": 1,
-            "label": f"limit {self.limit:.0f} dB",
-        }
-        limit = ax.axhline(self.limit, **style)
+        color = styles[best]["color"]
+        self.dots_: Any = ax.plot(self.combs[best], heights, "o", color=color)[0]
+        label = f"limit {self.limit:.0f} dB"
+        limit = ax.axhline(self.limit, color=NEUTRAL, linewidth=1, label=label)
         ax.set(
             xlabel="Order of the bearing's shaft",
             ylabel="Contrast (dB)",
             title=self.evidence,
+            xlim=(0, self.orders[-1]),
+            ylim=(0, None),
         )
-        ax.set(xlim=(0, self.orders[-1]), ylim=(0, None))
         legend_beside(ax, [self.line_, *self.comb_lines_.values(), limit])
 
 
@@ -369,16 +360,16 @@ class OrderSpectrumDisplay(Display):
         first_lines = {}
         for number, fault in enumerate(faults, start=1):
             order = fault_orders[fault]
-            abbreviation = _ABBREVIATIONS.get(fault)
-            suffix = "" if abbreviation is None else f" ({abbreviation})"
-            style = {
-                "color": NEUTRAL,
-                "linestyle": (0, (number, 2)),
-                "linewidth": 1,
-                "label": f"{fault}{suffix} {order:.3g}",
-                "zorder": 0,
-            }
+            name = f"{fault} ({_ABBREVIATIONS[fault]})" if fault != "shaft" else fault
             lines = order * np.arange(1, _MULTIPLES[fault] + 1)
-            for line in lines[lines <= self.orders[-1]]:
-                first_lines.setdefault(fault, ax.axvline(line, **style))
+            for position in lines[lines <= self.orders[-1]]:
+                line = ax.axvline(
+                    position,
+                    color=NEUTRAL,
+                    linestyle=(0, (number, 2)),
+                    linewidth=1,
+                    label=f"{name} {order:.3g}",
+                    zorder=0,
+                )
+                first_lines.setdefault(fault, line)
         return first_lines

@@ -245,8 +245,9 @@ class ResidualDisplay(ThresholdDisplay):
 
         self.level_line_: Any = None
         if self.level is not None:
-            style = {"color": ink(), "linewidth": 2.4, "label": "level of the window"}
-            self.level_line_ = on_both_sides(self.level, **style)
+            self.level_line_ = on_both_sides(
+                self.level, color=ink(), linewidth=2.4, label="level of the window"
+            )
         self.threshold_lines_: dict[str, Any] = {}
         reach = 1.08 * np.abs(self.residual).max()
         for _, value, style in self._thresholds():
@@ -429,13 +430,15 @@ class ThresholdLadderDisplay(ThresholdDisplay):
             (self.lines_[name],) = ax.plot(positions[name], levels, **style)
         self.rival_line_: Any = None
         if self.rivals is not None:
-            style = {
-                "label": "best other model",
-                "color": ink(),
-                "markersize": 2.5,
-                "alpha": 0.6,
-            }
-            (self.rival_line_,) = ax.plot(position, self.rivals, ".", **style)
+            self.rival_line_ = ax.plot(
+                position,
+                self.rivals,
+                ".",
+                label="best other model",
+                color=ink(),
+                markersize=2.5,
+                alpha=0.6,
+            )[0]
         self.threshold_lines_: dict[str, Any] = {}
         for name, height, style in self._thresholds():
             if self.rivals is None:
@@ -465,13 +468,10 @@ class ThresholdLadderDisplay(ThresholdDisplay):
         bands = {}
         bottom, top = lower, _ = ax.get_ylim()
         for name, upper in self.isolation_thresholds.items():
-            style = {
-                "color": styles[name]["color"],
-                "alpha": 0.15,
-                "linewidth": 0,
-                "zorder": 0,
-            }
-            bands[name] = ax.axhspan(lower, min(upper, top), **style)
+            color = styles[name]["color"]
+            bands[name] = ax.axhspan(
+                lower, min(upper, top), color=color, alpha=0.15, linewidth=0, zorder=0
+            )
             lower = upper
         ax.set_ylim(bottom, top)
         return bands

@@ -18,16 +18,18 @@ from typing import Any
 
 import numpy as np
 
+from .entries import ListedRecording
 from .files import recording_start
-from .listing import ListedRecording
-from .live_samples import RawSamples, TextSamples
+from .live_samples import RawSamples
+from .live_text import TextSamples
 from .windows import block_length
 
 _BYTES_AT_A_TIME = 2**18
 #: Bytes at the beginning of a growing file by which it is recognised.
 _HEAD = 4096
 #: Seconds to wait for a stream, and pieces of it that are read ahead.
-_STREAM_SECONDS, _READ_AHEAD = 0.05, 4
+_STREAM_SECONDS = 0.05
+_READ_AHEAD = 4
 
 
 @dataclass
@@ -127,7 +129,8 @@ def from_growing_file(
             elif is_replaced:
                 warn(f"{path} was started afresh")
                 file.close()
-                file, is_replaced = path.open("rb"), False
+                file = path.open("rb")
+                is_replaced = False
                 parser.begin()
             else:
                 yield None
@@ -198,18 +201,20 @@ def from_folder(
     prepare : callable
         Called with each file before it is read, and returns it with its channels.
     """
-    folder, done = files.path, tuple(place or (-1, ""))
+    folder = files.path
+    done = tuple(place or (-1, ""))
     read = {state for state in _files(folder) if state[:2] <= done}
-    seen = {}
+    first_seen: dict[tuple[Any, ...], float] = {}
     while True:
-        now, moment = _files(folder), time.monotonic()
+        now = _files(folder)
+        moment = time.monotonic()
         read &= now
-        seen = {state: seen.get(state, moment) for state in now - read}
-        for state in sorted(seen):
+        first_seen = {state: first_seen.get(state, moment) for state in now - read}
+        for state in sorted(first_seen):
             path = folder / state[1]
             # What changed since the folder was listed is read when it is finished
             # again.
-            if moment - seen[state] < settle or _state(path) != state:
+            if moment - first_seen[state] < settle or _state(path) != state:
                 break
             read.add(state)
             if state[:2] < done:
@@ -236,30 +241,32 @@ def _state(path):
 
 
 def _blocks_of_file(entry, state, rows, has_times, place):
-    path, n_samples, start, n_read = (
-        entry.path,
-        block_length(rows.window_length),
-        None,
-        0,
-    )
+    path = entry.path
+    n_samples = block_length(rows.window_length)
     # All of a file is read before any of it is used, so that no file is used in part.
     shapes = [np.atleast_2d(signal).shape for signal, _ in entry.blocks(n_samples)]
-    if shapes[0][0] != rows.n_channels:
-        raise ValueError(f"{path}: {shapes[0][0]} channels, expected {rows.n_channels}")
+    n_channels = shapes[0][0]
+    if n_channels != rows.n_channels:
+        raise ValueError(
+            f"{path}: the number of channels is {n_channels}, expected {rows.n_channels}"
+        )
     if rows.takes_rpm:
         entry = entry.with_speed()
         if entry.rpm is None and rows.needs_rpm:
             raise ValueError(f"{path}: the speed is not stated; expected --rpm")
+    start = None
     if has_times:
         start = recording_start(path, channel=entry.channel, dtype=entry.dtype)
-        length = sum(shape[1] for shape in shapes)
-        start = (
-            state[0] * 1e-9 - length / entry.sampling_rate if start is None else start
-        )
+        if start is None:
+            length = sum(shape[1] for shape in shapes)
+            start = state[0] * 1e-9 - length / entry.sampling_rate
+    n_read = 0
     for i, (signal, rate) in enumerate(entry.blocks(n_samples), start=1):
         if _state(path) != state:
             raise ValueError(f"{path}: changed while it was read, from block {i}")
-        samples, after = np.atleast_2d(signal), place if i == len(shapes) else None
+        samples = np.atleast_2d(signal)
         rpm = np.atleast_1d(entry.speeds([n_read], samples.shape[1], rate))[0]
-        yield Block(samples, start, rpm, path.name, after)
-        start, n_read = None, n_read + samples.shape[1]
+        is_last = i == len(shapes)
+        yield Block(samples, start, rpm, path.name, place if is_last else None)
+        start = None
+        n_read += samples.shape[1]

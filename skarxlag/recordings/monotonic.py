@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 #: Steps from which the direction is judged, and the share of them that must have the
 #: same sign. The others are those of a clock or a counter that starts again. Vibration
 #: has as many of both.
-_FEWEST_STEPS, _ONE_WAY = 64, 0.99
+_FEWEST_STEPS = 64
+_ONE_WAY = 0.99
 
 
 class Direction:

@@ -40,7 +40,7 @@ def rates_agree(first: float | None, second: float | None) -> bool:
     return abs(first - second) <= RATE_TOLERANCE * max(first, second)
 
 
-def unit_advice(known: float, expected: float) -> str:
+def unit_advice(rate: float, expected: float) -> str:
     """Return advice if a rate differs from the expected one by the factor of a unit of time.
 
     Examples
@@ -49,7 +49,7 @@ def unit_advice(known: float, expected: float) -> str:
     ("; times in min need the unit in their name: 'time (min)'", '')
     """
     for unit in ("min", "h", "ms", "us"):
-        if abs(known / expected / SECONDS[unit] - 1) < 0.01:
+        if abs(rate / expected / SECONDS[unit] - 1) < 0.01:
             return f"; times in {unit} need the unit in their name: 'time ({unit})'"
     return ""
 
@@ -127,14 +127,18 @@ def _resampled(signals, ratio):
     # This import takes longer than a verdict.
     from scipy.signal import resample_poly
 
-    p, q = ratio.numerator, ratio.denominator
+    p = ratio.numerator
+    q = ratio.denominator
     # The filter of resample_poly reaches 10 max(p, q) interpolated samples to either
     # side. Cuts lie at multiples of q, where old and new samples coincide.
     reach = q * (10 * max(p, q) // (p * q) + 1)
-    offset, held, n_before = None, None, 0
+    offset = None
+    held = None
+    n_before = 0
     for signal in signals:
         if offset is None:
-            offset, held = signal[..., :1], signal[..., :0]
+            offset = signal[..., :1]
+            held = signal[..., :0]
         held = np.concatenate([held, signal - offset], axis=-1)
         n_new = (held.shape[-1] - n_before - reach) // q * q
         if n_new >= max(reach, q):
@@ -142,7 +146,8 @@ def _resampled(signals, ratio):
             filtered = resample_poly(held, p, q, axis=-1) + offset
             yield filtered[..., n_before // q * p : stop // q * p]
             kept = max(stop - reach, 0)
-            held, n_before = held[..., kept:].copy(), stop - kept
+            held = held[..., kept:].copy()
+            n_before = stop - kept
     yield (resample_poly(held, p, q, axis=-1) + offset)[..., n_before // q * p :]
 
 
@@ -151,11 +156,10 @@ def _ratio(old, new):
     for largest in (10, 100, 1000, _MAX_FACTOR):
         ratio = exact.limit_denominator(largest)
         # Rates are not known better than this.
-        if (
-            ratio.numerator
-            and abs(ratio / exact - 1) <= 1e-5
-            and ratio.numerator <= _MAX_FACTOR
-        ):
+        is_near = abs(ratio / exact - 1) <= 1e-5
+        if is_near and 0 < ratio.numerator <= _MAX_FACTOR:
             return ratio
-    ratio = f"a ratio of integers up to {_MAX_FACTOR}"
-    raise ValueError(f"cannot resample from {old:g} to {new:g} Hz: expected {ratio}")
+    raise ValueError(
+        f"cannot resample from {old:g} to {new:g} Hz: expected a ratio of integers up to "
+        f"{_MAX_FACTOR}"
+    )

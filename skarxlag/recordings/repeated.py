@@ -8,9 +8,9 @@ from collections.abc import Hashable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from .entries import ListedRecording
 from .files import chosen_channels
-from .formats.text import number
-from .listing import ListedRecording
+from .formats._fields import number
 
 #: Bytes at either end of a file that are compared before all of it.
 _ENDS = 2**16
@@ -38,49 +38,45 @@ def check_repeated(listed: Sequence[ListedRecording]) -> None:
     for name in ("condition", "specimen"):
         _check_looks(listed, name)
     for same in _same_files(listed):
-        channels: dict[Hashable, ListedRecording] = {}
+        first: dict[Hashable, ListedRecording] = {}
         for entry in same:
-            other = channels.setdefault(_channels(entry, same), entry)
+            other = first.setdefault(_channels(entry, same), entry)
             if other is not entry:
                 place = f"{entry.where}: " if entry.where else ""
                 other_place = f" of {other.where}" if other.where else ""
-                found = (
-                    f"{entry.path} is the same recording as {other.path}{other_place}"
+                raise ValueError(
+                    f"{place}{entry.path} is the same recording as "
+                    f"{other.path}{other_place}"
                 )
-                raise ValueError(f"{place}{found}")
 
 
 def _check_looks(listed, name):
     first: dict[Hashable, Any] = {}
     for entry in listed:
-        value = vars(entry)[name]
-        if value is None:
+        text = getattr(entry, name)
+        if text is None:
             continue
-        other = first.setdefault(_look(value), entry)
-        before = vars(other)[name]
-        if before != value:
-            found = f"{value!a} looks like {before!a} of {_where(other)}"
+        other = first.setdefault(_look(text), entry)
+        other_text = getattr(other, name)
+        if other_text != text:
             raise ValueError(
-                f"{_where(entry)}: {name} {found}, expected one way to write it"
+                f"{entry.where or entry.path}: {name} {text!a} looks like {other_text!a} "
+                f"of {other.where or other.path}, expected one way to write it"
             )
-
-
-def _where(entry):
-    return entry.where or str(entry.path)
 
 
 def _look(text):
     """Return what a reader sees of a text: a number, or letters without their encoding."""
-    plain = unicodedata.normalize("NFKC", text)
-    plain = "".join(letter for letter in plain if unicodedata.category(letter) != "Cf")
-    plain = " ".join(plain.split())
-    value = number(plain)
-    return value if abs(value) < float("inf") else plain
+    letters = unicodedata.normalize("NFKC", text)
+    letters = "".join(c for c in letters if unicodedata.category(c) != "Cf")
+    words = " ".join(letters.split())
+    value = number(words)
+    return value if abs(value) < float("inf") else words
 
 
 def _channels(entry, same):
     """Return the chosen channels, by their names if they are stated in several ways."""
-    if len({str(each.channel) for each in same}) == 1:
+    if len({str(other.channel) for other in same}) == 1:
         return ""
     names = chosen_channels(entry.path, channel=entry.channel, dtype=entry.dtype)
     return tuple(name for name, _ in names)
@@ -88,7 +84,8 @@ def _channels(entry, same):
 
 def _same_files(listed: Iterable[Any]) -> Iterator[list[Any]]:
     """Yield entries of the same file, or of files with equal bytes, if there are several."""
-    by_file, by_size = defaultdict(list), defaultdict(list)
+    by_file = defaultdict(list)
+    by_size = defaultdict(list)
     for entry in listed:
         # A missing file is reported when it is read.
         if entry.path.is_file():

@@ -1,32 +1,14 @@
 """Read the signals or the windows of all recordings of a table, a folder or a glob."""
 
-import io
 import os
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import nullcontext
-from functools import partial
-from itertools import takewhile
-from pathlib import Path
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
-import pandas as pd
-from numpy.typing import NDArray
 from sklearn.utils import Bunch
 
-from ..core.speeds import speed_errors
-from ..core.validation import check_count
-from .formats.text import number
-from .listing import ListedRecording, list_recordings
-from .rates import NO_RATE, rates_agree, resampled_blocks
+from .cutting import Reader, cut_recordings
+from .listing import list_recordings
 from .repeated import check_repeated
-from .windows import block_length, cut_blocks, thin_windows
-
-#: Share by which the speed of a row varies before order tracking is needed. In rows of
-#: a second or two, combs at the mean speed are lost from 1 to 2 % on.
-_LEAST_CHANGE = 0.005
-#: Times within a window over which its mean speed is computed.
-_N_MEAN = 64
 
 
 def read_recording_table(
@@ -56,7 +38,7 @@ def read_recording_table(
       channel called ``rpm``. ``tacho:CHANNEL`` takes it from the pulses of a tachometer
       in that channel; a csv file with the columns ``rpm`` and ``recording`` or ``time``
       may state it, too.
-    - ``pulses_per_revolution``: pulses of the tachometer in a turn of the shaft; 1 if it is
+    - ``pulses_per_revolution``: pulses of the tachometer in a revolution of the shaft; 1 if it is
       not stated.
     - ``sampling_rate``: in Hz, or in the unit that a column ``sampling_rate_unit``
       states, such as kHz. Not needed if the file states it; if both do, they must agree
@@ -161,9 +143,9 @@ def read_recording_table(
     }
     listed = list_recordings(path, **facts)
     check_repeated(listed)
-    reader = _Reader(resample)
+    reader = Reader(resample)
     recordings = [
-        np.concatenate([*reader.blocks(each, None)], axis=-1) for each in listed
+        np.concatenate([*reader.blocks(entry, None)], axis=-1) for entry in listed
     ]
     return Bunch(recordings=recordings, **reader.facts(listed))
 
@@ -281,282 +263,3 @@ def load_recordings(
     return cut_recordings(
         listed, path, window_length, hop, max_windows, healthy, resample, memory_map
     )
-
-
-def cut_recordings(
-    listed: list[ListedRecording],
-    source: str | os.PathLike[str],
-    window_length: int,
-    hop: int | None = None,
-    max_windows: int | None = None,
-    healthy: str | None = None,
-    resample: float | None = None,
-    memory_map: str | os.PathLike[str] | None = None,
-    note: Callable[[Any, int], Any] = lambda entry, n_windows: None,
-) -> Bunch:
-    """Cut listed recordings into windows.
-
-    Parameters
-    ----------
-    listed : list of ListedRecording
-        The recordings.
-    source : path-like
-        The list itself.
-    window_length, hop, max_windows, healthy, resample, memory_map
-        As in `load_recordings`.
-    note : callable
-        Called with each recording that was read and the number of its windows.
-
-    Returns
-    -------
-    Bunch
-        As `load_recordings` returns it.
-
-    Raises
-    ------
-    FileNotFoundError, ValueError
-        As in `load_recordings`.
-    """
-    check_count(window_length, "window_length")
-    hop = window_length if hop is None else check_count(hop, "hop")
-    if max_windows is not None:
-        check_count(max_windows, "max_windows")
-    check_repeated(listed)
-    inputs = {
-        Path(file).resolve() for file in (source, *(entry.path for entry in listed))
-    }
-    if memory_map is not None and Path(memory_map).resolve() in inputs:
-        raise ValueError(
-            f"memory_map={str(memory_map)!r} is among the files that are read"
-        )
-    reader, starts, available = _Reader(resample), [], []
-    with (
-        nullcontext(io.BytesIO())
-        if memory_map is None
-        else open(memory_map, "wb") as store
-    ):
-        for entry in listed:
-            blocks = reader.blocks(entry, block_length(window_length))
-            parts = cut_blocks(blocks, str(entry.path), window_length, hop)
-            if max_windows is not None:
-                windows, position, n_available = thin_windows(parts, max_windows)
-                parts = [windows]
-            n_windows = 0
-            for windows in parts:
-                store.write(windows)
-                n_windows += len(windows)
-            if max_windows is None:
-                position, n_available = np.arange(n_windows), n_windows
-            available.append(n_available)
-            starts.append(position * hop)
-            note(entry, n_available)
-    if memory_map is None:
-        # Without a copy, or memory would hold all windows twice.
-        data = np.frombuffer(store.getbuffer())
-    else:
-        data = np.memmap(memory_map, np.float64, "r")
-    table = reader.facts(listed)
-    conditions = (
-        [] if table.condition is None else list(dict.fromkeys(table.condition.tolist()))
-    )
-    if healthy is not None:
-        if healthy not in conditions:
-            raise ValueError(
-                f"healthy={healthy!r} is not a condition of {source}: {conditions}"
-            )
-        conditions.sort(key=lambda condition: condition != healthy)
-    counts = [len(start) for start in starts]
-    row = np.repeat(np.arange(len(listed)), counts)
-    notes = [f"{len(listed)} recordings listed in {source}, cut into windows"]
-    if thinned := np.sum(np.greater(available, counts)):
-        notes.append(
-            f"at most {max_windows} windows of each, fewer than there are in {thinned}"
-        )
-    for name, rate in table.resampled.items():
-        notes.append(f"{name} resampled from {rate:g} to {table.sampling_rate:g} Hz")
-    speeds, targets, names = (
-        table.pop(each) for each in ("rpm", "condition", "recording")
-    )
-    specimens = table.pop("specimen")
-    loads = table.pop("load")
-    if speeds is not None:
-        speeds = np.repeat(speeds, counts)
-        for name, profile in table.profiles.items():
-            i = names.index(name)
-            speeds[row == i] = _mean_speeds(
-                profile, starts[i], window_length, table.sampling_rate
-            )
-    return Bunch(
-        data=data.reshape(-1, *windows.shape[1:]),
-        target=None if targets is None else targets[row],
-        target_names=conditions,
-        specimen=None if specimens is None else specimens[row],
-        load=loads[row],
-        rpm=speeds,
-        recording=np.array(names)[row],
-        start=np.concatenate(starts),
-        available=np.array(available),
-        DESCR="; ".join(notes),
-        **table,
-    )
-
-
-def _mean_speeds(profile, start, n_samples, sampling_rate):
-    """Return the mean speed of each row."""
-    step = n_samples / _N_MEAN
-    return profile.rows(start / step, _N_MEAN, sampling_rate / step).mean(axis=1)
-
-
-def join_windows(rig: Bunch, n_windows: int) -> Bunch:
-    """Join consecutive windows of recordings to rows, as if they had been cut in rows.
-
-    Parameters
-    ----------
-    rig : Bunch
-        Result of `cut_recordings` that holds all windows of each recording, without a
-        hop. Its data are overwritten.
-    n_windows : int
-        Windows in a row. The last windows of a recording that do not fill a row are
-        left out.
-
-    Returns
-    -------
-    Bunch
-        The rows, as `cut_recordings` returns them.
-
-    Examples
-    --------
-    >>> rig = Bunch(data=np.arange(10.0).reshape(5, 2), start=np.array([0, 2, 4, 0, 2]), rpm=None,
-    ...             recording=np.array(["a", "a", "a", "b", "b"]), available=np.array([3, 2]))
-    >>> rows = join_windows(rig, 2)
-    >>> rows.data.tolist(), rows.start.tolist(), rows.recording.tolist(), rows.available.tolist()
-    ([[0.0, 1.0, 2.0, 3.0], [6.0, 7.0, 8.0, 9.0]], [0, 0], ['a', 'b'], [1, 1])
-    """
-    n_old, *n_channels, window_length = rig.data.shape
-    position, n_own = (
-        rig.start // window_length,
-        np.repeat(rig.available, rig.available),
-    )
-    first = np.flatnonzero(
-        (position % n_windows == 0) & (position + n_windows <= n_own)
-    )
-    windows = rig.data.reshape(n_old, -1)
-    for row, start in enumerate(first):
-        # Memory would hold all windows twice, were they not moved within it.
-        joined = np.moveaxis(rig.data[start : start + n_windows], 0, -2)
-        place = row * n_windows
-        windows[place : place + n_windows] = joined.reshape(n_windows, -1)
-    data = windows[: len(first) * n_windows].reshape(len(first), *n_channels, -1)
-    rows = rig | {"data": data, "available": rig.available // n_windows}
-    for name in {
-        "target",
-        "specimen",
-        "load",
-        "rpm",
-        "recording",
-        "start",
-    } & rig.keys():
-        rows[name] = None if rig[name] is None else rig[name][first]
-    for name, profile in rig.get("profiles", {}).items():
-        own = rows["recording"] == name
-        speeds = _mean_speeds(
-            profile, rows["start"][own], data.shape[-1], rig.sampling_rate
-        )
-        rows["rpm"][own] = speeds
-    return Bunch(**rows)
-
-
-def speeds_of_samples(
-    rig: Bunch, least_revolutions: float = 0
-) -> tuple[NDArray[Any] | None, NDArray[Any]]:
-    """Return the speed of each row, or at each sample if it varies within a row.
-
-    Parameters
-    ----------
-    rig : Bunch
-        Result of `cut_recordings`.
-    least_turns : float, default=0
-        Turns of the shaft that a row needs.
-
-    Returns
-    -------
-    rpm : ndarray of shape (n_rows,) or (n_rows, n_samples), or None
-        Two-dimensional if the speed of a row varies by more than 0.5 %.
-    errors : ndarray of str of shape (n_rows,)
-        Why a row cannot be used: there is no speed above 0, it varies too much, or the
-        row has too few turns.
-    """
-    n_rows, n_samples = len(rig.data), rig.data.shape[-1]
-    if not rig.profiles:
-        return rig.rpm, np.full(n_rows, "", dtype=object)
-    rpm = np.repeat(rig.rpm[:, np.newaxis], n_samples, axis=1)
-    for name, profile in rig.profiles.items():
-        own = rig.recording == name
-        rpm[own] = profile.rows(rig.start[own], n_samples, rig.sampling_rate)
-    errors = speed_errors(rpm, n_rows)
-    is_short = n_samples * rpm.mean(axis=1) < least_revolutions * 60 * rig.sampling_rate
-    errors[(errors == "") & is_short] = (
-        f"the row has less than {least_revolutions} turns"
-    )
-    varies = np.ptp(rpm, axis=1) > _LEAST_CHANGE * rig.rpm
-    return rpm if varies.any() else rig.rpm, errors
-
-
-def _loads(texts: list[str]) -> NDArray[Any]:
-    """Convert the loads of recordings to numbers, unless one of them is another text."""
-    numbers = np.array([number(text) for text in texts])
-    is_stated = np.array(texts) != ""
-    return numbers if np.isfinite(numbers[is_stated]).all() else np.array(texts)
-
-
-class _Reader:
-    """Reader of recordings that must agree in sampling rate and number of channels."""
-
-    def __init__(self, resample: float | None) -> None:
-        self._resample, self._common, self._resampled = resample, {}, {}
-
-    def blocks(
-        self, entry: ListedRecording, n_samples: int | None
-    ) -> Iterator[NDArray[Any]]:
-        blocks = entry.blocks(n_samples)
-        if self._resample is not None:
-            note = partial(self._resampled.__setitem__, entry.name)
-            blocks = resampled_blocks(blocks, self._resample, note=note)
-        with entry.named():
-            for signal, rate in blocks:
-                if rate is None:
-                    raise ValueError(NO_RATE)
-                self._check(entry, "sampling rates (Hz)", rate, rates_agree)
-                n_channels = 1 if signal.ndim == 1 else len(signal)
-                self._check(entry, "numbers of channels", n_channels, int.__eq__)
-                yield signal
-
-    def facts(self, listed: list[ListedRecording]) -> Bunch:
-        """Return the facts of the recordings."""
-        names = [entry.name for entry in listed]
-        conditions = [entry.condition for entry in listed]
-        specimens = [entry.specimen or entry.condition for entry in listed]
-        # If one speed is unknown, none is returned, and the other files are not opened.
-        entries = (entry.with_speed() for entry in listed)
-        known = list(takewhile(lambda entry: entry.rpm is not None, entries))
-        if len(known) < len(listed):
-            known = []
-        return Bunch(
-            condition=None if None in conditions else np.array(conditions),
-            specimen=None if None in specimens else np.array(specimens),
-            load=_loads([entry.load or "" for entry in listed]),
-            rpm=np.array([entry.rpm for entry in known]) if known else None,
-            profiles={
-                each.name: each.profile for each in known if each.profile is not None
-            },
-            recording=names,
-            sampling_rate=self._common["sampling rates (Hz)"][0],
-            filenames=[str(entry.path) for entry in listed],
-            further=pd.DataFrame([entry.further for entry in listed], index=names),
-            resampled=self._resampled,
-        )
-
-    def _check(self, entry, what, value, agree):
-        first, where = self._common.setdefault(what, (value, entry.where or entry.path))
-        if not agree(value, first):
-            raise ValueError(f"different {what}: {value:g}, but {first:g} in {where}")

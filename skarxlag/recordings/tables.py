@@ -44,18 +44,19 @@ def read_rows(path: str | os.PathLike[str]) -> dict[int, list[str]]:
 
 
 def _cells(reader):
-    found, n_cells = {}, 0
+    rows = {}
+    n_cells = 0
     line = 1
     for row in reader:
         cells = [cell.strip() for cell in row]
-        if not found:
+        if line == 1:
             n_cells = len(cells)
         if len(cells) > n_cells:
             raise ValueError(f"line {line} has {len(cells)} cells, expected {n_cells}")
-        if any(cells) or not found:
-            found[line] = cells + [""] * (n_cells - len(cells))
+        if any(cells) or line == 1:
+            rows[line] = cells + [""] * (n_cells - len(cells))
         # A cell in quotes may hold several lines.
         line = reader.line_num + 1
     if n_cells == 0:
         raise ValueError("the first line is empty")
-    return found
+    return rows

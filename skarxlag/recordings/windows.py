@@ -72,9 +72,10 @@ def make_windows(
     )
     n_samples = signal.shape[-1]
     if n_samples < window_length:
-        found = f"recording has {n_samples} samples, fewer than window_length={window_length}"
-        expected = "expected (n_samples,) or (n_channels, n_samples)"
-        raise ValueError(f"{found}; its shape is {signal.shape}, {expected}")
+        raise ValueError(
+            f"recording has {n_samples} samples, fewer than window_length={window_length}; "
+            f"its shape is {signal.shape}, expected (n_samples,) or (n_channels, n_samples)"
+        )
     windows = np.lib.stride_tricks.sliding_window_view(signal, window_length, axis=-1)
     # Without the copy, the windows would be a read-only view of the recording.
     return np.moveaxis(windows[..., ::hop, :], -2, 0).copy(order="C")
@@ -129,7 +130,9 @@ def cut_blocks(
     """
     hop = window_length if hop is None else hop
     at_a_time = block_length(window_length) // window_length
-    rest, n_windows, n_skipped = None, 0, 0
+    rest = None
+    n_windows = 0
+    n_skipped = 0
     for block in blocks:
         # If the hop reaches beyond the last block, the start of this one is left out.
         signal = block[..., n_skipped:]
@@ -147,11 +150,9 @@ def cut_blocks(
         # Without the copy, a few samples would keep the whole block in memory.
         rest = signal[..., n_fitting * hop :].copy()
     if n_windows == 0:
-        expected = (
-            f"window_length={window_length}; choose a shorter window (--window-length)"
-        )
         raise ValueError(
-            f"{name}: recording has {rest.shape[-1]} samples, fewer than {expected}"
+            f"{name}: recording has {rest.shape[-1]} samples, fewer than "
+            f"window_length={window_length}; choose a shorter window (--window-length)"
         )
 
 
@@ -186,7 +187,9 @@ def thin_windows(
     >>> position, n_available
     (array([0, 2, 4, 6, 8]), 9)
     """
-    kept, step, n_seen = {}, 1, 0
+    kept = {}
+    step = 1
+    n_seen = 0
     for window in chain.from_iterable(parts):
         if n_seen % step == 0:
             # Without the copy, one window would keep its part in memory.
@@ -194,9 +197,5 @@ def thin_windows(
         n_seen += 1
         if len(kept) > max_windows:
             step *= 2
-            kept = {
-                position: each
-                for position, each in kept.items()
-                if position % step == 0
-            }
+            kept = {place: kept[place] for place in kept if place % step == 0}
     return np.stack([*kept.values()]), np.array([*kept]), n_seen

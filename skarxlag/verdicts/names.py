@@ -172,34 +172,36 @@ class VerdictNames:
         Named
             The verdict.
         """
+        best = int(probability.argmax())
         if not self._has_places:
-            best = int(probability.argmax())
             return Named(self.conditions[best], float(probability[best]), None)
-        of_groups = np.array([probability[own].sum() for own in self._members])
+        # NumPy takes several times as long to sum so few numbers.
+        of_conditions = probability.tolist()
+        of_groups = [sum(of_conditions[i] for i in own) for own in self._members]
         healthy = 0.0 if self._healthy is None else of_groups[self._healthy]
-        faulty = of_groups.sum() - healthy
+        faulty = sum(of_groups) - healthy
         if unknown > max(healthy, faulty):
-            nearest = self.conditions[int(probability.argmax())]
-            return Named(UNKNOWN, float(unknown), str(nearest))
+            return Named(UNKNOWN, float(unknown), str(self.conditions[best]))
         if self._healthy is not None and healthy >= faulty:
-            return self._named_in(self._healthy, probability)
+            return self._named_in(self._healthy, of_conditions)
         of_faults = of_groups.copy()
         if self._healthy is not None:
             of_faults[self._healthy] = -1.0
-        first, *others = np.argsort(-of_faults, kind="stable")
+        order = sorted(range(len(of_faults)), key=of_faults.__getitem__, reverse=True)
+        first, *others = order
         second = others[0] if others else first
         is_place = self._places[first] in _TITLES and self._places[second] in _TITLES
         if is_place and of_faults[first] < _SURE_PLACE * faulty:
             shown = [g for g in (first, second) if of_faults[g] > 0]
             parts = [f"{self._titles[g]} {of_faults[g]:.0%}" for g in shown]
-            return Named(UNCERTAIN, float(faulty), ", ".join(parts))
-        return self._named_in(first, probability)
+            return Named(UNCERTAIN, faulty, ", ".join(parts))
+        return self._named_in(first, of_conditions)
 
     def _named_in(self, group, probability):
-        own = self._members[group]
-        best = own[int(probability[own].argmax())]
+        members = self._members[group]
+        best = max(members, key=probability.__getitem__)
         if self._states_condition[group]:
-            return Named(self.conditions[best], float(probability[best]), None)
-        total = float(probability[own].sum())
+            return Named(self.conditions[best], probability[best], None)
+        total = sum(probability[i] for i in members)
         share = probability[best] / total if total > 0 else 0.0
         return Named(self._titles[group], total, f"{self.conditions[best]} {share:.0%}")

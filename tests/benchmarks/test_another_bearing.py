@@ -10,7 +10,6 @@ from benchmarks.another_bearing import (
     constants,
     curve,
     metrics,
-    noise,
     protocol,
 )
 from benchmarks.another_bearing.methods import METHODS, by_place
@@ -45,7 +44,8 @@ def test_folds_leave_one_specimen_of_each_place_out():
     found = list(protocol.folds(rig()))
     # All specimens, then two folds, at two speeds each.
     assert len(found) == 6
-    same, other = found[0], found[2]
+    same = found[0]
+    other = found[2]
     assert set(same.train.condition) == set(POLES) and list(same.tests) == [
         protocol.SAME_BEARING
     ]
@@ -162,11 +162,3 @@ def test_the_curve_has_fewer_specimens():
     train = next(iter(protocol.folds(rig()))).train
     assert set(curve.chosen(train, 1).condition) == {"Normal", "IR2", "OR2"}
     assert set(curve.chosen(train, 2).condition) == set(POLES)
-
-
-def test_synthetic_signals_are_finite_and_differ():
-    signals = noise.synthetic(RATE, 400)
-    stacked = np.stack(list(signals.values()))
-    assert np.isfinite(stacked).all() and len(
-        np.unique(stacked.round(6), axis=0)
-    ) == len(stacked)

@@ -1,20 +1,23 @@
+"""Examples in the docstrings of the benchmarks."""
+
 import doctest
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 
-from benchmarks.cross_speed import intervals, peers_with_speed, protocol
-from benchmarks.pages import blocks as pages
-from benchmarks.pages import canaries, digests, terminal_example
-from benchmarks.paper import comparison, printed_tables
-from benchmarks.paper import protocol as paper_protocol
+import benchmarks
 
-MODULES = [pages, canaries, digests, terminal_example]
-MODULES += [protocol, intervals, peers_with_speed]
-MODULES += [comparison, printed_tables, paper_protocol]
+ROOT = Path(benchmarks.__file__).parent
+MODULES = [
+    ".".join(path.relative_to(ROOT.parent).with_suffix("").parts)
+    for path in sorted(ROOT.rglob("*.py"))
+    if ">>> " in path.read_text("utf-8")
+]
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_examples(module):
-    result = doctest.testmod(module)
+@pytest.mark.parametrize("name", MODULES)
+def test_examples(name):
+    result = doctest.testmod(import_module(name))
     assert result.attempted > 0
     assert result.failed == 0

@@ -3,7 +3,6 @@ import pandas as pd
 import pytest
 
 from benchmarks.fault_orders.command import (
-    area_under_curve,
     compared,
     counted,
     settings_left_out,
@@ -41,13 +40,14 @@ def rig():
 
 def test_tables_of_a_rig(rig):
     methods = ["FaultOrderClassifier", "largest peaks at the orders"]
-    rows = pd.DataFrame(whole(rig, methods)).assign(rig="rig")
+    frames = [whole("rig", rig, method) for method in methods]
+    rows = pd.concat(frames, ignore_index=True)
     table = counted(rows[rows["method"] == methods[0]])
     assert table["right"].tolist() == [1, 1, 1] and not table["wrong"].any()
     by_method = compared(rows).set_index("method")
     assert by_method.loc[methods[0], "mean of rigs"] == 1
     assert by_method["races right and above every healthy recording"].max() == 1
-    seconds = pd.DataFrame(stretches(rig)).assign(rig="rig")
+    seconds = stretches("rig", rig)
     assert len(seconds) == 9
     reference = with_reference(seconds)
     assert reference["races detected"].tolist() == [1]
@@ -74,11 +74,6 @@ def test_wrong_names_and_abstaining_are_counted():
 def test_settings_are_chosen_without_the_rig(rig):
     found = settings_left_out({"one": rig, "other": rig})
     assert found["right"].tolist() == [1, 1]
-
-
-def test_area_under_the_curve():
-    assert area_under_curve([5, 6], [1, 2]) == 1
-    assert area_under_curve([1.0], [1.0]) == 0.5
 
 
 def test_largest_peaks_find_the_race(rig):

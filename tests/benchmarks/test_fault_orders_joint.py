@@ -63,10 +63,8 @@ def test_protocols_of_a_rig(rigs):
 def test_verdict_is_that_of_the_diagnoser(rigs):
     rig = next(iter(rigs.values()))
     rows = rows_of(rig)
-    learned, tested = (
-        rows[rows.is_first_half & (rows.rpm == 900)],
-        rows[~rows.is_first_half],
-    )
+    learned = rows[rows.is_first_half & (rows.rpm == 900)]
+    tested = rows[~rows.is_first_half]
     tested = tested._replace(X=remounted(tested.X, 1.0, 0.3, 0))
     diagnoser = make_diagnoser(sampling_rate=RATE, bearing=SKF_6205)
     diagnoser.fit(learned.X, learned.y, rpm=learned.rpm)

@@ -3,7 +3,8 @@ import numpy as np
 from benchmarks.fault_orders.runs import BEARING, name_row, names_over_time
 from skarxlag.bearings import bearing_orders
 
-RATE, RPM = 12_800.0, 1500.0
+RATE = 12_800.0
+RPM = 1500.0
 
 
 def snapshots(n, amplitude, seed):

@@ -4,14 +4,23 @@ import hashlib
 import os
 import re
 import time
-from importlib.util import find_spec
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
 from benchmarks.pages import __main__ as command
-from benchmarks.pages import blocks, canaries, cells, digests, modules, parts, states
+from benchmarks.pages import (
+    blocks,
+    canaries,
+    cells,
+    digests,
+    kept,
+    modules,
+    parts,
+    states,
+)
+from benchmarks.pages.kept import kept_or_computed
 
 PAGES = [*modules.ROOT.glob("*.md"), *modules.ROOT.glob("benchmarks/*.md")]
 PAGES += modules.ROOT.glob("docs/*.md")
@@ -55,11 +64,6 @@ def test_every_image_is_written_by_one_part():
     assert sorted(listed) == sorted(stored)
 
 
-@pytest.mark.parametrize("part", parts.PARTS.values(), ids=parts.PARTS)
-def test_the_command_of_a_part_exists(part):
-    assert find_spec(part.command.split()[1]) is not None
-
-
 @pytest.mark.parametrize("name", parts.PARTS)
 def test_each_block_states_its_command_version_and_date(name):
     known = states.recorded()
@@ -99,7 +103,7 @@ def page(tmp_path, monkeypatch):
     (tmp_path / "data.sha256").write_text("1")
     part = parts.Part("-m benchmarks.program", {"page.md": ("a",)}, data=("*.sha256",))
     monkeypatch.setattr(parts, "PARTS", {"only": part._replace(canaries=("value",))})
-    for module in (command, blocks, states):
+    for module in (command, blocks, kept, states):
         monkeypatch.setattr(module, "PARTS", parts.PARTS)
     for module in (modules, digests, states, blocks, command):
         monkeypatch.setattr(module, "ROOT", tmp_path)
@@ -202,18 +206,31 @@ def test_code_that_was_changed_during_a_run_gives_no_digest(page, monkeypatch):
     assert the_state() == (states.OUTDATED, "no digest")
 
 
-def test_blocks_of_every_part_are_recorded(page):
-    parts.PARTS["earlier"] = parts.PARTS["only"]._replace(blocks={"other.md": ("b",)})
-    blocks.write_blocks(page, {"a": "new"})
-    assert states.outdated() == ["earlier"]
-
-
 def test_what_is_outdated_is_run(page):
     parts.PARTS["only"] = parts.PARTS["only"]._replace(blocks={}, images=("a.svg",))
     assert command.main([]) == 0
     assert (page.parent / "ran").exists() and states.outdated() == []
     with pytest.raises(SystemExit):
         command.main(["unknown"])
+
+
+def test_a_kept_table_is_computed_again_when_code_or_data_change(page):
+    path = page.parent / "kept.csv"
+    values = iter(range(9))
+
+    def kept():
+        frame = kept_or_computed(
+            path, "only", lambda: pd.DataFrame({"x": [next(values)]})
+        )
+        return frame["x"].tolist()
+
+    assert kept() == kept() == [0]
+    edit(page, "kernel.py", "2 * x", "3 * x")
+    assert kept() == kept() == [1]
+    (page.parent / "data.sha256").write_text("2")
+    assert kept() == [2]
+    (page.parent / "kept.digest").unlink()
+    assert kept() == [3]
 
 
 @pytest.mark.slow

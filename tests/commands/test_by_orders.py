@@ -199,12 +199,10 @@ def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
     code, out, err = run(*command, "--rpm", 900)
     assert code == 0 and json.loads(out.splitlines()[-1])["verdict"] == "inner", err
     code, out, err = run(*command)
-    assert (
-        code == 2
-        and out == ""
-        and "--rpm: needed" in err
-        and "fitted at 900 rpm" in err
-    )
+    assert code == 2
+    assert out == ""
+    assert "--rpm: needed" in err
+    assert "fitted at 900 rpm" in err
 
 
 def test_fit_with_faults_joins_spectra_and_orders(run, plant):

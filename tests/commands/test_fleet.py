@@ -399,7 +399,9 @@ def test_an_interrupted_run_goes_on_where_it_stopped(
     assert code == 130 and not out and not output.exists()
     partial = tmp_path / "out.csv.skarxlag-journal"
     assert (
-        f"{partial}: the same command goes on from here" in err and "interrupted" in err
+        f"{partial}: The results so far are saved. Run the same command again to continue."
+        in err
+        and "interrupted" in err
     )
     assert len(partial.read_text().splitlines()) == 8
     # A line that was being written when the machine went down, and a file that has

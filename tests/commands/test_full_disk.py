@@ -140,28 +140,12 @@ def test_evaluate_leaves_no_half_written_table(run, tmp_path, no_figures):
 @pytest.mark.skipif(
     not os.path.exists("/dev/full"), reason="no device that is always full"
 )
-@pytest.mark.parametrize("command", ["diagnose", "watch", "info"])
-def test_a_full_disk_behind_the_output_ends_with_one_line(tmp_path, models, command):
-    np.savetxt(tmp_path / "s.csv", sound("good", 5 * WINDOW, 3))
-    further = {
-        "diagnose": [tmp_path / "s.csv", "--sampling-rate", str(RATE)],
-        "watch": [tmp_path / "s.csv", "--idle", "0.02"],
-        "info": [],
-    }
-    arguments = [
-        sys.executable,
-        "-m",
-        "skarxlag",
-        command,
-        models[0],
-        *further[command],
-    ]
+def test_a_full_disk_behind_the_output_ends_with_one_line(models):
+    command = [sys.executable, "-m", "skarxlag", "info", models[0]]
     with open("/dev/full", "w") as full:
-        found = subprocess.run(
-            arguments, stdout=full, stderr=subprocess.PIPE, text=True
-        )
-    assert found.returncode == 1 and "Traceback" not in found.stderr
-    assert found.stderr.strip().endswith("No space left on device")
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 1 and "Traceback" not in done.stderr
+    assert done.stderr.strip().endswith("No space left on device")
 
 
 #: Compiles a loop while no file can grow, and computes with it.
@@ -176,7 +160,7 @@ print(switching_gain(np.ones((1, 4)), 0.1).shape)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("room", [0, 100, 2000])
+@pytest.mark.parametrize("room", [0, 2000])
 def test_machine_code_that_cannot_be_stored_is_used_all_the_same(tmp_path, room):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     # Half of a file must not mislead the next process, which has room enough.

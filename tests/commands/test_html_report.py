@@ -277,3 +277,16 @@ def test_conditions_stand_in_the_order_of_the_model():
     found = stated_conditions(rows, ["normal", "inner", "ball"])
     assert found.columns.tolist() == ["normal", "ball"] and found.to_numpy().sum() == 3
     assert found.index.tolist() == ["normal", "ball", "unheard"]
+
+
+def test_without_healthy_recordings_the_model_states_the_healthy_spectrum(plant):
+    """A single recording has nothing of the same run to be compared with."""
+    title = "Spectral shape of the innovations next to that of the model"
+    alone = diagnosed(plant, plant / "worn.npy")
+    assert title in captions(alone) and "learned: good" in alone
+    assert "healthy: " not in "".join(sections(alone).values())
+    together = diagnosed(plant, plant / "worn.npy", plant / "good.npy")
+    worn, good = (sections(together)[name] for name in sections(together))
+    assert "healthy by verdict: 1 recording" in worn and title not in captions(worn)
+    # The only healthy recording is not compared with itself.
+    assert title in captions(good)

@@ -134,7 +134,7 @@ def test_no_recording_gets_a_verdict(run, tmp_path, fitted, kind, knows_speeds):
             rpm,
             row,
         )
-        failed = f"1 of 1 recordings failed:\n  {row['recording']}: {row['error']}\n"
+        failed = f"1 of 1 recording failed:\n  {row['recording']}: {row['error']}\n"
         assert code == 1 and failed in err, err
 
 

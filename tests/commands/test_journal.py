@@ -54,11 +54,10 @@ def result(journal, recording):
 
 def test_an_interrupted_run_leaves_its_results(journal, recording, capsys):
     text = interrupted(journal, recording)
-    assert (
-        journal.path.name == "out.csv.skarxlag-journal" and len(text.splitlines()) == 2
-    )
-    message = f"{journal.path}: the same command goes on from here\n"
-    assert capsys.readouterr().err == message
+    assert journal.path.name == "out.csv.skarxlag-journal"
+    assert len(text.splitlines()) == 2
+    err = capsys.readouterr().err
+    assert err.startswith(f"{journal.path}: The results so far are saved.")
     found = result(journal, recording)
     assert (found.verdict, found.sampling_rate, found.remarks) == (
         VERDICT,
@@ -238,5 +237,5 @@ def test_a_missing_library_leaves_no_journal(
         monkeypatch.setitem(sys.modules, name, None)
     code, out, err = run("diagnose", models[0], tmp_path / "a.npy", *arguments[option])
     assert code == 1 and not out and "skarxlag diagnose: error" in err
-    assert "goes on from here" not in err
+    assert "Run the same command again" not in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npy"]

@@ -387,9 +387,8 @@ def test_sound_card(shell, tmp_path):
     (1000 * sound("good", 9 * WINDOW, 3)).astype("<i2").tofile(tmp_path / "samples.raw")
     found = shell(block("monitoring", "arecord"))
     assert found.returncode == 0, found.stderr
-    assert (
-        len(found.stdout.splitlines()) == 9 and f"{9 * WINDOW} samples" in found.stderr
-    )
+    assert len(found.stdout.splitlines()) == 9
+    assert f"{9 * WINDOW} samples" in found.stderr
 
 
 @needs_bash

@@ -356,7 +356,7 @@ def test_a_recording_that_was_not_diagnosed_is_not_counted_as_wrong(run, plant, 
     )
     failed = "1 of 2 recordings failed:\n  worn.npy: speed 0.001 rpm"
     n, status = (2, 0) if rpm == 300 else (1, 1)
-    assert f"{n} of {n} verdicts agree" in out and code == status
+    assert f"{n} of {n} verdict{'s' * (n > 1)} agree" in out and code == status
     assert (failed in err) == (code == 1), err
 
 

@@ -180,11 +180,9 @@ def test_watch_of_a_folder_takes_the_speed_of_each_file(run, model, folder, tmp_
     assert code == 0 and found[-1]["verdict"] == "inner", err
     assert found[0]["rpm"] < 1000 < 1400 < found[len(found) // 2 - 1]["rpm"]
     code, out, err = run(*watch)
-    assert (
-        code == 0
-        and out == ""
-        and err.count("the speed is not stated; expected --rpm") == 2
-    )
+    assert code == 0
+    assert out == ""
+    assert err.count("the speed is not stated; expected --rpm") == 2
     log = tmp_path / ".speeds.csv"
     log.write_text("recording,rpm\n1,1200\n2,1300\n")
     code, out, err = run(*watch, "--rpm", log)
@@ -214,9 +212,8 @@ def test_evaluate_leaves_recordings_out_by_their_mean_speed(run, tmp_path):
 def test_pulses_per_turn_belong_to_a_tachometer(run, model, piped):
     piped(b"1\n2\n")
     code, _, err = run("watch", model, "-", "--rpm", 900, "--pulses-per-revolution", 2)
-    assert (
-        code == 2 and "--pulses-per-revolution: belongs to --rpm tacho:CHANNEL" in err
-    )
+    assert code == 2
+    assert "--pulses-per-revolution: belongs to --rpm tacho:CHANNEL" in err
     code, _, err = run("watch", model, "-", "--rpm", "fast")
     assert code == 2 and "'fast', expected a number above 0" in err
     code, _, err = run("watch", model, "-", "--rpm", "speeds.csv")

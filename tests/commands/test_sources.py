@@ -50,10 +50,8 @@ def test_a_folder_whose_names_say_everything_needs_no_table(run, folder, model):
     rows = pd.read_csv(output)
     assert code == 0 and len(rows) == 12 and rows["recording"].is_unique
     assert (rows["verdict"] == rows["condition"]).all()
-    assert set(rows["rpm"]) == {300, 310, 500} and set(rows["stated_hall"]) == {
-        "a",
-        "b",
-    }
+    assert set(rows["rpm"]) == {300, 310, 500}
+    assert set(rows["stated_hall"]) == {"a", "b"}
     code, out, _ = run("diagnose", model, folder / "runs" / "*" / "worn_3*.npy", "-q")
     assert code == 0 and sum(".npy " in line for line in out.splitlines()) == 4
 

@@ -63,9 +63,8 @@ def test_a_file_that_is_replaced_while_it_is_read(source, n_samples):
     replace(folder / "a.npy", np.full(n_samples, 7))
     new = [("a.npy", 7, 5)] * (n_samples // 5)
     assert read(blocks) == [("b.npy", 1, 5)] * 2 + new
-    assert len(warnings) == 1 and warnings[0].startswith(
-        f"skipped: {folder / 'a.npy'}: "
-    )
+    assert len(warnings) == 1
+    assert warnings[0].startswith(f"skipped: {folder / 'a.npy'}: ")
 
 
 def test_files_that_vanish_or_get_another_name_before_their_turn(source):
@@ -73,9 +72,8 @@ def test_files_that_vanish_or_get_another_name_before_their_turn(source):
     (folder / "b.npy").rename(folder / "c.npy")
     (folder / "a.npy").unlink()
     assert read(blocks) == [("c.npy", 1, 5)] * 2
-    assert len(warnings) == 1 and warnings[0].startswith(
-        f"skipped: {folder / 'a.npy'}: "
-    )
+    assert len(warnings) == 1
+    assert warnings[0].startswith(f"skipped: {folder / 'a.npy'}: ")
 
 
 @pytest.mark.slow

@@ -11,7 +11,8 @@ import pytest
 from skarxlag import ConditionMonitor, save_monitor_state
 from skarxlag.recordings.formats._contents import ContentError
 from skarxlag.recordings.live import from_growing_file
-from skarxlag.recordings.live_samples import StreamTimes, TextSamples
+from skarxlag.recordings.live_text import TextSamples
+from skarxlag.recordings.live_times import StreamTimes
 from tests.commands.watching import (
     IDLE,
     RATE,
@@ -61,10 +62,8 @@ def test_decimal_commas_of_one_column(run, models, fitted, piped):
     assert code == 0 and verdicts_of(out) == expected(fitted, signal)
     piped(b"512,498\n" * 600)
     code, _, err = run("watch", models[0], "-")
-    assert (
-        code == 1
-        and "2 channels, expected 1; the comma may separate two columns" in err
-    )
+    assert code == 1
+    assert "2 channels, expected 1; the comma may separate two columns" in err
 
 
 def test_names_that_come_again_and_a_first_line_that_was_cut(
@@ -75,11 +74,9 @@ def test_names_that_come_again_and_a_first_line_that_was_cut(
     options = ("--channel", "0")
     piped(b"\n".join([b"a,b", *lines[:300], b"a,b", *lines[300:]]))
     code, out, err = run("watch", models[0], "-", *options)
-    assert (
-        code == 0
-        and verdicts_of(out) == expected(fitted, samples)
-        and "no numbers" not in err
-    )
+    assert code == 0
+    assert verdicts_of(out) == expected(fitted, samples)
+    assert "no numbers" not in err
     for cut in (b".25", b"e-05", b"\xef\xbb\xbf17"):
         piped(b"\r\n".join([cut, *lines]))
         code, out, err = run("watch", models[0], "-", *options)
@@ -115,11 +112,9 @@ def test_a_byte_order_mark_and_two_signs_at_the_end_of_a_line(
     samples = sound("good", 450, 3)
     piped(first + lines_of(samples).replace(b"\n", b"\r\n"))
     code, out, err = run("watch", models[0], "-")
-    assert (
-        code == 0
-        and verdicts_of(out) == expected(fitted, samples)
-        and "no numbers" not in err
-    )
+    assert code == 0
+    assert verdicts_of(out) == expected(fitted, samples)
+    assert "no numbers" not in err
 
 
 @pytest.mark.parametrize(
@@ -153,10 +148,8 @@ def test_the_layout_does_not_depend_on_how_the_lines_come():
     np.testing.assert_array_equal(
         np.concatenate([p for p in parts if p.size], axis=1), whole
     )
-    assert (
-        whole[:, 0].tolist() == [1.0, 2.0]
-        and pieces.unread["lines that are no numbers"] == 70
-    )
+    assert whole[:, 0].tolist() == [1.0, 2.0]
+    assert pieces.unread["lines that are no numbers"] == 70
 
 
 def test_a_line_without_an_end_takes_no_memory():
@@ -245,11 +238,9 @@ def test_a_state_belongs_to_its_source(run, models, tmp_path):
     other = tmp_path / "other.csv"
     other.write_bytes(lines_of(samples))
     code, out, err = run("watch", models[0], other, *options)
-    assert (
-        code == 1
-        and out == ""
-        and f"state of source '{path.resolve()}', expected" in err
-    )
+    assert code == 1
+    assert out == ""
+    assert f"state of source '{path.resolve()}', expected" in err
     for option, value, message in (
         ("--channel", "0", "of channel None, expected '0'"),
         ("--time-column", "none", "of time column None, expected 'none'"),
@@ -294,11 +285,9 @@ def test_a_place_that_is_none(run, models, fitted, tmp_path, place):
     monitor = ConditionMonitor(fitted[0], RATE, window_length=WINDOW)
     save_monitor_state(monitor, state, place=place)
     code, out, err = run("watch", models[0], path, *IDLE, "--state", state)
-    assert (
-        code == 1
-        and out == ""
-        and f"state.json: place {place!r}, expected two values" in err
-    )
+    assert code == 1
+    assert out == ""
+    assert f"state.json: the place in the source is {place!r}, expected two values" in err
 
 
 def test_a_state_that_cannot_be_written_is_reported_at_once(
@@ -358,7 +347,5 @@ def test_a_column_of_shaft_speeds(run, models, piped, tmp_path):
     code, _, err = run("watch", models[0], "-", "--rpm-column", "n", "--rpm", 900)
     assert code == 2 and "not allowed with argument" in err
     code, _, err = run("watch", models[0], "-", "--rpm", "log.csv")
-    assert (
-        code == 2
-        and "--rpm: log.csv is for a folder; use tacho:CHANNEL, --rpm-column" in err
-    )
+    assert code == 2
+    assert "--rpm: log.csv is for a folder; use tacho:CHANNEL, --rpm-column" in err

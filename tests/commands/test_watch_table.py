@@ -80,7 +80,8 @@ def test_a_source_that_fails_does_not_end_the_others(run, plant):
         b"acc\n" + b"1" * 2**20 + b"\n" * 9 + b"x\n" * 9
     )
     code, out, err = run("watch", table, *IDLE)
-    assert code == 1 and {json.loads(line)["sensor"] for line in out.splitlines()} == {
+    assert code == 1
+    assert {json.loads(line)["sensor"] for line in out.splitlines()} == {
         "pump 2",
         "fan",
     }
@@ -114,9 +115,9 @@ def test_a_table_that_is_none_ends_the_command(run, plant, change, message):
 )
 def test_an_option_that_a_column_replaces_is_refused(run, plant, option, column):
     code, _, err = run("watch", plant[0], option, "x")
-    assert (
-        code == 2 and f"argument {option}: " in err and f"has a column {column}" in err
-    )
+    assert code == 2
+    assert f"argument {option}: " in err
+    assert f"has a column {column}" in err
 
 
 def test_a_model_alone_reads_standard_input(run, models, monkeypatch):

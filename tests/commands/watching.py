@@ -6,7 +6,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from skarxlag import ConditionMonitor
-from skarxlag.recordings.live_samples import StreamTimes, TextSamples
+from skarxlag.recordings.live_text import TextSamples
+from skarxlag.recordings.live_times import StreamTimes
 
 WINDOW, RATE = 200, 1000.0
 COLOURS = {"good": [1.0, -0.9], "worn": [1.0, 0.9]}
@@ -22,11 +23,9 @@ def verdicts_of(text):
     """The fields of `MonitorVerdict` and the healthy condition, in each line."""
     lines = [json.loads(line) for line in text.splitlines()]
     for line in lines:
-        assert (
-            line.pop("kind") == "verdict"
-            and line.pop("sensor")
-            and len(line.pop("model")) == 12
-        )
+        assert line.pop("kind") == "verdict"
+        assert line.pop("sensor")
+        assert len(line.pop("model")) == 12
         line["time"] = line.pop("seconds")
     return lines
 

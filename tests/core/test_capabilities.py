@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import sklearn
 from scipy.signal import lfilter
 from sklearn.calibration import CalibratedClassifierCV
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
@@ -22,7 +23,12 @@ from skarxlag import (
     make_known_conditions,
     window_verdicts,
 )
-from skarxlag.core.capabilities import Capabilities, capabilities
+from skarxlag.core.capabilities import (
+    Capabilities,
+    capabilities,
+    requests,
+    training_speeds,
+)
 from skarxlag.core.pipelines import as_diagnosis_pipeline
 
 pytestmark = pytest.mark.filterwarnings(
@@ -124,6 +130,7 @@ def test_speed_is_taken_if_fit_knew_it(rpm, stretches):
     )
     can = capabilities(model)
     assert can.takes_rpm == (rpm is not None)
+    assert training_speeds(model) == can.speeds == (() if rpm is None else (600.0,))
     assert (can.is_stretch, can.sampling_rate, can.window_length) == (
         True,
         10_000,
@@ -143,3 +150,15 @@ def test_models_around_a_diagnoser_give_its_verdicts_and_alarms(wrap, X):
     model = wrap(make_alpio(healthy="good")).fit(X, Y)
     found = window_verdicts(model, X)
     assert found.equals(window_verdicts(make_alpio(healthy="good").fit(X, Y), X))
+
+
+@pytest.mark.parametrize("wrap", [lambda step: step, make_pipeline])
+def test_requests_follow_what_a_step_was_set_to_request(wrap):
+    with sklearn.config_context(enable_metadata_routing=True):
+        residual = OrderResidual()
+        model = wrap(residual)
+        assert requests(model, "transform", "rpm")
+        residual.set_transform_request(rpm=False)
+        assert not requests(model, "transform", "rpm")
+        residual.set_transform_request(rpm=True)
+        assert requests(model, "transform", "rpm")

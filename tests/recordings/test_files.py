@@ -261,7 +261,7 @@ def test_csv_keeps_all_digits(tmp_path):
     ("text", "message"),
     [
         ("y\n1\n\n3\n", "has missing, NaN or infinite values, the first at sample 1"),
-        ("y,u\n1,2\n3\n", "sample 1 has 1 fields, expected 2: a value is missing"),
+        ("y,u\n1,2\n3\n", "sample 1 has 1 of 2 fields: a value is missing"),
         ("y,u\n1,2,3\n4,5,6\n", "2 names for the 3 fields of a sample"),
         ("y,u\n0,2,3\n1,5,6\n", "2 names for the 3 fields of a sample"),
         ("y,u\n1,2\n4,5,6\n", "line 3"),
@@ -435,7 +435,7 @@ def test_a_file_is_opened_once_for_its_facts_and_once_for_its_samples(tmp_path):
         "sys.addaudithook(lambda event, args: event == 'open' and opened.append(args[0]))\n"
         "path = pathlib.Path(sys.argv[1])\n"
         "recording = ListedRecording(None, 'run', path).with_speed()\n"
-        "assert recording.rpm == 900 and len(list(recording.blocks(7))) == 1\n"
+        "assert recording.rpm == 900 and len(list(recording.blocks(25))) == 2\n"
         "print(opened.count(str(path)))\n"
     )
     done = subprocess.run(

@@ -84,17 +84,39 @@ def test_a_log_over_time(folder, is_date):
         (
             "speeds.csv",
             "recording,speed\na,5\n",
-            "speeds.csv: columns .* expected 'rpm' and",
+            "speeds.csv: the columns are .* expected rpm, and",
         ),
-        ("speeds.csv", "rpm,load\n5,5\n", "speeds.csv: columns .* expected 'rpm' and"),
-        ("speeds.csv", "recording,rpm\nb,5\n", "speeds.csv: states no speed above 0"),
-        ("speeds.csv", "recording,rpm\na,-5\n", "speeds.csv: states no speed above 0"),
+        (
+            "speeds.csv",
+            "rpm,load\n5,5\n",
+            "speeds.csv: the columns are .* expected rpm, and",
+        ),
+        (
+            "speeds.csv",
+            "recording,rpm\nb,5\n",
+            "speeds.csv: the log states no speed above 0",
+        ),
+        (
+            "speeds.csv",
+            "recording,rpm\na,-5\n",
+            "speeds.csv: the log states no speed above 0",
+        ),
         (
             "speeds.csv",
             "recording,rpm\na,fast\n",
-            "speeds.csv: states no speed above 0",
+            "speeds.csv: the log states no speed above 0",
         ),
-        ("speeds.csv", "time,rpm\n9.5,600\n", "speeds.csv: states no speed above 0"),
+        (
+            "speeds.csv",
+            "recording,rpm\na,1.797\nb,985\n",
+            "1.797', which means 1797 or",
+        ),
+        ("speeds.csv", "recording;rpm\na;1,797\n", "1,797', which means 1797 or"),
+        (
+            "speeds.csv",
+            "time,rpm\n9.5,600\n",
+            "speeds.csv: the log states no speed above 0",
+        ),
         ("speeds.csv", "time,rpm\n2026-11-22,600\n", "does not state the date"),
         ("speeds.txt", None, "rpm is 'speeds.txt', expected a positive number"),
     ],
@@ -106,6 +128,13 @@ def test_errors_name_the_entry(folder, rpm, log, message):
         (ValueError, FileNotFoundError), match=rf"table.csv, line 2: .*{message}"
     ):
         list_recordings(table(folder, f"a.npz,a,y,{rpm}"))[0].with_speed()
+
+
+@pytest.mark.parametrize("other", ["112.125", "45.5", "0.875"])
+def test_another_speed_of_a_log_shows_that_the_point_is_decimal(folder, other):
+    (folder / "speeds.csv").write_text(f"recording,rpm\na,45.125\nb,{other}\n")
+    (entry,) = list_recordings(table(folder, "a.npz,a,y,speeds.csv"))
+    assert entry.with_speed().rpm == 45.125
 
 
 @pytest.mark.parametrize(

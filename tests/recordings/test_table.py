@@ -192,7 +192,7 @@ def test_healthy_condition(folder):
     rig = load_recordings(write(folder, GOOD), window_length=4, healthy="inner race")
     assert rig.target_names == ["inner race", "normal", "ball"]
     with pytest.raises(
-        ValueError, match=r"healthy='worn' is not a condition of .*table.csv"
+        ValueError, match=r"healthy is 'worn', which is not a condition of .*table.csv"
     ):
         load_recordings(folder / "table.csv", window_length=4, healthy="worn")
 
@@ -250,7 +250,7 @@ def test_recording_shorter_than_a_window_is_named(folder):
         ("400.5", "quick", r"line 3: rpm is 'quick', expected a positive number"),
         ("ball", " ", r"line 3: condition is empty"),
         (GOOD, "path,specimen\na.npy,\n", r"line 2: specimen is empty"),
-        (",condition", ",specimens", r"is 'specimens' meant to be 'specimen'"),
+        (",condition", ",specimens", r"is the column 'specimens' meant to be specimen"),
         (
             "c.csv,inner race,300,50000.0,1",
             "a.npy,x,1,1,",
@@ -259,14 +259,10 @@ def test_recording_shorter_than_a_window_is_named(folder):
         (
             "condition",
             "conditon",
-            r"columns \['path', 'conditon'.*expected 'path' and any of",
+            r"columns are path, conditon.*expected path, and any of",
         ),
-        ("path,", "file,", r"columns \['file'.*expected 'path'"),
-        (
-            "path,",
-            "path,path,",
-            r"columns \['path', 'path'.*expected 'path' and any of",
-        ),
+        ("path,", "file,", r"columns are file.*expected path"),
+        ("path,", "path,path,", r"columns are path, path.*expected path, and any of"),
         ("50e3,\n", "50e3,,,,\n", r"cannot be read as a csv table"),
         ("50000,y", "50000,y,u", r"cannot be read as a csv table .*line 3"),
         (GOOD, "path,condition\n", r"lists no recording"),
@@ -415,7 +411,7 @@ def test_windows_never_replace_what_is_read(folder, name):
     path = write(folder, GOOD)
     content = (folder / name).read_bytes()
     with pytest.raises(
-        ValueError, match=rf"memory_map=.*{name}' is among the files that are read"
+        ValueError, match=rf"memory_map .*{name} is among the files that are read"
     ):
         load_recordings(path, window_length=4, memory_map=folder / "sub" / ".." / name)
     assert (folder / name).read_bytes() == content

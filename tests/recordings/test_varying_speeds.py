@@ -5,9 +5,11 @@ import pandas as pd
 import pytest
 
 from skarxlag import load_recordings, read_recording_table, rpm_from_tacho
+from skarxlag.recordings.cutting import cut_recordings
 from skarxlag.recordings.listing import list_recordings
-from skarxlag.recordings.rig import cut_recordings, join_windows, speeds_of_samples
-from skarxlag.recordings.speeds import SpeedProfile, TachoStream
+from skarxlag.recordings.rows import join_windows, speeds_of_samples
+from skarxlag.recordings.speeds import SpeedProfile
+from skarxlag.recordings.tacho import TachoStream
 
 RATE, SECONDS = 5000, 4
 TIME = np.arange(RATE * SECONDS) / RATE
@@ -106,7 +108,7 @@ def test_rows_that_cannot_be_used(tmp_path):
     assert errors[0].startswith("speed varies from 1.47 to") and not errors[1:].any()
     assert errors[0].endswith("rpm within the row")
     _, errors = speeds_of_samples(rig, least_revolutions=3)
-    assert errors[1] == "the row has less than 3 turns" and not errors[2:].any()
+    assert errors[1] == "the row has less than 3 revolutions" and not errors[2:].any()
 
 
 def test_a_steady_speed_is_one_number_for_each_row(tmp_path):

@@ -52,7 +52,8 @@ def over_draws(frame, rows):
         In the order of appearance; text.
     """
     grouped = frame.drop(columns="seed").groupby(rows, sort=False)
-    mean, spread = grouped.mean(), grouped.std()
+    mean = grouped.mean()
+    spread = grouped.std()
     table = mean.astype(object)
     for name in mean.columns:
         cells = zip(mean[name], spread[name], strict=True)

@@ -21,12 +21,14 @@ from benchmarks.paper.fault_estimation.studies import OTHER, compared
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE)
 #: Samples before and after the event that are drawn.
-BEFORE, AFTER = 20, 80
+BEFORE = 20
+AFTER = 80
 
 
 def trajectories(path, seed, n_samples):
     """True signal and estimates around a step and around the largest impact of a 6 mm crack."""
-    healthy, rig = identified(seed + OTHER, n_samples), recordings(seed, n_samples)
+    healthy = identified(seed + OTHER, n_samples)
+    rig = recordings(seed, n_samples)
     step = synthetic_fault(healthy, rig, "step")
     impact = bearing_fault(healthy, rig, "OR", 6.0)
     peak = np.unravel_index(np.abs(impact.true).argmax(), impact.true.shape)

@@ -48,8 +48,11 @@ class Healthy:
 
     def output_response(self, n_samples):
         """Response of the innovations to an impulse that is added to the output."""
-        space, order = self.model.state_space(), self.model.orders_[0]
-        A, b, coef = space.A[:order, :order], space.b_y[:order], space.coef[0, :order]
+        space = self.model.state_space()
+        order = self.model.orders_[0]
+        A = space.A[:order, :order]
+        b = space.b_y[:order]
+        coef = space.coef[0, :order]
         response = np.zeros(n_samples)
         response[0] = 1.0
         for k in range(1, n_samples):
@@ -148,7 +151,8 @@ def synthetic_fault(healthy, rig, shape):
     n_windows, n_samples = quiet.shape
     n_transient = windows.shape[-1] - n_samples
     response = healthy.output_response(windows.shape[-1])
-    time, onset = np.arange(windows.shape[-1]), windows.shape[-1] // 2
+    time = np.arange(windows.shape[-1])
+    onset = windows.shape[-1] // 2
     if shape == "impact":
         burst = impulse_response(TransmissionPaths().outer, rig.sampling_rate)
         output = np.zeros(windows.shape[-1])

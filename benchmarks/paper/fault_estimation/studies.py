@@ -89,7 +89,8 @@ def observers(seeds, n_samples):
     """Settling times at steps of three sizes, and noise of the estimate on a healthy bearing."""
     found = []
     for seed in seeds:
-        healthy, rig = identified(seed + OTHER, n_samples), recordings(seed, n_samples)
+        healthy = identified(seed + OTHER, n_samples)
+        rig = recordings(seed, n_samples)
         quiet = healthy.innovations(rig.data[rig.target == "Normal"])
         for name, observer in compared().items():
             row = {
@@ -112,7 +113,8 @@ def synthetic(seeds, n_samples):
     """
     found = []
     for seed in seeds:
-        healthy, rig = identified(seed + OTHER, n_samples), recordings(seed, n_samples)
+        healthy = identified(seed + OTHER, n_samples)
+        rig = recordings(seed, n_samples)
         for shape in SHAPES:
             fault = synthetic_fault(healthy, rig, shape)
             last = (
@@ -142,7 +144,8 @@ def bearing(seeds, n_samples):
     """
     found = []
     for seed in seeds:
-        healthy, rig = identified(seed + OTHER, n_samples), recordings(seed, n_samples)
+        healthy = identified(seed + OTHER, n_samples)
+        rig = recordings(seed, n_samples)
         for crack_mm in CRACKS:
             for condition in CONDITIONS:
                 fault = bearing_fault(healthy, rig, condition, crack_mm)
@@ -168,7 +171,8 @@ def gains(seeds, n_samples):
     extended_gain = ExtendedStatePIObserver().gain
     found = []
     for seed in seeds:
-        healthy, rig = identified(seed + OTHER, n_samples), recordings(seed, n_samples)
+        healthy = identified(seed + OTHER, n_samples)
+        rig = recordings(seed, n_samples)
         quiet = healthy.innovations(rig.data[rig.target == "Normal"])
         faults = {
             shape: synthetic_fault(healthy, rig, shape) for shape in ("step", "ramp")

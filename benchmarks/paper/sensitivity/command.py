@@ -112,7 +112,8 @@ def main(arguments=None):
     images = (options.write.parent if options.write else options.output) / "images"
     blocks = {"sensitivity protocol": protocol(options)}
     for name in options.only:
-        study, stem = STUDIES[name], name.replace(" ", "_")
+        study = STUDIES[name]
+        stem = name.replace(" ", "_")
         frame = study.run(tuple(options.seed), options.n_samples)
         frame.to_csv(options.output / f"{stem}.csv", index=False)
         study.plot(frame, images / f"sensitivity_{stem}.svg")

@@ -45,7 +45,9 @@ def compound(seeds, n_samples):
         detector.fit(rig.data[healthy], rig.target[healthy])
         for crack_mm in CRACKS:
             kept = rows_of(fresh, crack_mm)
-            X, target, rpm = fresh.data[kept], fresh.target[kept], fresh.rpm[kept]
+            X = fresh.data[kept]
+            target = fresh.target[kept]
+            rpm = fresh.rpm[kept]
             scored = {
                 name: _verdicts(
                     calibrated(make(healthy=HEALTHY), rig, crack_mm, conditions=KNOWN),
@@ -73,7 +75,8 @@ def compound(seeds, n_samples):
 
 def _verdicts(diagnoser, X):
     """Return the verdicts of one diagnoser on each window."""
-    residuals, ladder = diagnoser[:-1].transform(X), diagnoser[-1]
+    residuals = diagnoser[:-1].transform(X)
+    ladder = diagnoser[-1]
     return {
         "verdict": ladder.predict(residuals),
         "alarm": ladder.detect(residuals),
@@ -86,7 +89,8 @@ def _rates(verdicts, target, condition, at):
     rows = at & (target == condition)
     rates = {"alarm": percentage(verdicts["alarm"][rows])}
     if "verdict" in verdicts:
-        verdict, confidence = verdicts["verdict"][rows], verdicts["confidence"]
+        verdict = verdicts["verdict"][rows]
+        confidence = verdicts["confidence"]
         rates |= {f"as {each}": percentage(verdict == each) for each in KNOWN}
         rates["named"] = percentage(np.isin(verdict, condition.split("-")))
         rates["confidence"] = percentage(confidence[rows])

@@ -70,7 +70,8 @@ def gains(seeds, n_samples):
         rig = standard_rig(seed, n_samples)
         for crack_mm in CRACKS:
             kept = rows_of(rig, crack_mm)
-            target, train = rig.target[kept], rig.rpm[kept] == TRAIN_RPM
+            target = rig.target[kept]
+            train = rig.rpm[kept] == TRAIN_RPM
             identify = ARXLaguerre().fit(rig.data[kept][train], target[train])
             innovations = identify.transform(rig.data[kept])
             for grid, varied, observer, refused in chosen:

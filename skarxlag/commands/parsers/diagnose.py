@@ -1,14 +1,14 @@
 """Diagnose recordings with a model that `fit` or `save_diagnoser` saved.
 
 Each recording gets one verdict from the evidence of all its windows. With --bearing and
-without a model, the orders of the bearing name the place of a fault; with a model, they
-are marked in the report. A .csv among RECORDING holds samples; a table of recordings,
-with the columns that `fit` takes, is given with --table. With -o, results are written
-as .csv or .parquet (rows of windows in a second file, FILE_windows), .json, or .html, a
-report to read and print. An interrupted run goes on where it stopped if it is started
-again with the same file. Exit status: 0 if all recordings were diagnosed, 1 if some
-could not be, 2 if an argument is wrong, 3 with --fail-on alarm if a verdict is not the
-healthy condition.
+without a model, the orders of the bearing (BPFO, BPFI, BSF, FTF) name the location of a
+fault; with a model, they are marked in the report. A .csv among RECORDING holds
+samples; a table of recordings, with the columns that `fit` takes, is given with
+--table. With -o, results are written as .csv or .parquet (rows of windows in a second
+file, FILE_windows), .json, or .html, a report to read and print. An interrupted run
+goes on where it stopped if it is started again with the same file. Exit status: 0 if
+all recordings were diagnosed, 1 if some could not be, 2 if an argument is wrong, 3 with
+--fail-on alarm if a verdict is not the healthy condition.
 """
 
 import argparse
@@ -88,24 +88,23 @@ def check(args: argparse.Namespace) -> None:
 
 
 def _listed(args):
-    own = [] if args.output is None else result_paths(args.output)
+    outputs = [] if args.output is None else result_paths(args.output)
     with as_command_error():
-        recordings = arguments.named_recordings(args, args.recordings)
         # Results of an earlier run may lie in the folder of the recordings.
-        found = {path.absolute() for path in own}
-        found -= {Path(each).absolute() for each in args.recordings}
-        recordings = [each for each in recordings if each.path.absolute() not in found]
-        if args.table is not None:
-            # With recordings, the facts in the arguments are theirs.
-            is_alone = not args.recordings
-            of_table = (
-                arguments.table_recordings(args)
-                if is_alone
-                else list_recordings(args.table)
-            )
-            recordings += of_table
+        results = {path.absolute() for path in outputs}
+        results -= {Path(path).absolute() for path in args.recordings}
+        recordings = [
+            recording
+            for recording in arguments.named_recordings(args, args.recordings)
+            if recording.path.absolute() not in results
+        ]
+        if args.table is not None and args.recordings:
+            # The facts in the arguments are those of the recordings.
+            recordings += list_recordings(args.table)
+        elif args.table is not None:
+            recordings += arguments.table_recordings(args)
     inputs = [args.model, args.table, *(recording.path for recording in recordings)]
-    for path in own:
+    for path in outputs:
         check_output(path, inputs, is_result_file, args.force, SUFFIXES)
     if is_report(args.output):
         require("jinja2", "a report", "io")

@@ -6,7 +6,7 @@ skarxlag.read_recording_table. Without --healthy, the only condition is taken th
 called healthy, normal, good, ok, intact, nominal, baseline, n or h. The detector needs
 healthy recordings only, best of several speeds, and names no fault; it is the default
 if the only condition is healthy. Otherwise the rows are stretches of a second, or of
-ten turns if they take longer, or windows of 1200 samples if the recordings are too
+ten revolutions if they take longer, or windows of 1200 samples if the recordings are too
 short or an option cuts windows (of 4800 for the detector). With --bearing and
 recordings of faults, orders and spectra make one verdict; without faults, healthy
 recordings set the limits.
@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     option(
         model,
         "--bearing",
-        f"name places of faults by orders: {BEARING}",
+        f"name fault locations by orders: {BEARING}",
         bearing,
         "BEARING",
     )

@@ -16,7 +16,7 @@ modification is that of its last sample. With --state, a later run continues fro
 import argparse
 from pathlib import Path
 
-from ...recordings.listing import channel_names
+from ...recordings.recording_tables import channel_names
 from ..arguments import flag, option, positive_int, positive_number, speed_or_source
 from ..files import check_input, is_model_file
 from ..messages import UsageError

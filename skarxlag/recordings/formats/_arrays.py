@@ -33,24 +33,26 @@ class NamedArrays:
         self.scalars: dict[str, Any] = {}
         self.texts: dict[str, str] = {}
         self.refused: dict[str, str] = {}
-        self._array_of, self._separator = array_of, separator
-        self._channels, self._places, self._parts = {}, {}, {}
+        self._array_of = array_of
+        self._separator = separator
+        self._channels: dict[str, Channel] = {}
+        self._places: dict[str, str] = {}
+        self._parts: dict[str, tuple[Any, list[int | None]]] = {}
 
     def add_numbers(self, place: str, properties: Mapping[str, Any]) -> None:
         """Add the single numbers and texts among the properties of a place in the file."""
         for key, value in properties.items():
-            name, number = (
-                f"{place}{self._separator}{key}" if place else key,
-                np.asarray(value),
-            )
-            if number.size != 1:
+            name = f"{place}{self._separator}{key}" if place else key
+            array = np.asarray(value)
+            if array.size != 1:
                 continue
-            if is_numeric(number.dtype):
-                self.scalars[name] = number.item()
-            elif isinstance(text := number.item(), str | bytes):
-                self.texts[name] = (
-                    text if isinstance(text, str) else text.decode(errors="replace")
-                )
+            single = array.item()
+            if is_numeric(array.dtype):
+                self.scalars[name] = single
+            elif isinstance(single, str):
+                self.texts[name] = single
+            elif isinstance(single, bytes):
+                self.texts[name] = single.decode(errors="replace")
 
     def add(
         self,
@@ -87,22 +89,19 @@ class NamedArrays:
             return
         long = [axis for axis, size in enumerate(shape) if size != 1]
         if len(long) > 2 or (len(long) == 2 and shape[long[0]] == shape[long[1]]):
-            expected = "a vector, or a matrix that is longer in time than in channels"
             self.refused[name] = (
-                f"array {name!r} of shape {tuple(shape)}: expected {expected}"
+                f"array {name!r} of shape {tuple(shape)}: expected a vector, or a "
+                "matrix that is longer in time than in channels"
             )
             return
-        time = (
-            shape.index(0)
-            if 0 in shape
-            else max(long, key=lambda axis: shape[axis], default=0)
-        )
+        time = max(long, key=lambda axis: shape[axis], default=0)
+        if 0 in shape:
+            time = shape.index(0)
         across = [axis for axis in long if axis != time and 0 not in shape]
         names = [name or "0"]
         if across:
-            names = [
-                f"{name}[{i}]" if name else str(i) for i in range(shape[across[0]])
-            ]
+            positions = range(shape[across[0]])
+            names = [f"{name}[{i}]" if name else str(i) for i in positions]
         for i, channel in enumerate(names):
             index: list[int | None] = [
                 i if axis in across else 0 for axis in range(len(shape))
@@ -115,8 +114,9 @@ class NamedArrays:
 
     def contents(self) -> Contents:
         """Return the contents of the file."""
-        facts = self.scalars, self._separator, self.texts
-        state_facts(self._channels, self._places, *facts)
+        state_facts(
+            self._channels, self._places, self.scalars, self._separator, self.texts
+        )
         return Contents(self._channels, self._read, self.refused)
 
     def _read(self, names, n_samples):

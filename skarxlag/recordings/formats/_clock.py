@@ -73,8 +73,8 @@ def changes(times: NDArray[Any], before: float = np.nan) -> NDArray[Any]:
     >>> changes(np.array([0.5, 0.5, np.nan, 0.5, 0.6, np.nan]))
     array([0, 4])
     """
-    known = np.flatnonzero(np.isfinite(times))
-    return known[np.diff(times[known], prepend=before) != 0]
+    places = np.flatnonzero(np.isfinite(times))
+    return places[np.diff(times[places], prepend=before) != 0]
 
 
 @dataclass
@@ -120,11 +120,10 @@ class Clock:
         """Compare the times of the next block, in seconds and NaN if unknown."""
         last = self._last or (0, np.nan)
         places = changes(times, last[1])
-        seconds, where = times[places], places + self._n_samples
-        n_steps, steps = (
-            np.diff(where, prepend=last[0]),
-            np.diff(seconds, prepend=last[1]),
-        )
+        seconds = times[places]
+        where = places + self._n_samples
+        n_steps = np.diff(where, prepend=last[0])
+        steps = np.diff(seconds, prepend=last[1])
         late = steps - np.maximum(n_steps / self.rate, self.resolution)
         is_break = np.abs(late) > self.tolerance
         if not self.may_fall:
@@ -141,17 +140,17 @@ class Clock:
         if len(places) > 0:
             self._last = int(where[-1]), float(seconds[-1])
         self._n_samples += len(times)
-        first = min((each for each in wrong if each is not None), default=None)
+        first = min(filter(None, wrong), default=None)
         return Compared(places, seconds, steps, is_break, first)
 
-    def _standing(self, known, places):
+    def _standing(self, timed, places):
         """Return the end of a time that stays the same for too long."""
         offset = self._n_samples
-        ends = np.append(self._last_known, known + offset)
+        ends = np.append(self._last_known, timed + offset)
         starts = np.append(
             offset if self._last is None else self._last[0], places + offset
         )
-        n_equal = np.append(ends[np.searchsorted(known, places)], ends[-1]) - starts
+        n_equal = np.append(ends[np.searchsorted(timed, places)], ends[-1]) - starts
         self._last_known = int(ends[-1])
         bad = np.flatnonzero(n_equal > MEASURED_FOR * self.rate)
         if bad.size == 0:
@@ -172,7 +171,8 @@ class Clock:
 
     def _other_rate(self, where, seconds, steps, is_break):
         """Return the first change at which the rate since the origin is wrong."""
-        start, long = 0, MEASURED_FOR * self.rate
+        start = 0
+        long = MEASURED_FOR * self.rate
         ends = np.append(np.flatnonzero(is_break), len(where))
         while start < len(where):
             if self._origin is None or is_break[start]:
@@ -199,4 +199,5 @@ class Clock:
         return None
 
     def _measure_from(self, where, seconds, i):
-        self._origin, self._largest_step = (int(where[i]), float(seconds[i])), 0.0
+        self._origin = (int(where[i]), float(seconds[i]))
+        self._largest_step = 0.0

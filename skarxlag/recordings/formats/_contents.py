@@ -11,7 +11,8 @@ from numpy.typing import DTypeLike
 
 #: A compressed file may unpack to so many bytes, or to so many times its size. Text,
 #: sensor noise and pauses compress by less than 100; deflate reaches 1000.
-_ALWAYS_ALLOWED, _RATIO = 2**28, 100
+_ALWAYS_ALLOWED = 2**28
+_RATIO = 100
 
 
 class ContentError(ValueError):
@@ -111,37 +112,40 @@ def choose_channel(names: list[str], channel: str | int) -> str:
     text = str(channel)
     if channel in names:
         return text
-    if (isinstance(channel, Integral) or text.isdecimal()) and 0 <= int(channel) < len(
-        names
-    ):
+    is_position = isinstance(channel, Integral) or text.isdecimal()
+    if is_position and 0 <= int(channel) < len(names):
         return names[int(channel)]
     # A bracket is part of a name such as x[0].
     pattern = text.replace("[", "[[]")
     matching = [name for name in names if fnmatchcase(name, pattern)]
     if len(matching) > 1:
         raise ContentError(
-            f"channel {channel!r} fits several channels: {listed(matching)}"
+            f"channel {_shown(channel)} fits several channels: {listed(matching)}"
         )
     if not matching:
-        raise ContentError(f"no channel {channel!r}; available: {listed(names)}")
+        raise ContentError(f"no channel {_shown(channel)}; available: {listed(names)}")
     return matching[0]
 
 
 def choose_channels(names: list[str], channels: Any) -> list[str]:
     """Return the names of one or several channels, each as in `choose_channel`, chosen once."""
     channels = [channels] if isinstance(channels, str | Integral) else channels
-    chosen = [choose_channel(names, each) for each in channels]
+    chosen = [choose_channel(names, channel) for channel in channels]
     if repeated := [name for name in names if chosen.count(name) > 1]:
         raise ContentError(f"channel {repeated[0]!r} is chosen more than once")
     return chosen
 
 
+def _shown(channel):
+    # NumPy's integers have another representation.
+    return int(channel) if isinstance(channel, Integral) else repr(channel)
+
+
 def listed(names: Iterable[str]) -> str:
     """Format names for an error message, at most 20 of them."""
     texts = [repr(name) for name in names]
-    return ", ".join(texts[:20]) + (
-        f" and {len(texts) - 20} more" if len(texts) > 20 else ""
-    )
+    further = f" and {len(texts) - 20} more" if len(texts) > 20 else ""
+    return ", ".join(texts[:20]) + further
 
 
 def slices(n_total: int, n_samples: int | None) -> Iterator[slice]:
@@ -170,7 +174,7 @@ def check_unpacked(n_packed: int, n_unpacked: int) -> None:
         If it holds more than 256 MiB and more than 100 times the size of the file.
     """
     if n_unpacked > max(_ALWAYS_ALLOWED, _RATIO * n_packed):
-        expected = f"at most {_ALWAYS_ALLOWED} bytes or {_RATIO} times its size"
         raise ContentError(
-            f"{n_packed} bytes would unpack to {n_unpacked}, expected {expected}"
+            f"{n_packed} bytes would unpack to {n_unpacked}, expected at most "
+            f"{_ALWAYS_ALLOWED} bytes or {_RATIO} times its size"
         )

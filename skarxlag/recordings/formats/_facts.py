@@ -63,7 +63,7 @@ def rounded(value: float, tolerance: float) -> float:
     (51200.0, 97656.25)
     """
     digits = (float(f"{value:.{n}g}") for n in range(1, 18))
-    return next(each for each in digits if abs(each - value) <= tolerance * value)
+    return next(number for number in digits if abs(number - value) <= tolerance * value)
 
 
 def is_rate(value: Any) -> bool:
@@ -109,7 +109,8 @@ def state_facts(
     >>> y.sampling_rate, z.sampling_rate, u.sampling_rate, y.rpm, z.rpm
     (20.0, 10.0, None, 1772.0, None)
     """
-    rates, speeds = {}, {}
+    rates = {}
+    speeds = {}
     units = _units(texts or {}, separator)
     for name, number in scalars.items():
         place, _, last = name.rpartition(separator)
@@ -120,18 +121,15 @@ def state_facts(
         if match := _SPEED_NAME.fullmatch(last):
             speeds.setdefault(place, []).append((match[1], float(number)))
     longest: dict[str, int] = {}
-    found = {
+    nearest = {
         name: _nearest_rates(place, rates, separator) for name, place in places.items()
     }
-    for name, (place, _) in found.items():
+    for name, (place, _) in nearest.items():
         longest[place] = max(longest.get(place, 0), channels[name].length or 0)
     for name, channel in channels.items():
-        place, stated = found[name]
-        if (
-            stated
-            and channel.length == longest[place]
-            and channel.sampling_rate is None
-        ):
+        place, stated = nearest[name]
+        is_longest = channel.length == longest[place]
+        if stated and is_longest and channel.sampling_rate is None:
             channel.sampling_rate, channel.contradiction = _agreed_rate(stated)
         channel.rpm = _nearest_speed(places[name], speeds, separator)
 
@@ -146,16 +144,16 @@ def _places_above(place, separator):
 def _nearest_rates(place, rates, separator):
     """Return place, names and values of the nearest sampling rates."""
     above = _places_above(place, separator)
-    return next(((each, rates[each]) for each in above if each in rates), ("", []))
+    return next(((place, rates[place]) for place in above if place in rates), ("", []))
 
 
 def _nearest_speed(place, speeds, separator):
     """Return the nearest speed. Contradictory values do not count."""
     last = place.rpartition(separator)[2]
-    for each in _places_above(place, separator):
-        facts = speeds.get(each, [])
-        own = {value for prefix, value in facts if last.startswith(prefix)}
-        values = own or {value for _, value in facts}
+    for above in _places_above(place, separator):
+        facts = speeds.get(above, [])
+        of_channel = {value for prefix, value in facts if last.startswith(prefix)}
+        values = of_channel or {value for _, value in facts}
         if len(values) == 1:
             return values.pop()
     return None
@@ -171,15 +169,15 @@ def _agreed_rate(stated):
 
 def _units(texts, separator):
     """Return units by the plain name of the number to which they belong."""
-    found = {}
+    units = {}
     for name, text in texts.items():
         place, _, last = name.rpartition(separator)
         plain = _plain(name, separator)
         if letters(last) in _UNIT_NAMES:
-            found[_plain(place, separator)] = text
+            units[_plain(place, separator)] = text
         elif plain.endswith(("unit", "units")):
-            found[plain.removesuffix("s").removesuffix("unit")] = text
-    return found
+            units[plain.removesuffix("s").removesuffix("unit")] = text
+    return units
 
 
 def _plain(name, separator):

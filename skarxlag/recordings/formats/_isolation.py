@@ -32,7 +32,8 @@ _BYTES_PER_SECOND = 5e6
 #: wait so long.
 _CLOCK = 10
 #: Bytes by which a process may grow, and bytes for each byte of its file.
-_MEMORY, _MEMORY_PER_BYTE = 2**32, 200
+_MEMORY = 2**32
+_MEMORY_PER_BYTE = 200
 
 _PROGRAM = "from skarxlag.recordings.formats._isolation import serve; serve()"
 _PATHS = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "

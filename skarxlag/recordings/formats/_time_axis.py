@@ -16,10 +16,11 @@ from ._facts import (
     rounded,
     seconds_of_dates,
 )
-from .text import number, unit_in_name
+from ._fields import number, unit_in_name
 
 #: Times from which the sampling rate is computed, and more if they are too coarse.
-_N_PROBED, _N_COARSE = 10_000, 1_000_000
+_N_PROBED = 10_000
+_N_COARSE = 1_000_000
 #: Coarse times give a sampling rate if it is known to this share.
 _COARSE_TOLERANCE = 5e-3
 #: Share of the steps of times that have the same sign. The others are jumps of the
@@ -27,7 +28,9 @@ _COARSE_TOLERANCE = 5e-3
 _ONE_WAY = 0.9
 #: Samples and steps of times by which one may be late, and samples before the rate is
 #: checked.
-_LATE, _LATE_STEPS, _SHORTEST = 0.6, 0.5, 100
+_LATE = 0.6
+_LATE_STEPS = 0.5
+_SHORTEST = 100
 
 
 @dataclass(frozen=True)
@@ -169,12 +172,12 @@ def _usual_step(times):
 
 def _rate_of_times(places, times):
     """Return the sampling rate of times that change at places, and its relative tolerance."""
-    known = np.flatnonzero(np.isfinite(times))
-    is_coarse = len(places) < len(known)
+    timed = np.flatnonzero(np.isfinite(times))
+    is_coarse = len(places) < len(timed)
     # Coarse times are equal for several samples. How long the first and last of them
     # were equal is unknown, so the rate is that between two changes, which are known to
     # about a sample.
-    ends = places[[1, -1]] if is_coarse else known[[0, -1]]
+    ends = places[[1, -1]] if is_coarse else timed[[0, -1]]
     n_steps = np.diff(ends)[0]
     seconds = np.diff(times[ends])[0]
     steps = np.diff(times[places])

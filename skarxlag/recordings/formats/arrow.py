@@ -22,7 +22,8 @@ def contents(path: Path) -> Iterator[Contents]:
 
     is_parquet = path.suffix.lower() == ".parquet"
     file = dataset(str(path), format="parquet" if is_parquet else "feather")
-    index, columns = (file.schema.pandas_metadata or {}).get("index_columns", []), {}
+    index = (file.schema.pandas_metadata or {}).get("index_columns", [])
+    columns = {}
     for field in file.schema:
         name = field.name
         # Of the columns that are an index of pandas, only those of times are channels.

@@ -44,7 +44,7 @@ def _check_whole(file):
     """Refuse a truncated file, which libsndfile only reports in its log or takes for raw sound."""
     if file.format == "RAW":
         raise ValueError("no header")
-    for stated, found in re.findall(r": (\d+) \(should be (\d+)\)", file.extra_info):
+    for stated, present in re.findall(r": (\d+) \(should be (\d+)\)", file.extra_info):
         # Writers to a pipe state the largest length, because they do not know it.
-        if int(found) < int(stated) < 0xFFFF_FFFF:
-            raise ValueError(f"{found} bytes of {stated}")
+        if int(present) < int(stated) < 0xFFFF_FFFF:
+            raise ValueError(f"{present} bytes of {stated}")

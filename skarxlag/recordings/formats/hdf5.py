@@ -15,7 +15,8 @@ FORMAT = Format((".h5", ".hdf5", ".hdf"), library="h5py", isolated=True)
 #: Groups in which MATLAB stores the elements of cell arrays and of arrays of structs.
 _INTERNAL = ("#refs#", "#subsystem#")
 #: Bounds on the work that a damaged or hostile file can cause.
-_DEEPEST, _MOST_NODES = 20, 200_000
+_DEEPEST = 20
+_MOST_NODES = 200_000
 
 
 def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
@@ -39,13 +40,11 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
             if not isinstance(node, h5py.Dataset) or not _is_signal(node):
                 continue
             if node.external or node.is_virtual:
-                where = (
-                    "lies in another file"
-                    if node.external
-                    else "is a view of other files"
-                )
+                is_elsewhere = "is a view of other files"
+                if node.external:
+                    is_elsewhere = "lies in another file"
                 arrays.refused[name] = (
-                    f"data set {node.name!r} {where}, which is not followed"
+                    f"data set {node.name!r} {is_elsewhere}, which is not followed"
                 )
             else:
                 check_unpacked(node.id.get_storage_size(), node.nbytes)
@@ -86,30 +85,24 @@ def _below(name, node, file, is_matlab):
         references = np.transpose(node[()]).ravel() if node.shape else [node[()]]
         for i, reference in enumerate(references):
             if reference:
-                yield (
-                    (name if len(references) == 1 else f"{name}[{i}]"),
-                    file[reference],
-                )
+                inner = name if len(references) == 1 else f"{name}[{i}]"
+                yield inner, file[reference]
 
     if is_reference(node):
         yield from elements(node)
     elif isinstance(node, h5py.Group) and "MATLAB_sparse" not in node.attrs:
         separator = "." if is_matlab else "/"
         for key in node:
-            if key in _INTERNAL or not isinstance(
-                node.get(key, getlink=True), h5py.HardLink
-            ):
+            link = node.get(key, getlink=True)
+            if key in _INTERNAL or not isinstance(link, h5py.HardLink):
                 continue
-            if (
-                name
-                and is_reference(node[key])
-                and "MATLAB_class" not in node[key].attrs
-            ):
-                yield from (
-                    (f"{own}.{key}", element) for own, element in elements(node[key])
-                )
+            below = node[key]
+            has_class = "MATLAB_class" in below.attrs
+            if name and is_reference(below) and not has_class:
+                for struct, element in elements(below):
+                    yield f"{struct}.{key}", element
             else:
-                yield (f"{name}{separator}{key}" if name else key), node[key]
+                yield (f"{name}{separator}{key}" if name else key), below
 
 
 def _is_signal(node):

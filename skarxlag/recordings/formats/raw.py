@@ -33,8 +33,10 @@ def contents(path: Path, dtype: str | None = None) -> Iterator[Contents]:
     frame = frame_type(dtype)
     n_bytes = path.stat().st_size
     if n_bytes % frame.itemsize:
-        expected = f"the {frame.itemsize} bytes of dtype {dtype!r}"
-        raise ContentError(f"{n_bytes} bytes are no multiple of {expected}")
+        raise ContentError(
+            f"{n_bytes} bytes are no multiple of the {frame.itemsize} bytes of dtype "
+            f"{dtype!r}"
+        )
 
     def mapped(name):
         # Called for each block, as in npy. An empty file cannot be mapped.
@@ -50,8 +52,10 @@ def contents(path: Path, dtype: str | None = None) -> Iterator[Contents]:
 
 def frame_type(text: str) -> np.dtype[Any]:
     """Structured type of one sample of all channels, from what the user states."""
-    expected = f"real numbers such as '<i2', of at most {_MOST_CHANNELS} channels"
-    message = f"dtype is {text!r}, expected {expected}"
+    message = (
+        f"dtype is {text!r}, expected real numbers such as '<i2', of at most "
+        f"{_MOST_CHANNELS} channels"
+    )
     try:
         dtype = np.dtype(text)
     except (TypeError, ValueError, SyntaxError) as error:

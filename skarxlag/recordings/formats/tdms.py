@@ -36,12 +36,11 @@ def contents(path: Path) -> Iterator[Contents]:
                 raise ContentError(
                     f"{len(channel)} samples are stated in {n_bytes} bytes"
                 )
-            place, start = f"{channel.group_name}{_SEPARATOR}{name}", None
+            place = f"{channel.group_name}{_SEPARATOR}{name}"
+            start = None
             arrays.add_numbers(place, channel.properties)
-            unit, date = (
-                stated_unit(channel.properties),
-                channel.properties.get("wf_start_time"),
-            )
+            unit = stated_unit(channel.properties)
+            date = channel.properties.get("wf_start_time")
             if isinstance(date, np.datetime64) and date > _NO_DATE:
                 start = float(date.astype("datetime64[us]").astype(float) / 1e6)
                 start += arrays.scalars.get(f"{place}{_SEPARATOR}wf_start_offset", 0.0)
@@ -52,11 +51,13 @@ def contents(path: Path) -> Iterator[Contents]:
 def _by_name(file):
     channels = [channel for group in file.groups() for channel in group.channels()]
     channels = [
-        each for each in channels if each.dtype is not None and is_numeric(each.dtype)
+        channel
+        for channel in channels
+        if channel.dtype is not None and is_numeric(channel.dtype)
     ]
-    counts = Counter(each.name for each in channels)
-    whole = {f"{each.group_name}/{each.name}": each for each in channels}
+    counts = Counter(channel.name for channel in channels)
+    by_path = {f"{channel.group_name}/{channel.name}": channel for channel in channels}
     return {
-        each.name if counts[each.name] == 1 else name: each
-        for name, each in whole.items()
+        channel.name if counts[channel.name] == 1 else path: channel
+        for path, channel in by_path.items()
     }

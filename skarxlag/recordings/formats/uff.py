@@ -30,7 +30,8 @@ def contents(path: Path) -> Iterator[Contents]:
         names = [str(i) for i in range(len(sets))]
     arrays = NamedArrays(cache(lambda number: _read(path, [number])[0]["data"]))
     for name, (number, head) in zip(names, sets, strict=True):
-        step, unit = head["abscissa_inc"], head["ordinate_axis_units_lab"].strip()
+        step = head["abscissa_inc"]
+        unit = head["ordinate_axis_units_lab"].strip()
         facts = {"unit": None if unit in ("", "NONE") else unit}
         if head["abscissa_spacing"] == 1 and is_rate(step):
             # The file has six digits of the step.

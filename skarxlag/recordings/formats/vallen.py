@@ -27,10 +27,10 @@ def contents(path: Path) -> Iterator[Contents]:
 
         def read(names, n_samples):
             n_samples = n_samples or max(channels[names[0]].length, 1)
-            found = [
+            records = [
                 _records(database, name, channels[name].sampling_rate) for name in names
             ]
-            streams = [_rechunked(records, n_samples) for records in found]
+            streams = [_rechunked(arrays, n_samples) for arrays in records]
             yield from map(list, zip(*streams, strict=True))
 
         yield Contents(channels, read)
@@ -38,15 +38,18 @@ def contents(path: Path) -> Iterator[Contents]:
 
 def _rechunked(arrays, n_samples):
     """Yield arrays of equal length from arrays of any length."""
-    waiting, count = [], 0
+    waiting = []
+    count = 0
     for array in arrays:
         while len(array):
             part = array[: n_samples - count]
             waiting.append(part)
-            array, count = array[len(part) :], count + len(part)
+            array = array[len(part) :]
+            count = count + len(part)
             if count == n_samples:
                 yield np.concatenate(waiting)
-                waiting, count = [], 0
+                waiting = []
+                count = 0
     if count:
         yield np.concatenate(waiting)
 
@@ -55,7 +58,8 @@ def _records(database, name, rate):
     """Samples of consecutive records, which must follow each other without a gap."""
     if rate is None:
         raise ContentError(f"channel {name!r} changes its sampling rate")
-    end, n_read = None, 0
+    end = None
+    n_read = 0
     for record in database.iread(channel=int(name)):
         if len(record.data) != record.samples:
             raise ValueError(
@@ -64,7 +68,10 @@ def _records(database, name, rate):
         start = record.time - record.pretrigger / rate
         # Times are counted in ticks of 0.1 microseconds or so.
         if end is not None and abs(start - end) > 1.5 / rate + 2e-7:
-            gap = f"a gap of {start - end:g} s after sample {n_read - 1}; expected none"
-            raise ContentError(f"channel {name!r} holds single transients: {gap}")
-        end, n_read = start + record.samples / rate, n_read + record.samples
+            raise ContentError(
+                f"channel {name!r} holds single transients: a gap of {start - end:g} s "
+                f"after sample {n_read - 1}; expected none"
+            )
+        end = start + record.samples / rate
+        n_read = n_read + record.samples
         yield record.data

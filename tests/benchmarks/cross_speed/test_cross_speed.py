@@ -181,14 +181,6 @@ def test_command_writes_tables_and_the_block_of_a_readme(module, tmp_path, capsy
     ]
 
 
-def test_results_of_other_runs_are_kept(module, tmp_path):
-    options = ["--rig", "bench_module:rig", "--method", "bench_module:neighbours"]
-    for length in ("4", "8"):
-        main([*options, "--window-length", length, "--output", str(tmp_path)])
-    text = (tmp_path / "tables.md").read_text()
-    assert "4: mean" in text and "8: mean" in text
-
-
 def test_resume_keeps_what_was_scored(module, tmp_path):
     options = [
         "--rig",
@@ -206,36 +198,3 @@ def test_resume_keeps_what_was_scored(module, tmp_path):
     assert pd.read_csv(path).accuracy.eq(0.25).all()
     main(options)
     assert not pd.read_csv(path).accuracy.eq(0.25).any()
-
-
-def test_tables_of_earlier_runs_are_made_without_a_method(module, tmp_path):
-    options = [
-        "--rig",
-        "bench_module:rig",
-        "--window-length",
-        "4",
-        "--output",
-        str(tmp_path),
-    ]
-    main([*options, "--method", "bench_module:neighbours"])
-    text = (tmp_path / "tables.md").read_text()
-    (tmp_path / "tables.md").unlink()
-    main([*options, "--method"])
-    assert (tmp_path / "tables.md").read_text() == text
-
-
-def test_missing_library_is_named_before_anything_runs(monkeypatch, tmp_path):
-    monkeypatch.setitem(sys.modules, "aeon", None)
-    output = tmp_path / "out"
-    with pytest.raises(SystemExit, match="'MiniRocket, seed 0' needs 'aeon"):
-        main(
-            [
-                "--rig",
-                "simulated rig",
-                "--method",
-                "MiniRocket, seed 0",
-                "--output",
-                str(output),
-            ]
-        )
-    assert not output.exists()

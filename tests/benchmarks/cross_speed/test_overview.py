@@ -5,7 +5,6 @@ import pytest
 from benchmarks.cross_speed.intervals import mean_draws, rig_draws
 from benchmarks.cross_speed.overview import differences, overview
 from benchmarks.cross_speed.peers import BATCH, LEFT_OUT
-from benchmarks.cross_speed.plots import accuracy_figure
 from benchmarks.recipe.left_out import choices, diagnoser_without
 
 (BATCHED,) = BATCH
@@ -13,7 +12,8 @@ from benchmarks.recipe.left_out import choices, diagnoser_without
 
 def results(accuracies):
     """Summary and recordings of methods with these accuracies, by rig and method."""
-    summary, recordings = [], []
+    summary = []
+    recordings = []
     for (rig, method), accuracy in accuracies.items():
         key = {"rig": rig, "window_length": 4, "method": method}
         summary.append(
@@ -53,6 +53,19 @@ def test_a_method_has_a_row_and_a_rig_a_column():
         f"| {BATCHED} | 1.000 | 1.000 to 1.000 | 1.000 | 0.500 | 1.000 | 1.000 |",
     ]
     assert "another protocol" in text
+
+
+def test_a_method_is_shown_with_the_windows_that_it_was_run_with_on_every_rig():
+    summary, recordings = results(
+        {(rig, name): 0.5 for rig in "rs" for name in ("make_diagnoser", "QUANT")}
+    )
+    longer = [
+        frame[(frame.rig == "r") | (frame.method != "QUANT")].assign(window_length=8)
+        for frame in (summary, recordings)
+    ]
+    text = overview(pd.concat([summary, longer[0]]), pd.concat([recordings, longer[1]]))
+    short, long = text.split("Windows of 8 samples:")
+    assert "| QUANT |" in short and "| QUANT |" not in long
 
 
 def test_differences_are_paired():
@@ -104,11 +117,3 @@ def test_constants_of_a_rig_are_those_that_the_others_chose():
             diagnoser["decide"].residual["compare"].smooth_drift == row["smooth drift"]
         )
     assert len(choices()) == 6
-
-
-def test_every_rig_has_a_marker_in_the_chart(tmp_path):
-    rigs = [f"rig {place}" for place in range(8)]
-    summary, _ = results({(rig, "make_diagnoser"): 0.5 for rig in rigs})
-    path = tmp_path / "chart.svg"
-    accuracy_figure(summary, path, ["make_diagnoser"])
-    assert all(f">{rig}<" in path.read_text() for rig in rigs)

@@ -6,7 +6,6 @@ from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from benchmarks.cross_speed.peers import (
     METHODS,
     PEERS,
-    LabelsOnly,
     SmoothGains,
     ar_coefficients,
     band_energies,
@@ -16,7 +15,7 @@ from benchmarks.cross_speed.peers import (
     standardised,
     unit_rms,
 )
-from benchmarks.cross_speed.protocol import leave_one_speed_in, log_evidence
+from benchmarks.cross_speed.protocol import leave_one_speed_in
 from tests.benchmarks.speed_rig import moving_rig
 
 NEEDS_NO_EXTRA = list(PEERS)
@@ -84,14 +83,6 @@ def test_peer_ignores_the_gain_of_the_sensor(name, rig):
     np.testing.assert_array_equal(
         classifier.predict(few), classifier.predict(1000 * few + 3)
     )
-
-
-def test_labels_only_hides_probabilities(rig):
-    X, y = rig.data[::4], rig.target[::4]
-    plain = METHODS["AR(16) + LDA"]().fit(X, y)
-    hidden = LabelsOnly(METHODS["AR(16) + LDA"]()).fit(X, y)
-    np.testing.assert_array_equal(hidden.predict(X), plain.predict(X))
-    assert log_evidence(hidden, X, hidden.predict(X))[1] == "vote"
 
 
 def test_percentiles_of_the_spectrum_rise_where_a_tone_comes_and_goes():

@@ -6,15 +6,11 @@ import pytest
 from sklearn.utils import Bunch
 
 from benchmarks.cross_speed.rigs import (
-    NAMES,
-    RIGS,
-    find,
     find_rig,
     split_by_crack,
     windows_of,
 )
 from benchmarks.recipe.rigs import Recording, Rig
-from skarxlag.datasets import FETCHERS
 
 
 def test_split_by_crack_keeps_the_healthy_windows_in_each_part():
@@ -37,11 +33,6 @@ def test_split_by_crack_keeps_the_healthy_windows_in_each_part():
     assert large.target_names == ["ok", "a"]
 
 
-def test_rig_without_cracks_is_left_as_it_is():
-    rig = Bunch(data=np.zeros((2, 3)))
-    assert split_by_crack("x", rig) == {"x": rig}
-
-
 def test_find_a_function_of_a_module(monkeypatch):
     module = ModuleType("bench_of_mine")
     module.my_rig = lambda window_length: window_length
@@ -49,20 +40,6 @@ def test_find_a_function_of_a_module(monkeypatch):
     assert find_rig("bench_of_mine:my_rig")(7) == 7
     with pytest.raises(ValueError, match="no function 'other'"):
         find_rig("bench_of_mine:other")
-
-
-def test_find_names_what_is_known():
-    with pytest.raises(
-        ValueError, match=r"--rig 'uest': expected module:function or one of"
-    ):
-        find("uest", RIGS, "--rig")
-
-
-def test_data_home_reaches_the_rigs():
-    for name, fetch in FETCHERS.items():
-        keywords = find_rig(NAMES[name], data_home="here").keywords
-        assert keywords == {"fetch": fetch, "data_home": "here"}
-    assert find_rig("simulated rig", data_home="here") is RIGS["simulated rig"]
 
 
 def test_a_rig_that_is_not_stored_is_named(tmp_path):

@@ -1,15 +1,8 @@
-import doctest
-
 import numpy as np
 import pandas as pd
 
 from benchmarks.detection import constants
 from benchmarks.recipe.rigs import Recording, Rig
-
-
-def test_examples():
-    result = doctest.testmod(constants)
-    assert result.attempted > 0 and result.failed == 0
 
 
 def test_wider_limits_flag_fewer_healthy_rows_and_miss_more_faults():

@@ -25,7 +25,8 @@ def test_two_sensors(tmp_path, monkeypatch, capsys):
         )
 
     monkeypatch.setattr(sensors, "_run", shortened)
-    page, name = tmp_path / "page.md", "sensors in one process"
+    page = tmp_path / "page.md"
+    name = "sensors in one process"
     page.write_text(
         f"x\n<!-- {name}: begin -->\n<!-- {name}: end -->\n", encoding="utf-8"
     )

@@ -156,30 +156,3 @@ def test_averages_over_speeds_and_halves(verdicts, halves):
                 table.loc[basis, method], [*by_crack, np.mean(by_crack)]
             )
     assert table.iloc[0].to_list() != table.iloc[2].to_list()
-
-
-def test_methods_that_are_missing_have_no_column(verdicts, halves):
-    own = verdicts[verdicts["diagnoser"] != "Diagnoser"]
-    table = accuracy_with_paper(own, 2)
-    assert table["simulated rig"].columns.unique("method").tolist() == [
-        "proposed",
-        "ALPIO",
-    ]
-    assert ("simulated rig", "Diagnoser") not in confusion_with_paper(own, 6)
-    columns = averages(own, halves[halves["diagnoser"] != "Diagnoser"]).columns
-    assert columns.unique(0).tolist() == ["proposed", "ALPIO"]
-
-
-def test_wrong_tables_and_methods_are_named(verdicts):
-    with pytest.raises(
-        ValueError, match=r"number=6, expected one of \[2, 3, 4, 5, 8, 9\]"
-    ):
-        accuracy_with_paper(verdicts, 6)
-    with pytest.raises(ValueError, match=r"number=5, expected one of \[6, 7\]"):
-        confusion_with_paper(verdicts, 5)
-    verdicts["diagnoser"] = verdicts["diagnoser"].replace("ALPIO", "PIO")
-    for function in (accuracy_with_paper, confusion_with_paper, averages):
-        with pytest.raises(
-            ValueError, match=r"diagnoser holds \['PIO'\], expected only"
-        ):
-            function(verdicts, verdicts if function is averages else 2)

@@ -38,9 +38,3 @@ def test_condition_accuracy_is_recall(verdicts, columns):
             own["true"], own["predicted"], labels=CONDITIONS, average=None
         )
         np.testing.assert_allclose(column, [*recall, recall.mean()])
-
-
-def test_condition_without_windows_has_no_accuracy(verdicts):
-    table = condition_accuracy(verdicts, [*CONDITIONS, "outer"], ["diagnoser"])
-    assert table.loc["outer"].isna().all()
-    np.testing.assert_allclose(table.loc["Average"], table.loc[CONDITIONS].mean())

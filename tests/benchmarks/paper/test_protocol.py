@@ -87,36 +87,6 @@ def test_halves_are_calibrated_on_the_first_and_scored_on_the_second(made):
     assert len(halves) == 2 * 3 * 2
 
 
-def test_one_rig_is_held_at_a_time(made):
-    asked, alive = [], []
-
-    class Tracked(Bunch):
-        def __del__(self):
-            alive.remove(id(self))
-
-    def tracked(crack_mm, rpm):
-        asked.append((crack_mm, rpm))
-        assert not alive
-        rig = Tracked(**load(crack_mm, rpm))
-        alive.append(id(rig))
-        return rig
-
-    run_protocol(tracked, {"one": made.make})
-    assert sorted(asked) == [
-        (crack, rpm) for crack in (3, 6) for rpm in (300, 400, 450, 500)
-    ]
-    assert not alive
-
-
-def test_progress_shows_cracks_speeds_and_names(made):
-    lines = []
-    run_protocol(load, {"one": made.make}, progress=lines.append)
-    assert "".join(lines) == "".join(
-        f"crack {crack} mm: 500 rpm, one, 300 rpm, 400 rpm, 450 rpm, done\n"
-        for crack in (3, 6)
-    )
-
-
 class Timed(ClassifierMixin, BaseEstimator):
     """Requests the speed, and remembers which it was given."""
 
@@ -137,7 +107,8 @@ class Timed(ClassifierMixin, BaseEstimator):
 
 def test_speeds_reach_what_requests_them():
     run_protocol(load, {"timed": lambda healthy: Timed()})
-    halves, whole = [500.0] * 6, [500.0] * 15
+    halves = [500.0] * 6
+    whole = [500.0] * 15
     of_crack = [
         ("fit", halves),
         ("predict", halves),

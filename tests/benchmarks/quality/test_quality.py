@@ -21,12 +21,6 @@ def test_rows_are_of_all_lengths_that_a_recording_has():
     assert set(found["quality"]) == {"good"}
 
 
-def test_treatments_change_the_rate_with_the_samples():
-    treat = {"half": treatments.ORDINARY["resampled"]["rate x 1/2"]}
-    found = pd.DataFrame(command.good_rows(RIG, {None: 1}, treat))
-    assert found["seconds"].tolist() == [1.5] * 3
-
-
 def test_every_damage_is_refused_in_every_row():
     found = pd.DataFrame(command.damaged_rows(RIG, LENGTHS, treatments.DAMAGED))
     assert (found["quality"] != "good").all()
@@ -48,12 +42,6 @@ def test_shares_are_in_percent():
     assert table.to_numpy().tolist() == [["a", "33.4", "33.4"]]
     table = command.refused(found[:2], "rig", "group")
     assert table.to_numpy().tolist() == [["a", "0", "0"]]
-
-
-def test_the_simulated_recording_has_the_seconds_that_are_stated():
-    rig = rigs.simulated_rig(2)
-    assert rig.recordings[0].samples.shape == (2 * rigs.SIMULATED_RATE,)
-    assert rig.recordings[0].samples.dtype == np.float32
 
 
 def test_the_tables_are_printed(tmp_path, capsys):

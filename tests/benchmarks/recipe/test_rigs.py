@@ -28,8 +28,3 @@ def test_each_setting_of_a_paderborn_bearing_is_a_recording_of_its_specimen(tmp_
         ("outer", 1500.0, "KA04", "0.1 Nm, 400 N"),
     ]
     np.testing.assert_array_equal(rig.recordings[1].samples, inner[1])
-
-
-def test_rigs_with_several_specimens_are_no_part_of_the_protocol_of_one(tmp_path):
-    (tmp_path / "paderborn").mkdir()
-    assert list(real_rigs(home=tmp_path)) == []

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.speed import (
+    bearing,
     checks,
     children,
     fleet,
@@ -18,7 +19,7 @@ from benchmarks.speed import (
     stretches,
 )
 from benchmarks.speed import command as speed
-from benchmarks.speed.counts import multiply_adds
+from benchmarks.speed.counts import multiply_adds, sorting_comparisons
 from benchmarks.speed.timing import (
     MATRIX_SIDE,
     matrix_product,
@@ -31,6 +32,7 @@ from skarxlag.core import state as state_checks
 from skarxlag.core import validation
 from skarxlag.kernels import arx_laguerre
 from skarxlag.kernels.scaling import root_mean_square
+from skarxlag.kernels.short_time import sort_columns
 
 README = Path(speed.__file__).parents[1] / "README.md"
 RNG = np.random.default_rng(0)
@@ -108,6 +110,27 @@ def test_count_of_inputs():
     assert all(one_input[name] == alone[name] for name in alone if name not in doubled)
 
 
+class Compared(float):
+    """A number that counts its comparisons."""
+
+    count = 0
+
+    def __lt__(self, other):
+        Compared.count += 1
+        return float(self) < float(other)
+
+
+@pytest.mark.parametrize("n_rows", [2, 3, 7, 68])
+def test_count_of_comparisons_is_that_of_the_sorting_network(n_rows):
+    values = [Compared(value) for value in RNG.normal(size=n_rows)]
+    rows_of_one = np.array(values, dtype=object)
+    Compared.count = 0
+    sort_columns.__wrapped__(rows_of_one, 1)
+    # The smaller and the larger value of a pair are chosen by one comparison each.
+    assert Compared.count == 2 * sorting_comparisons(n_rows)
+    assert rows_of_one.tolist() == sorted(values, key=float)
+
+
 def test_functions_take_turns():
     calls, now = [], iter(np.cumsum(np.arange(100.0)))
     functions = {name: (lambda name=name: calls.append(name)) for name in "ab"}
@@ -169,13 +192,7 @@ ROWS = [
 def test_rows_with_tiny_sizes(row, sizes):
     n_samples = {} if "n_samples" in sizes else {"n_samples": 200}
     lines = row(n_rounds=2, **sizes, **n_samples)
-    needs_aeon = row in (
-        rows.alpio_predict,
-        rows.extended_state_predict,
-        rows.diagnoser_predict,
-        rows.diagnoser_fit,
-    )
-    assert lines or (needs_aeon and not peers.is_installed("aeon"))
+    assert lines or (row is rows.diagnoser_fit and not peers.is_installed("aeon"))
     assert all(line["reached"] > 0 for line in lines)
     assert len(speed.table(lines)) == len(lines)
     if row is rows.grid_search:
@@ -216,6 +233,13 @@ def test_rows_of_the_monitor():
     assert len(speed.table(lines)) == n_rows
 
 
+def test_rows_of_several_sensors():
+    lines = monitor.sensors(n_rounds=2, sensors={2: (0.5, 2)})
+    assert all(line["reached"] > 0 and line["target"] == 1.5 for line in lines)
+    assert "2 sensors of 25.6 kHz, blocks of 0.5 s" in lines[0]["what"]
+    assert "blocks of 2 s" in lines[1]["what"]
+
+
 def test_features_for_river_hold_all_of_the_power_but_the_mean():
     X = np.random.default_rng(0).normal(size=(3, 1201)) + 5
     energies = [sum(map(np.exp, row.values())) for row in monitor._features(X)]
@@ -253,6 +277,15 @@ def test_rows_of_stretches():
     assert all(0 < line["reached"] < 1000 and line["spread"] >= 0 for line in lines)
     assert [line["target"] for line in lines] == [8.0, None, None, None, None]
     assert "3 stretches of 0.273438 s at 51.2 kHz" in lines[0]["what"]
+
+
+def test_rows_with_the_bearing():
+    lines = bearing.bearing(n_rounds=2, n_stretches=3, n_samples=14_000)
+    modules = bearing._PEERS.values()
+    assert len(lines) == 3 + sum(map(peers.is_installed, modules))
+    assert all(line["reached"] > 0 and line["spread"] >= 0 for line in lines)
+    assert "3 stretches of 0.273438 s at 51.2 kHz" in lines[0]["what"]
+    assert [line.get("target") for line in lines[2:]] == [1] * (len(lines) - 3) + [1.6]
 
 
 def test_rows_on_the_number_of_recordings():

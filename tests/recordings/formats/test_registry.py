@@ -33,11 +33,7 @@ def test_a_format_is_complete(module):
     name = module.__name__.rpartition(".")[2]
     assert (
         ROOT / "tests" / "recordings" / "formats" / f"test_{name}.py"
-    ).exists() or name in (
-        "npy",
-        "npz",
-        "wav",
-    )
+    ).exists() or name in ("npy", "npz", "wav")
 
 
 def test_no_ending_belongs_to_two_formats():

@@ -106,10 +106,7 @@ def test_a_message_does_not_repeat_a_long_field(tmp_path):
     assert len(str(refused.value)) < 300
 
 
-HEADERS = {
-    "names": "y;u\n",
-    "names and units": "y;u\nm/s2;Nm\n",
-}
+HEADERS = {"names": "y;u\n", "names and units": "y;u\nm/s2;Nm\n"}
 PREAMBLES = {
     "one field": "Logger 7\nExported by me\n\n",
     "as many fields as a sample": "Serial;1234\nDate;2026-11-22\nRange;5 V\n",
@@ -169,7 +166,7 @@ def test_a_row_that_lacks_its_first_field(tmp_path, at, end):
     path = write(tmp_path, "\n".join(["y;u" + end, *lines]))
     for n_samples in (None, 40):
         with pytest.raises(
-            ValueError, match=rf"run.csv: sample {at} has . fields, expected"
+            ValueError, match=rf"run.csv: sample {at} has . of . fields"
         ):
             list(recording_blocks(path, n_samples, channel="y"))
 

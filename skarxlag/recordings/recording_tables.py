@@ -1,0 +1,125 @@
+"""Tables of recordings: their columns, checks, and the facts in their lines."""
+
+import difflib
+import re
+import unicodedata
+from typing import Any
+
+from .formats._facts import HERTZ
+from .formats._fields import distinct, number
+from .speeds import check_stated_speed, is_speed_source
+from .tables import read_rows
+
+#: Facts of a recording in a table or a file name; anything else is kept as it is.
+FACTS = (
+    "condition",
+    "specimen",
+    "load",
+    "rpm",
+    "pulses_per_revolution",
+    "sampling_rate",
+    "channel",
+    "dtype",
+)
+_COLUMNS = ("path", *FACTS)
+_RATE_UNIT = "sampling_rate_unit"
+
+
+def parsed_facts(where, facts):
+    """Convert texts, by the name of the fact, to the fields of `ListedRecording`."""
+    fields = {name: text for name, text in facts.items() if name in FACTS and text}
+    for name in fields.keys() & {"pulses_per_revolution", "sampling_rate"}:
+        fields[name] = _positive(where, name, fields[name])
+    if "sampling_rate" in fields and (unit := facts.get(_RATE_UNIT)):
+        if (scale := HERTZ.get(unit.lower())) is None:
+            raise ValueError(f"{where}: {_RATE_UNIT} is {unit!r}, expected Hz or kHz")
+        fields["sampling_rate"] *= scale
+    if "rpm" in fields:
+        fields |= speed_facts(where, fields.pop("rpm"))
+    if "channel" in fields:
+        fields["channel"] = channel_names(fields["channel"])
+    for name in fields.keys() & {"condition", "specimen"}:
+        # The same letters may be one character or two, as in the names of files of
+        # macOS.
+        fields[name] = unicodedata.normalize("NFC", fields[name])
+    fields["further"] = {
+        name: text for name, text in facts.items() if name not in _COLUMNS
+    }
+    return fields
+
+
+def channel_names(text: str) -> str | list[str]:
+    """Parse the name of a channel, or several, separated by semicolons."""
+    return [name.strip() for name in text.split(";")] if ";" in text else text
+
+
+def speed_facts(where: str, text: str) -> dict[str, Any]:
+    """Parse a shaft speed, or a source of speeds, to fields of `ListedRecording`."""
+    if is_speed_source(text):
+        return {"speed_source": text}
+    try:
+        check_stated_speed(text)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from error
+    return {"rpm": _positive(where, "rpm", text)}
+
+
+def _positive(where, name, text):
+    """Return a positive number from a text, or raise an error that names the place."""
+    value = number(text)
+    if not 0 < value < float("inf"):
+        raise ValueError(f"{where}: {name} is {text!r}, expected a positive number")
+    return value
+
+
+def read_recordings(path, has_speed=False):
+    """Return the cells of each recording by the names of their columns, and these by line."""
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    rows = read_rows(path)
+    names = [_column_name(name) for name in rows.pop(1)]
+    _check_columns(path, names)
+    table = {
+        line: dict(zip(distinct(names), cells, strict=True))
+        for line, cells in rows.items()
+    }
+    if not table:
+        raise ValueError(f"{path}: lists no recording")
+    filled = ["path", "condition", "specimen"] + ([] if has_speed else ["rpm"])
+    for name in filled:
+        for line, row in table.items():
+            if row.get(name) == "":
+                raise ValueError(f"{path}, line {line}: {name} is empty")
+    listed = set()
+    for line, row in table.items():
+        recording = row["path"], row.setdefault("channel", "")
+        if recording in listed:
+            raise ValueError(
+                f"{path}, line {line}: {row['path']} is listed a second time"
+            )
+        listed.add(recording)
+    return table
+
+
+def _column_name(name):
+    """Return the name of a known column in any spelling, and any other name as it is."""
+    spelling = re.sub(r"[\s_-]+", "_", name.strip().lower())
+    return spelling if spelling in (*_COLUMNS, _RATE_UNIT) else name.strip()
+
+
+def _check_columns(path, names):
+    missing = [name for name in _COLUMNS if name not in names]
+    problems = ["the column path is missing."] if "path" in missing else []
+    problems += [
+        f"the column {name} is there twice."
+        for name in _COLUMNS
+        if names.count(name) > 1
+    ]
+    for name in names:
+        for close in difflib.get_close_matches(name.lower(), missing, n=1, cutoff=0.8):
+            problems.append(f"is the column {name!r} meant to be {close}?")
+    if problems:
+        raise ValueError(
+            f"{path}: {problems[0]} The columns are {', '.join(names)}; expected path, "
+            f"and any of {', '.join(FACTS)}"
+        )

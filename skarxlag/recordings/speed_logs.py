@@ -1,0 +1,79 @@
+"""Logs of shaft speeds."""
+
+import os
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+
+from .formats._facts import seconds_of_dates
+from .formats._fields import distinct, number
+from .speeds import SpeedProfile, check_stated_speed, is_ambiguous_speed
+from .tables import read_rows
+
+
+def logged_speed(
+    path: str | os.PathLike[str],
+    names: set[str],
+    span: Callable[[bool], tuple[float, float]],
+) -> float | SpeedProfile:
+    """Return the speed of a recording in a log: the mean of its rows, or over time.
+
+    Parameters
+    ----------
+    path : str or path-like
+        Csv file with the column ``rpm``, and ``recording`` (name or file) or ``time``
+        (dates, or seconds since the start of the recording).
+    names : set of str
+        Names of the recording.
+    span : callable
+        Returns the times at which the recording begins and ends. It is called with True
+        for seconds since 1970, and with False for seconds since its start.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        If the file cannot be read, has other columns, states no speed above 0 of the
+        recording, or may have separators of thousands. The message names the file.
+    """
+    rows = read_rows(path)
+    columns = distinct([name.lower() for name in rows.pop(1)])
+    if "rpm" not in columns or not {"recording", "time"} & {*columns}:
+        raise ValueError(
+            f"{path}: the columns are {', '.join(columns)}; expected rpm, and "
+            "recording or time"
+        )
+    log = pd.DataFrame(list(rows.values()), columns=columns)
+    _check_thousands(path, log["rpm"])
+    log["rpm"] = log["rpm"].map(number).astype(float)
+    has_names = "recording" in log
+    if has_names:
+        log = log[log["recording"].isin(names)]
+    else:
+        seconds = log["time"].map(number)
+        is_date = bool(seconds.isna().all())
+        begin, end = span(is_date)
+        if is_date:
+            seconds = seconds_of_dates(log["time"])
+        log["seconds"] = seconds - begin
+        log = log[log["seconds"].between(0, end - begin)]
+        log = log.sort_values("seconds", kind="stable")
+    speeds = log["rpm"].to_numpy()
+    if not np.all((speeds >= 0) & np.isfinite(speeds)) or not speeds.any():
+        raise ValueError(
+            f"{path}: the log states no speed above 0 of the recording, or a text that "
+            "is no speed"
+        )
+    if has_names:
+        return float(speeds.mean())
+    return SpeedProfile(log["seconds"].to_numpy(), speeds)
+
+
+def _check_thousands(path, texts):
+    """Refuse speeds such as 1.797 if no other speed shows that the point is decimal."""
+    with_sign = texts[texts.str.contains("[.,]")]
+    if len(with_sign) and with_sign.map(is_ambiguous_speed).all():
+        try:
+            check_stated_speed(with_sign.iloc[0])
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from error
