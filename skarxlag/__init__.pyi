@@ -2,9 +2,9 @@
 from ._version import __version__ as __version__
 from .bearings import BearingGeometry as BearingGeometry
 from .bearings import bearing_orders as bearing_orders
+from .core.measured_speeds import estimate_shaft_speed as estimate_shaft_speed
+from .core.measured_speeds import rpm_from_tacho as rpm_from_tacho
 from .core.pipelines import DiagnosisPipeline as DiagnosisPipeline
-from .core.speeds import estimate_shaft_speed as estimate_shaft_speed
-from .core.speeds import rpm_from_tacho as rpm_from_tacho
 from .decisions.condition_classifier import ConditionClassifier as ConditionClassifier
 from .decisions.fault_detector import FaultDetector as FaultDetector
 from .decisions.fault_orders import FaultOrderClassifier as FaultOrderClassifier

@@ -127,7 +127,7 @@ def test_a_bearing_without_a_sampling_rate_is_refused_when_the_diagnoser_is_made
     ):
         make_diagnoser(bearing="6205")
     with pytest.raises(
-        ValueError, match="sampling_rate == None, expected the sampling rate"
+        ValueError, match="sampling_rate is missing, expected the sampling rate"
     ):
         FaultOrderClassifier(bearing="6205").fit(np.ones((2, 50)))
 

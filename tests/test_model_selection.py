@@ -246,12 +246,12 @@ def test_each_method_gets_the_metadata_that_it_requests():
         (SpeedSplit(), SPEED[:5], "groups.shape =="),
         (SpeedSplit(), np.ones((60, 4)), "groups.shape =="),
         (SpeedSplit(), ["fast"] * 60, "rpm must hold numbers"),
-        (SpeedSplit(), SPEED - 300, "rpm of row 0 == 0.0, expected .* above 0"),
-        (SpeedSplit(), np.ones(60), "Speeds in groups == .* at least two"),
+        (SpeedSplit(), SPEED - 300, "rpm of row 0: 0.0, expected .* above 0"),
+        (SpeedSplit(), np.ones(60), "Speeds in groups: .* at least two"),
         (
             SpeedSplit(leave_out=True),
             np.ones(60),
-            "Speeds in groups == .* at least two",
+            "Speeds in groups: .* at least two",
         ),
         (
             SpeedSplit(leave_out=True, train_rpm=300),
@@ -273,20 +273,20 @@ def test_each_method_gets_the_metadata_that_it_requests():
         (
             SpeedSplit(window_length=1),
             GROUPS.assign(start=0.5),
-            r"Starts in groups == \[0.5",
+            r"Starts in groups: \[0.5",
         ),
         (
             SpeedSplit(window_length=1),
             GROUPS.assign(start=np.nan),
-            r"Starts in groups == \[nan",
+            r"Starts in groups: \[nan",
         ),
         (
             SpeedSplit(window_length=1),
             GROUPS.assign(start="a"),
-            r"Starts in groups == \['a'",
+            r"Starts in groups: \['a'",
         ),
         (SpeedSplit(same_speed=True), SPEED, "same_speed == True, .* second column"),
-        (SpeedSplit(), np.where(SPEED > 400, np.nan, SPEED), "rpm of row 40 == nan"),
+        (SpeedSplit(), np.where(SPEED > 400, np.nan, SPEED), "rpm of row 40: nan"),
     ],
 )
 def test_splitter_says_what_is_wrong(splitter, groups, message):
@@ -437,14 +437,14 @@ def test_places_of_other_specimens_are_cross_validated(routing):
             SpecimenSplit(),
             None,
             RUN,
-            "y == None, expected the condition of each window",
+            "y is missing, expected the condition of each window",
         ),
         (SpecimenSplit(), LABELS[:5], RUN, "inconsistent numbers of samples"),
         (
             SpecimenSplit(),
             LABELS,
             np.where(RUN == 5, np.nan, RUN),
-            r"without a specimen == \[50",
+            r"without a specimen: \[50",
         ),
         (
             SpecimenSplit(),

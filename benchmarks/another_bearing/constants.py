@@ -54,7 +54,7 @@ def compared(rig):
         train = fold.train
         bearing = BEARINGS[rig.name]
         diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, bearing=bearing)
-        diagnoser.fit(train.X, train.condition, rpm=train.rpm, specimen=train.specimen)
+        diagnoser.fit(train.X, train.condition, rpm=train.rpm)
         noise = np.stack(list(synthetic(rig.sampling_rate, n_samples, seed).values()))
         sets = [
             (name, rows.X, rows.rpm, rows.place) for name, rows in fold.tests.items()

@@ -36,7 +36,7 @@ def scored(rig):
         for number in _NUMBERS if tests else ():
             train = chosen(fold.train, number)
             for bearing in (BEARINGS[rig.name], None):
-                probabilities = fitted(rig, train, bearing)
+                probabilities = fitted(rig, train, bearing, train.specimen)
                 method = (
                     f"{number} of each place{', with the bearing' if bearing else ''}"
                 )

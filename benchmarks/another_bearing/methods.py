@@ -13,10 +13,10 @@ from skarxlag import make_diagnoser, make_fault_order_classifier
 from skarxlag.core.fault_locations import FAULT_LOCATIONS
 
 
-def fitted(rig, train, bearing=None):
+def fitted(rig, train, bearing=None, specimen=None):
     """Fit make_diagnoser; return its function from rows and speeds to probabilities of places."""
     diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, bearing=bearing)
-    diagnoser.fit(train.X, train.condition, rpm=train.rpm, specimen=train.specimen)
+    diagnoser.fit(train.X, train.condition, rpm=train.rpm, specimen=specimen)
     place = dict(zip(train.condition, train.place, strict=True))
     of_class = np.array([place[name] for name in diagnoser.classes_])
 
@@ -29,7 +29,7 @@ def fitted(rig, train, bearing=None):
 
 def ours(rig, train, tests, bearing=None):
     """Yield the probabilities of places by make_diagnoser for each test set."""
-    probabilities = fitted(rig, train, bearing)
+    probabilities = fitted(rig, train, bearing, train.specimen)
     for name, rows in tests.items():
         yield name, probabilities(rows.X, rows.rpm)
 

@@ -3,7 +3,7 @@
 Run ``python -m benchmarks.another_bearing noise`` from the root of the repository. Each
 rig's diagnoser, trained at one setting, gets synthetic noise and sines, at the training
 speed and at 1.5 times that speed, and the first second of each recording of all other
-rigs, at their own speeds.
+rigs, at their own speeds. `fit` receives no specimens.
 """
 
 import sys

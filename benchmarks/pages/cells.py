@@ -152,7 +152,10 @@ def another_bearing():
     specimen = np.char.add(place, rig.crack_mm.astype(str))
     rows = Rows(rig.data, specimen, place, specimen, rig.rpm, place)
     is_first, _ = first_and_second_half(rig.recording, rig.start, rig.data.shape[-1])
-    probabilities = fitted(rig, rows[is_first])(rig.data[~is_first], SPEEDS[0])
+    train = rows[is_first]
+    probabilities = fitted(rig, train, specimen=train.specimen)(
+        rig.data[~is_first], SPEEDS[0]
+    )
     return {"mean probability": float(probabilities.max(axis=1).mean())}
 
 

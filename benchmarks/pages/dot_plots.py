@@ -63,7 +63,7 @@ LAYOUTS = {
     ),
     "fault_orders_runs": Layout(columns=1, label="seconds from the name to the end"),
     "soak": Layout(columns=1, label="memory of the process (MiB)", limits=(0, 400)),
-    "recording_evidence": Layout(columns=1, label="share of recordings, probability"),
+    "recording_evidence": Layout(columns=1, label="share of right verdicts"),
     "few_healthy_snapshots": Layout(
         columns=1, label="time of the alarm, share of the run", limits=(0, 1.03)
     ),

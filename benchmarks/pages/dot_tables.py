@@ -5,6 +5,7 @@ and are empty without one. The series `RIG` holds the values of single rigs.
 """
 
 import re
+from operator import itemgetter
 
 import pandas as pd
 
@@ -158,14 +159,6 @@ def _another_bearing(table):
             cells["right"].partition("(")[2],
         )
         for cells in table.to_dict("records")
-    ]
-
-
-def _evidence(table):
-    return [
-        dot("", cells["rig"], name, cells[name])
-        for cells in table.to_dict("records")
-        for name in ("accuracy", "mean probability")
     ]
 
 
@@ -357,7 +350,11 @@ TABLES = {
     "another_bearing_noise": _noise,
     "fault_orders_runs": _runs_of_orders,
     "soak": _soak,
-    "recording_evidence": _evidence,
+    "recording_evidence": series_of_columns(
+        panel=itemgetter("test"),
+        row=itemgetter("rig"),
+        columns={f"accuracy, {way}": way for way in ("sum", "mean residuals")},
+    ),
     "few_healthy_snapshots": _few_snapshots,
     "bearings": series_of_columns(
         _untitled,

@@ -319,7 +319,7 @@ def main(arguments=None):
             [
                 kept_or_computed(
                     options.output / f"{name} {rig.name} {what}.csv",
-                    "constants",
+                    name.replace(" ", "-"),
                     lambda scores=scores, what=what: scores()[what],
                 )
                 for what in ("accuracy", "calibration")

@@ -9,7 +9,8 @@ the folder of the rigs is ``$SKARXLAG_DATA``.
 log residuals of its rows (`ConditionClassifier.join`). There, noise counts as that of
 the effective number of rows, for several correlations of rows. Only real rigs choose:
 the correlation is the one with the least log loss on all rigs but one, and it is
-reported for that rig.
+reported for that rig. Answers on a rig are kept in a csv file in the output folder and
+are not computed again.
 """
 
 import os
@@ -223,8 +224,10 @@ def main(arguments=None):
     names = dict.fromkeys([*SAME_BEARING, *protocol.BEARINGS])
     frames = []
     for rig in real_rigs(names, home=options.data_home):
-        frames.append(frame(rig))
-        frames[-1].to_csv(options.output / f"{rig.name}.csv", index=False)
+        path = options.output / f"{rig.name}.csv"
+        if not path.exists():
+            frame(rig).to_csv(path, index=False)
+        frames.append(pd.read_csv(path))
     found = pd.concat(frames)
     text = (
         f"{len(CORRELATIONS)} correlations of the noise of rows were scored; all rigs "

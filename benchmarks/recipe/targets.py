@@ -46,8 +46,8 @@ WITH_SPEED = {
     ),
 }
 METHODS = [STATED, UNSTATED, *PEERS, *WITH_SPEED, VOTE]
-#: Samples of the windows in a stretch that vote, of peers.
-PEER_WINDOW = 1200
+#: Samples of the windows in a stretch that vote, of ours and of peers.
+VOTING_WINDOW, PEER_WINDOW = 4800, 1200
 
 
 def rows_of(rig, length, half, speeds):
@@ -98,28 +98,16 @@ def of_ours(train, test, sampling_rate, stated):
 
 
 def of_votes(train, test):
-    """Verdicts of the windows of a stretch, which add up their evidence."""
-
-    class Stated:
-        """make_diagnoser with the speed of the stretch."""
-
-        def __init__(self):
-            self.fitted = make_diagnoser()
-
-        def fit(self, X, y):
-            self.fitted.fit(X, y, rpm=np.repeat(train[2], len(X) // len(train[0])))
-            self.classes_ = self.fitted.classes_
-            return self
-
-        def predict_proba(self, X):
-            n = len(X) // len(test[0])
-            return self.fitted.predict_proba(X, rpm=np.repeat(test[2], n))
-
-        def predict(self, X):
-            return self.classes_[self.predict_proba(X).argmax(axis=1)]
-
-    voting = WindowsVote(Stated, 4800).fit(*train)
-    return voting.predict(test[0], test[2]), None
+    """Verdicts on stretches by the mean evidence of their windows."""
+    X, y, rpm = train
+    windows, n = _windows(X, VOTING_WINDOW)
+    fitted = make_diagnoser().fit(windows, np.repeat(y, n), rpm=np.repeat(rpm, n))
+    X, _, rpm = test
+    windows, n = _windows(X, VOTING_WINDOW)
+    evidence = fitted.diagnose(windows, rpm=np.repeat(rpm, n)).row_evidence
+    means = evidence.reshape(len(X), n, -1).mean(axis=1)
+    decide = fitted["decide"]
+    return np.concatenate([decide.join(mean, n).verdict for mean in means]), None
 
 
 def of_peer(make, train, test):

@@ -65,12 +65,14 @@ def bearing(n_rounds=9, n_stretches=20, n_samples=_RATE):
             "spread": spread(seconds["alone"]),
         },
     ]
-    for name in turns.keys() & _PEERS.keys():
+    for name in _PEERS:
+        if name not in seconds:
+            continue
         times, differs = ratio(seconds["ours"], seconds[name])
         of_peer = 1e3 * np.median(seconds[name]) / n_stretches
         lines.append(
             {
-                "what": f"{what}: time over that of a peer's spectrum and peaks",
+                "what": f"{what}: time over that of a peer's spectrum, and its peaks",
                 "peer": f"{name}: {of_peer:.3g} ms a stretch",
                 "reached": times,
                 "target": 1,

@@ -90,7 +90,7 @@ def sensors(n_rounds=3, sensors=_SENSORS):
             of_sensor = np.median(seconds["monitors"]) / n_sensors / n_seconds
             lines.append(
                 {
-                    "what": f"`ConditionMonitor.update`, {n_sensors} sensors of 25.6 kHz, blocks \
+                    "what": f"`ConditionMonitor.update`, sensors of 25.6 kHz: {n_sensors}, blocks \
 of {seconds_of_block:g} s: time over `diagnose` of the same samples, {n_seconds:g} s at once",
                     "ours": f"{1e3 * of_sensor:.3g} ms a second of a sensor",
                     "reached": times,

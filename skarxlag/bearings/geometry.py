@@ -71,7 +71,7 @@ class BearingGeometry:
         return self.element_diameter * cosine / self.pitch_diameter
 
 
-#: What names a bearing: see `bearing_orders`.
+#: Forms in which a bearing is given, see `bearing_orders`.
 BearingLike = str | BearingGeometry | Mapping[str, float]
 
 # Drive-end bearing of the Case Western Reserve University bearing data centre, whose
@@ -237,7 +237,7 @@ def bearing_orders(bearing: BearingLike, gear_ratio: float = 1.0) -> dict[str, f
 
 
 def _parsed(text):
-    """Bearing of a text: a name, dimensions, or orders."""
+    """Return the bearing that a text states: a name, dimensions, or orders."""
     try:
         if "=" in text:
             pairs = [part.split("=") for part in text.split(",")]

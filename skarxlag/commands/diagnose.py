@@ -10,11 +10,12 @@ from .._version import __version__
 from ..core.files import write_atomically
 from . import results
 from .arguments import refuse
+from .bearing_orders import BearingOrders
 from .diagnosis import diagnose_all
 from .files import is_report, result_paths
 from .journal import Journal
 from .messages import as_command_error, counted
-from .models import BearingModel, SavedModel
+from .models import SavedModel
 
 _ALARM = 3
 #: Recordings that are listed before a remark.
@@ -56,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
 def _model(args):
     """Load the model and check that the other arguments fit it."""
     if args.model is None:
-        return BearingModel(args.bearing)
+        return BearingOrders(args.bearing)
     model = SavedModel(args.model)
     if model.healthy is None:
         refuse(

@@ -56,7 +56,7 @@ class Diagnosis:
     Parameters
     ----------
     verdict : dict
-        As `skarxlag.verdicts.recordings.Judge.recording` returns it. If the recording
+        As `skarxlag.verdicts.judge.Judge.recording` returns it. If the recording
         failed, the verdict is "no verdict: ..." and the other entries are missing.
     windows : DataFrame or None
         One row for each window; None if the recording failed.
@@ -142,7 +142,7 @@ def diagnose_all(
 ):
     """Return diagnoses of recordings. Errors in one recording do not affect the others.
 
-    The model is a `SavedModel` or a `BearingModel`. The journal is a `Journal` or None.
+    The model is a `RecordingModel`. The journal is a `Journal` or None.
     """
     diagnoses, waiting = [None] * len(recordings), []
     progress = Progress(len(recordings), args)

@@ -66,7 +66,8 @@ _NO_CAMPAIGNS = " No column campaign: without remounting, the accuracy may be to
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     is_rig = args.table is None
-    texts, missing = [], why_no_figures()
+    texts = []
+    missing = why_no_figures()
     with as_command_error():
         cases = list(_rig_cases(args)) if is_rig else [_own_case(args)]
         args.output.mkdir(parents=True, exist_ok=True)
@@ -146,10 +147,11 @@ def _rig_case(args, part, stem, rig, train_rpm):
     if np.unique(rig.recording, return_counts=True)[1].min() < 2:
         length = f"argument --window-length: {rig.data.shape[-1]}"
         raise UsageError(f"{length}, expected at most half of the shortest recording")
-    speeds, wanted = np.unique(rig.rpm).tolist(), args.train_rpm or train_rpm
-    if wanted not in (*speeds, "all"):
+    speeds = np.unique(rig.rpm).tolist()
+    chosen = args.train_rpm or train_rpm
+    if chosen not in (*speeds, "all"):
         raise UsageError(
-            f"argument --train-rpm: {wanted:g}, expected {listed(speeds)}, or all"
+            f"argument --train-rpm: {chosen:g}, expected {listed(speeds)}, or all"
         )
     first, second = first_and_second_half(rig.recording)
     splits = [
@@ -159,7 +161,7 @@ def _rig_case(args, part, stem, rig, train_rpm):
             "speeds",
             rpm,
         )
-        for rpm in (speeds if wanted == "all" else [wanted])
+        for rpm in (speeds if chosen == "all" else [chosen])
     ]
     methods = {
         name: make(healthy=rig.target_names[0]) for name, make in DIAGNOSERS.values()
@@ -175,9 +177,9 @@ def _rig_case(args, part, stem, rig, train_rpm):
     case |= {"recommended": DIAGNOSERS["diagnoser"][0], "spectra": {}}
     usable = np.ones(len(rig.target), dtype=bool)
     further, case["sentences"] = _further_splits(rig, usable, halves=True)
-    if wanted != "all":
+    if chosen != "all":
         further = [
-            split for split in further if split[2] == "load" or split[3] == wanted
+            split for split in further if split[2] == "load" or split[3] == chosen
         ]
     return Bunch(**{"speeds": rig.rpm} | rig | case, splits=splits + further)
 
@@ -209,8 +211,8 @@ def _own_case(args):
     if rig.profiles:
         # Recordings of varying speed are left out by their mean speed.
         mean = pd.Series(rig.rpm).groupby(rig.recording).transform("mean")
-        known, at = group_speeds(np.log(mean.to_numpy()))
-        rig.rpm = np.exp(known).round(1)[at]
+        log_speeds, at = group_speeds(np.log(mean.to_numpy()))
+        rig.rpm = np.exp(log_speeds).round(1)[at]
     splits = list(_own_splits(rig, errors == ""))
     if not splits or len(rig.target_names) < 2:
         raise UsageError(f"{args.table}: {_why_no_split(rig)}")
@@ -240,16 +242,17 @@ def _own_case(args):
 
 def _why_no_split(rig):
     """Return what a table has, and what it needs so that a speed or campaign can be left out."""
-    n_conditions, n_speeds = len(rig.target_names), len(np.unique(rig.rpm))
+    n_conditions = len(rig.target_names)
+    n_speeds = len(np.unique(rig.rpm))
     if "campaign" not in rig.further or min(n_conditions, n_speeds) < 2:
-        found = f"{counted(n_conditions, 'condition')} at {counted(n_speeds, 'speed')}"
-        return (
-            f"{found}; expected at least two of each, and that a speed can be left out"
+        present = (
+            f"{counted(n_conditions, 'condition')} at {counted(n_speeds, 'speed')}"
         )
+        return f"{present}; expected at least two of each, and that a speed can be left out"
     campaigns = np.unique(rig.further["campaign"].to_numpy(dtype=str)).tolist()
-    found = f"{counted(len(campaigns), 'campaign')} ({', '.join(campaigns[:5])})"
+    present = f"{counted(len(campaigns), 'campaign')} ({', '.join(campaigns[:5])})"
     return (
-        f"{found}; expected at least two, and all conditions in the others if one is left out. "
+        f"{present}; expected at least two, and all conditions in the others if one is left out. "
         "Without the column campaign, the accuracy may be too high"
     )
 
@@ -259,7 +262,7 @@ def _own_splits(rig, usable):
     parts = [(True, True)]
     if "campaign" in rig.further:
         campaign = rig.further["campaign"].loc[rig.recording].to_numpy(dtype=str)
-        parts = [(campaign != each, campaign == each) for each in np.unique(campaign)]
+        parts = [(campaign != name, campaign == name) for name in np.unique(campaign)]
     for protocol, speed, (learned, tested) in product(
         ["in", "out"], np.unique(rig.rpm), parts
     ):
@@ -287,7 +290,8 @@ def log_spectrum(X: NDArray[Any], nperseg: int) -> NDArray[Any]:
 
 def _verdicts(case, n_jobs, progress, bar):
     """Return a row for each window of each test, and each diagnoser."""
-    frames, task = [], delayed(_test)
+    frames = []
+    task = delayed(_test)
     for name, diagnoser in case.methods.items():
         with parallel_config("threading", n_jobs=n_jobs):
             parallel = Parallel(return_as="generator")
@@ -325,15 +329,15 @@ def _test(diagnoser, X, case, train, test):
         }
 
     diagnoser.fit(X[train], case.target[train], **of_rows("fit", train))
-    tested, asked = X[test], of_rows("predict", test)
+    tested = X[test]
+    metadata = of_rows("predict", test)
     if offers(diagnoser, "diagnose"):
-        found = diagnoser.diagnose(tested, **asked)
-        predicted, probability = found.verdict, found.probability
+        diagnosis = diagnoser.diagnose(tested, **metadata)
+        predicted = diagnosis.verdict
+        probability = diagnosis.probability
     else:
-        predicted, probability = (
-            diagnoser.predict(tested),
-            diagnoser.predict_proba(tested),
-        )
+        predicted = diagnoser.predict(tested)
+        probability = diagnoser.predict_proba(tested)
     true = case.target[test]
     columns = protocols.place_columns(true, diagnoser.classes_, probability)
     return pd.DataFrame({"true": true, "predicted": predicted, **columns}, index=test)
@@ -341,7 +345,9 @@ def _test(diagnoser, X, case, train, test):
 
 def _tables(case, verdicts):
     """Return titles and tables by the names of their files."""
-    found, names, units = {}, verdicts["diagnoser"].unique(), {"windows": verdicts}
+    tables = {}
+    names = verdicts["diagnoser"].unique()
+    units = {"windows": verdicts}
     if case.note:
         # The verdict of most windows of each recording.
         keys = [
@@ -354,32 +360,34 @@ def _tables(case, verdicts):
             "true",
         ]
         groups = verdicts.groupby(keys, sort=False, dropna=False)["predicted"]
-        units["recordings"] = groups.agg(lambda each: each.mode().iloc[0]).reset_index()
+        units["recordings"] = groups.agg(
+            lambda group: group.mode().iloc[0]
+        ).reset_index()
     for (protocol, title), (unit, frame) in product(
         case.protocols.items(), units.items()
     ):
-        own = frame[frame["protocol"] == protocol]
-        hits = own.assign(hit=100.0 * (own["true"] == own["predicted"]))
+        tests = frame[frame["protocol"] == protocol]
+        hits = tests.assign(hit=100.0 * (tests["true"] == tests["predicted"]))
         index = ["diagnoser"] if case.note else ["diagnoser", "train_rpm"]
         table = hits.pivot_table("hit", index, "test_rpm", sort=False).sort_index(
             axis=1
         )
         if case.note:
             table["mean"] = table.mean(axis=1)
-        found[f"{protocol}_{unit}"] = f"accuracy of {unit} in %, {title}", table
+        tables[f"{protocol}_{unit}"] = f"accuracy of {unit} in %, {title}", table
     if not case.note:
         summary = pd.DataFrame(
             {name: speed_summary(table.loc[name]) for name in names}
         ).T
         heading = "mean accuracy in % by pair of speeds"
-        found["summary"] = heading, summary.rename_axis("diagnoser")
+        tables["summary"] = heading, summary.rename_axis("diagnoser")
     chosen, which = _of_confusions(case, frame)
     for name in names:
         heading = f"confusion matrix of {unit}, {name}, {which}; rows: true "
         heading += "condition, columns: verdict, corner: accuracy in %"
         matrix = confusion_table(chosen[chosen["diagnoser"] == name], case.target_names)
-        found[f"confusion_{'-'.join(name.lower().split())}"] = heading, matrix
-    return found
+        tables[f"confusion_{'-'.join(name.lower().split())}"] = heading, matrix
+    return tables
 
 
 def _of_confusions(case, verdicts):
@@ -403,7 +411,8 @@ def _of_confusions(case, verdicts):
 def _summary(cases, summaries):
     """Return the question, the data, one table of all cases, and sentences that read it."""
     first = cases[0]
-    names, speeds = first.target_names, listed(np.unique(first.rpm))
+    names = first.target_names
+    speeds = listed(np.unique(first.rpm))
     conditions = f"{counted(len(names), 'condition')} ({', '.join(names)})"
     rate = f"{first.data.shape[-1]} samples at {first.sampling_rate:g} Hz"
     title = first.title.removesuffix(f", {first.part}")
@@ -415,10 +424,10 @@ def _summary(cases, summaries):
     else:
         table = table.drop(columns=["stated", "of these"])
     sentences = []
-    for case, own in zip(cases, summaries, strict=True):
+    for case, summary in zip(cases, summaries, strict=True):
         read = [
-            protocols.reading(own, case.recommended),
-            *protocols.better_ones(own, case.recommended),
+            protocols.reading(summary, case.recommended),
+            *protocols.better_ones(summary, case.recommended),
         ]
         start = f"{case.part.capitalize()}: " if case.part else ""
         sentences += [f"{start}{sentence}" for sentence in read]
@@ -462,27 +471,29 @@ def _save_figure(case, verdicts, folder):
     from matplotlib.figure import Figure
     from sklearn.metrics import ConfusionMatrixDisplay
 
-    names, (chosen, which) = (
-        verdicts["diagnoser"].unique(),
-        _of_confusions(case, verdicts),
-    )
+    names = verdicts["diagnoser"].unique()
+    chosen, which = _of_confusions(case, verdicts)
     figure = Figure(figsize=(4.6 * len(names), 9.6), layout="constrained")
     figure.suptitle(f"{case.title}; matrices of windows: {which}", fontsize="medium")
     axes = figure.subplots(2, len(names), sharey="row", squeeze=False)
     style = {"xticks_rotation": "vertical", "cmap": "Blues", "colorbar": False}
     style["labels"] = case.target_names
     for upper, lower, name in zip(*axes, names, strict=True):
-        own = verdicts[verdicts["diagnoser"] == name].dropna(subset="train_rpm")
-        speeds = {role: own[role] for role in ("train_rpm", "test_rpm")}
-        SpeedAccuracyDisplay(own["true"], own["predicted"], **speeds).plot(ax=upper)
+        at_speeds = verdicts[verdicts["diagnoser"] == name].dropna(subset="train_rpm")
+        speeds = {role: at_speeds[role] for role in ("train_rpm", "test_rpm")}
+        display = SpeedAccuracyDisplay(
+            at_speeds["true"], at_speeds["predicted"], **speeds
+        )
+        display.plot(ax=upper)
         upper.set_title(name)
         upper.legend(loc="lower right", fontsize="small")
-        own = chosen[chosen["diagnoser"] == name]
+        counted_rows = chosen[chosen["diagnoser"] == name]
         ConfusionMatrixDisplay.from_predictions(
-            own["true"], own["predicted"], ax=lower, **style
+            counted_rows["true"], counted_rows["predicted"], ax=lower, **style
         )
         lower.set_title(
-            f"Accuracy {100 * (own['true'] == own['predicted']).mean():.1f} %"
+            "Accuracy "
+            f"{100 * (counted_rows['true'] == counted_rows['predicted']).mean():.1f} %"
         )
         lower.set(xlabel="Verdict", ylabel="True condition")
         lower.label_outer()

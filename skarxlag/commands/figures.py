@@ -55,7 +55,8 @@ class Axis:
         finite = joined[np.abs(joined) < _LARGEST]
         if len(finite) == 0:
             finite = np.zeros(1)
-        low, high = float(finite.min()), float(finite.max())
+        low = float(finite.min())
+        high = float(finite.max())
         margin = _MARGIN * (high - low)
         if margin <= _CONSTANT * abs(high) or margin == 0:
             margin = abs(high) or 1.0
@@ -75,7 +76,8 @@ class Axis:
         widest = (self.high - self.low) / _LEAST_TICKS
         decade = 10.0 ** np.floor(np.log10(widest))
         step = decade * max(factor for factor in (1, 2, 5) if factor * decade <= widest)
-        first, last = np.ceil(self.low / step), np.floor(self.high / step)
+        first = np.ceil(self.low / step)
+        last = np.floor(self.high / step)
         values = np.arange(first, last + 1) * step
         texts = [f"{value:.6g}" for value in values]
         return list(

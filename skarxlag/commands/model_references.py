@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from ..core.state import estimators_within, is_fitted
+from ..decisions.order_comparison import order_comparison
 from ..distances.comparison import SpectralDistance
-from ..distances.stretches import order_comparison
 from ..kernels.fault_orders import NEPER_IN_DB
 from ..kernels.speed_references import reference_weights
 from ..measures.spectra import LogSpectra
@@ -146,10 +146,12 @@ def healthy_shape(
     ndarray of shape (n_frequencies,)
         In nepers of power.
     """
-    known = np.log(distance.speeds_) if len(distance.speeds_) else np.zeros(1)
-    speed = known.mean() if rpm is None or not len(distance.speeds_) else np.log(rpm)
+    log_speeds = np.log(distance.speeds_) if len(distance.speeds_) else np.zeros(1)
+    log_speed = log_speeds.mean()
+    if rpm is not None and len(distance.speeds_):
+        log_speed = np.log(rpm)
     recorded = distance.recorded_ > 0
-    weights, _ = reference_weights(np.array([speed]), known, recorded)
+    weights, _ = reference_weights(np.array([log_speed]), log_speeds, recorded)
     along_axes = weights[0, :, condition] @ distance.references_[:, condition, group]
     # References are cosine coefficients times the axes.
     coefficients = np.linalg.solve(distance.axes_[group].T, along_axes)

@@ -68,15 +68,15 @@ def bearing_splits(
         ]
     splitter = SpecimenSplit(window_length=rig.data.shape[-1])
     try:
-        found = list(splitter.split(None, target, groups))
+        folds = list(splitter.split(None, target, groups))
     except ValueError:
         reason = "because without one bearing of each place, no speed has all places"
         return [], [f"Another bearing: not measured, {reason}."]
     splits = [
         (rows[train], rows[test], "bearing", float(rig.rpm[rows[train[0]]]))
-        for train, test in found
+        for train, test in folds
     ]
-    tested = np.unique(np.concatenate([place[test] for _, test in found]))
+    tested = np.unique(np.concatenate([place[test] for _, test in folds]))
     sentences = []
     if np.array_equal(specimen, rig.target):
         sentences.append("Another bearing: each condition counts as one bearing.")
@@ -270,8 +270,9 @@ def reading(table: pd.DataFrame, diagnoser: str) -> str:
     D names the right place in 98 % (another speed), 61 % (another bearing) of the windows; of the
     places that it states with a probability of 0.9 or more, 100 % (another speed) are right.
     """
-    own = table.xs(diagnoser, level=1)
-    right, of_stated = (_shares(own[name].dropna()) for name in ("place", "of these"))
+    shares = table.xs(diagnoser, level=1)
+    right = _shares(shares["place"].dropna())
+    of_stated = _shares(shares["of these"].dropna())
     sentence = f"{diagnoser} names the right place in {right} of the windows"
     if not of_stated:
         return f"{sentence}."
@@ -301,18 +302,19 @@ def better_ones(table: pd.DataFrame, diagnoser: str) -> list[str]:
     >>> better_ones(pd.DataFrame({"condition": [97.1, 95.0]}, tests), "D")
     ['Another speed: ALPIO names the right condition in 97 % of the windows, D in 95 %.']
     """
-    found = []
+    sentences = []
     for test, shares in table["condition"].groupby(level=0, sort=False):
         of_diagnosers = shares.droplevel(0).dropna()
         if diagnoser not in of_diagnosers:
             continue
-        own, best = of_diagnosers[diagnoser], of_diagnosers.idxmax()
-        if of_diagnosers[best] >= own + 1:
-            found.append(
+        share = of_diagnosers[diagnoser]
+        best = of_diagnosers.idxmax()
+        if of_diagnosers[best] >= share + 1:
+            sentences.append(
                 f"{test.capitalize()}: {best} names the right condition in "
-                f"{of_diagnosers[best]:.0f} % of the windows, {diagnoser} in {own:.0f} %."
+                f"{of_diagnosers[best]:.0f} % of the windows, {diagnoser} in {share:.0f} %."
             )
-    return found
+    return sentences
 
 
 def _shares(shares):

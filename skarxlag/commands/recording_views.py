@@ -133,7 +133,9 @@ def overview(
         Of the output.
     """
     parts: dict[str, list[NDArray[Any]]] = {"signal": [], "unpredicted": []}
-    duration, size, first = 0, None, 0
+    duration = 0
+    first = 0
+    size = None
     stretch = row = np.empty(0)
     for X in blocks:
         output = X if X.ndim == 2 else X[:, 0]
@@ -261,7 +263,8 @@ def spectrum_figure(
     y = Axis.around("Power density (dB)", level, *references)
     marks = []
     if references:
-        low, high = np.min(references, axis=0), np.max(references, axis=0)
+        low = np.min(references, axis=0)
+        high = np.max(references, axis=0)
         at = x.share(_columns(frequencies))
         lowest, highest = extremes(low, high)
         label = f"{reason}: {counted(len(healthy), 'recording')}"
@@ -332,8 +335,8 @@ def orders_figure(stretch: Stretch, orders: dict[str, float] | None) -> Figure |
 
 def _fault_lines(contrast, orders, x):
     defaults = FaultOrderClassifier()
-    tolerance, slip = defaults.speed_tolerance, defaults.slip
-    comb = fault_comb(contrast, np.array(_COMB_ORDERS(orders)), tolerance, slip)
+    nominal = np.array(_COMB_ORDERS(orders))
+    comb = fault_comb(contrast, nominal, defaults.speed_tolerance, defaults.slip)
     of_comb = {"cage": 0, "spin": 0, "inner": 1, "outer": 2}
     rules = []
     for name, label, multiples in _LINES:

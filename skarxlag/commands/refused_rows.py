@@ -9,7 +9,7 @@ from sklearn.utils import Bunch
 
 from ..core.speeds import LEAST_REVOLUTIONS, REVOLUTIONS_LEFT
 from ..decisions.fusion import SensorFusion
-from ..distances.stretches import order_comparison
+from ..decisions.order_comparison import order_comparison
 from ..measures.quality import quality_of_outputs
 from .messages import CommandError, counted
 

@@ -20,6 +20,7 @@ from . import recording_views as views
 from .diagnosis import Diagnosis
 from .messages import CommandError, counted, percent
 from .model_references import order_references_figure, shape_reference_figure
+from .models import SavedModel
 from .pages import render
 from .results import agreement, records
 
@@ -48,7 +49,7 @@ def html_report(
 
     Parameters
     ----------
-    model : SavedModel or BearingModel
+    model : RecordingModel
         What diagnosed the recordings.
     recordings, diagnoses : sequence
         The recordings, and their results.
@@ -182,13 +183,17 @@ class RunFigures:
             if not references:
                 with suppress(ValueError):
                     diagnoser = self._model.fitted(view.row, rate)
-                    known = (stretch.mean_rpm, self._model.healthy, rate)
-                    yield shape_reference_figure(diagnoser, view.row, *known)
+                    yield shape_reference_figure(
+                        diagnoser, view.row, stretch.mean_rpm, self._model.healthy, rate
+                    )
             yield views.spectrum_figure(stretch, references, self._reason)
 
     def _read(self, place, at):
         """Read a recording as the model does: its overview, and a stretch around a sample."""
-        recording, model = self._recordings[place], self._model
+        recording = self._recordings[place]
+        model = self._model
+        if isinstance(model, SavedModel):
+            recording = model.with_channel(recording)
         blocks, rate = model.windows(recording, self._resample)
         rate = self._diagnoses[place].sampling_rate or rate or model.sampling_rate
         view = views.overview(blocks, self._predictor(rate), at)
@@ -228,10 +233,10 @@ class RunFigures:
     def _read_healthy_stretch(self, place):
         """Return the first stretch of a healthy recording; None if it cannot be read again."""
         with suppress(*_READING_ERRORS):
-            recording, model = self._recordings[place], self._model
-            blocks, rate = model.windows(recording, self._resample)
+            recording = self._recordings[place]
+            blocks, rate = self._model.windows(recording, self._resample)
             X = next(blocks)
             samples = (X if X.ndim == 2 else X[:, 0]).ravel()[: views.STRETCH]
-            rate = rate or model.sampling_rate
+            rate = rate or self._model.sampling_rate
             return views.Stretch(samples, rate, recording.rpm, None)
         return None

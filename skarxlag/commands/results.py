@@ -70,13 +70,16 @@ def agreement(rows: pd.DataFrame, model: Any) -> tuple[int, int]:
     know the name itself. A model of the healthy condition alone agrees by its alarm.
     """
     rows = rows[rows["condition"].notna() & (rows["error"] == "")]
-    stated, known = rows["condition"], set(map(str, model.conditions))
-    if len(known) == 1:
+    stated = rows["condition"]
+    conditions = set(map(str, model.conditions))
+    if len(conditions) == 1:
         right = rows["alarm"] == np.where(stated == str(model.healthy), "no", "yes")
         return int(right.sum()), len(rows)
-    named = stated.map(lambda name: name if name in known else location_of_label(name))
+    named = stated.map(
+        lambda name: name if name in conditions else location_of_label(name)
+    )
     return int((rows["verdict"].astype(str) == named).sum()), int(
-        named.isin(known).sum()
+        named.isin(conditions).sum()
     )
 
 
@@ -85,13 +88,13 @@ def window_rows(
 ) -> pd.DataFrame:
     """Return a row for each window; the index is the position of its recording."""
     frames = {
-        n: each.windows for n, each in enumerate(diagnoses) if each.windows is not None
+        place: diagnosis.windows
+        for place, diagnosis in enumerate(diagnoses)
+        if diagnosis.windows is not None
     }
     frames = frames or {0: pd.DataFrame(columns=_FIRST_OF_WINDOWS)}
-    windows, names = (
-        pd.concat(frames).droplevel(1),
-        [printable(each.name) for each in recordings],
-    )
+    windows = pd.concat(frames).droplevel(1)
+    names = [printable(recording.name) for recording in recordings]
     windows.insert(0, "recording", [names[place] for place in windows.index])
     return machine_names(windows)
 
@@ -112,7 +115,8 @@ def write_tables(
     output: Path, recordings: Any, windows: Any, summary: dict[str, Any]
 ) -> None:
     """Write csv, json or parquet, as the suffix says; json holds the summary of the model, too."""
-    suffix, tables = output.suffix.lower(), [recordings, windows]
+    suffix = output.suffix.lower()
+    tables = [recordings, windows]
     if suffix == ".json":
         rows = [row | {"window_rows": []} for row in records(recordings)]
         of_windows = records(windows.drop(columns="recording"))
@@ -124,9 +128,12 @@ def write_tables(
         texts = [
             frame.select_dtypes(["object", "string"]).map(_inert) for frame in tables
         ]
-        tables = [frame.assign(**own) for frame, own in zip(tables, texts, strict=True)]
+        tables = [
+            table.assign(**safe) for table, safe in zip(tables, texts, strict=True)
+        ]
         contents = [
-            each.rename(columns=_inert).to_csv(index=False).encode() for each in tables
+            table.rename(columns=_inert).to_csv(index=False).encode()
+            for table in tables
         ]
     else:
         for frame in tables:

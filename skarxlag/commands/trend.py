@@ -40,7 +40,7 @@ class Event(NamedTuple):
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     rows = read_rows(args.files, args.time, args.sensor)
-    sensors = [_sensor(name, own) for name, own in rows.groupby("sensor", sort=True)]
+    sensors = [_sensor(*group) for group in rows.groupby("sensor", sort=True)]
     # A sensor whose alarm is on comes first.
     sensors.sort(
         key=lambda sensor: ("fault", "unclear", "healthy").index(sensor["style"])
@@ -56,6 +56,7 @@ def _sensor(name: Any, rows: pd.DataFrame) -> dict[str, Any]:
     """Return name, state, figures and events of a sensor."""
     rows = rows.assign(verdict=rows["verdict"].fillna(NO_VERDICT).astype(str))
     rows["verdict"] = rows["verdict"].str.partition(":")[0]
+    rows["healthy"] = rows["healthy"].astype(str)
     diagnosed = rows[rows["kind"] == "verdict"]
     last = rows.iloc[-1]
     events = _events(rows)
@@ -93,7 +94,7 @@ def _figures(rows: pd.DataFrame) -> list[Any]:
     is_dated = isinstance(rows["time"].iloc[0], pd.Timestamp)
     if is_dated:
         at = rows["time"].astype("datetime64[ns, UTC]").astype("int64").to_numpy() / 1e9
-        width = max(at[-1] - at[0], 1.0)
+        width = max(at[-1] - at[0], 60.0)
         x: Axis = DateAxis("Time (UTC)", at[0], at[0] + width)
     else:
         at = rows["time"].to_numpy(dtype=float)
@@ -142,8 +143,7 @@ def _strips(rows, part, n_parts, x):
     """Return the shares of verdicts, and of the alarm, over time."""
     shares = pd.crosstab(part, rows["verdict"].to_numpy(), normalize="index")
     edges = np.linspace(0, 1, n_parts + 1)
-    healthy = rows["healthy"].dropna().astype(str)
-    healthy = healthy.iloc[-1] if len(healthy) else None
+    healthy = rows["healthy"].iloc[-1]
     counts = rows["verdict"].value_counts()
     strips = [
         Mark(
@@ -165,7 +165,8 @@ def _strips(rows, part, n_parts, x):
 def _events(rows: pd.DataFrame) -> list[Event]:
     """Return changes of verdict, alarm, model and problem, acknowledgements and gaps."""
     states = rows[["verdict", "alarm", "model", "problem"]].astype(object)
-    states = states.where(states.notna(), None)
+    # Missing values would differ from themselves.
+    states = states.where(states.notna(), "")
     is_new = states.ne(states.shift()).any(axis=1) | (rows["kind"] == "acknowledged")
     pauses = pd.Series("", rows.index)
     if isinstance(rows["time"].iloc[0], pd.Timestamp):
@@ -173,7 +174,8 @@ def _events(rows: pd.DataFrame) -> list[Event]:
         is_gap = pause > max(_GAP_FACTOR * pause.median(), _LEAST_GAP)
         pauses[is_gap] = pause[is_gap].dt.round("s").astype(str)
         is_new |= is_gap
-    events, before = [], dict.fromkeys(states)
+    events = []
+    before = dict.fromkeys(states, "")
     for place in rows.index[is_new]:
         state = states.loc[place].to_dict()
         changed = {
@@ -189,7 +191,7 @@ def _events(rows: pd.DataFrame) -> list[Event]:
         if "verdict" in changed:
             style = _style(state["verdict"], rows.at[place, "healthy"])
             texts[f"verdict: {state['verdict']}"] = style
-        if changed.get("alarm") is not None:
+        if changed.get("alarm", "") != "":
             is_on = bool(state["alarm"])
             texts[f"alarm {'on' if is_on else 'off'}"] = "fault" if is_on else "healthy"
         if changed.get("problem"):

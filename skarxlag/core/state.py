@@ -111,18 +111,33 @@ class FittedOn(NamedTuple):
 def expect(holds: Any, name: str, value: object, expected: str) -> None:
     """Raise a ValueError that names a value, and what was expected, unless all of `holds` is true.
 
+    The value of a parameter is shown as `sklearn.utils.check_scalar` shows it, and that
+    of a description in words after a colon.
+
     Examples
     --------
     >>> expect(False, "order", -1, "at least 1")
     Traceback (most recent call last):
         ...
     ValueError: order == -1, expected at least 1.
+    >>> expect(False, "Number of models in X", np.int64(4), "1")
+    Traceback (most recent call last):
+        ...
+    ValueError: Number of models in X: 4, expected 1.
+    >>> expect(False, "rpm", None, "the speed of each row")
+    Traceback (most recent call last):
+        ...
+    ValueError: rpm is missing, expected the speed of each row.
     """
     # NumPy takes longer to look at one flag than most checks take.
     if holds is not True and not np.all(holds):
-        text = " ".join(repr(value).split())
+        if value is None and " " not in name:
+            raise ValueError(f"{name} is missing, expected {expected}.")
+        plain = value.item() if isinstance(value, np.generic) else value
+        text = " ".join(repr(plain).split())
         shown = text if len(text) <= 100 else f"{text[:97]}..."
-        raise ValueError(f"{name} == {shown}, expected {expected}.")
+        relation = ":" if " " in name else " =="
+        raise ValueError(f"{name}{relation} {shown}, expected {expected}.")
 
 
 #: Training speeds in revolutions per minute.
@@ -298,10 +313,12 @@ def check_model_state(model: Any) -> None:
     for pipeline in pipelines:
         width = None
         for name, step in pipeline.steps:
-            n_features = vars(step).get("n_features_in_", width)
-            expected = f"{width}: the step before returns {width} columns"
-            is_fit = width in (None, n_features)
-            expect(is_fit, f"Step {name!r}: n_features_in_", n_features, expected)
+            n_features = getattr(step, "n_features_in_", width)
+            if width not in (None, n_features):
+                raise ValueError(
+                    f"Step {name!r} was fitted on {n_features} columns, but the step before it "
+                    f"returns {width}."
+                )
             # The last step may be no transformer.
             if step is not pipeline.steps[-1][1]:
                 width = len(step.get_feature_names_out())

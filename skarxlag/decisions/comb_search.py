@@ -1,4 +1,4 @@
-"""Search for the combs of bearing faults in rows, and sentences on what it finds."""
+"""Search for the combs of bearing faults in rows, and sentences on the result."""
 
 from __future__ import annotations
 

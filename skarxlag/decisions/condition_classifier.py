@@ -57,8 +57,8 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
     r"""Classifier of conditions by residuals, with a probability of an unknown condition.
 
     A diagnoser is trained on some specimens, such as bearings, and is used on others.
-    This classifier asks three questions: whether a row is healthy, at which place its
-    fault is, and which condition of that place it resembles. Each answer is as sure as
+    This classifier asks three questions: whether a row is healthy, at which location its
+    fault is, and which condition of that location it resembles. Each answer is as sure as
     it was on specimens and rigs that were left out of training. The equations are those
     of :func:`skarxlag.kernels.posterior.condition_log_probabilities`.
 
@@ -66,15 +66,15 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
       that was recorded. Its residuals then count with a large exponent.
     - Otherwise, it may be another specimen of a known condition. Its residuals count
       with small exponents: 8 for the question whether there is a fault, and 4 for its
-      place.
+      location.
     - Or its condition is unknown. The probability of this grows with the smallest
       residual.
 
     `fit` probes the comparison with noise, which carries no condition. A row must
     resemble one answer by more than noise does to count as a recorded specimen.
 
-    With `specimen` in `fit`, each specimen of a place with several is left out in turn.
-    The rows of the left-out specimens choose the exponent for the place: the more alike
+    With `specimen` in `fit`, each specimen of a location with several is left out in turn.
+    The rows of the left-out specimens choose the exponent for the location: the more alike
     the specimens are, the larger it is.
 
     Parameters
@@ -88,8 +88,8 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         healthy, of which the first counts for the alarm. Without one, there is no
         alarm.
     places : mapping of label to str or None, default=None
-        Place of each condition if its name does not say it: "healthy", "inner", "outer"
-        or "ball". Any other condition is a place of its own.
+        Location of each condition if its name does not say it: "healthy", "inner", "outer"
+        or "ball". Any other condition is a location of its own.
     recorded_prior : float, default=0.5
         Probability in (0, 1) that a row is of a specimen that was recorded for
         training. Raise it for a machine whose bearings are never exchanged. Lower it
@@ -104,8 +104,8 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
     residual_ : estimator
         The fitted `residual`.
     class_places_ : ndarray of int of shape (n_classes,)
-        Place of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy. Conditions
-        of other places have the numbers from 4.
+        Location of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy. Conditions
+        of other locations have the numbers from 4.
     healthy_index_ : int
         Index of the healthy condition in `classes_`; -1 if there is none.
     detection_threshold_ : float
@@ -113,9 +113,9 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
     n_healthy_ : int
         Number of rows of the healthy condition; 0 if there is none.
     noise_gaps_ : ndarray of shape (2,)
-        Largest gap of noise in the questions about the fault and about its place.
+        Largest gap of noise in the questions about the fault and about its location.
     place_exponent_ : float
-        Exponent of the residuals of places for other specimens.
+        Exponent of the residuals of locations for other specimens.
     n_specimens_ : ndarray of int of shape (n_classes,)
         Number of specimens of each condition.
     n_models_, n_features_in_ : int
@@ -277,7 +277,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         }
 
     def _name_places(self):
-        """Set the place of each class, and the healthy one."""
+        """Set the location of each class, and the healthy one."""
         names = self.classes_.tolist()
         stated = dict(self.places or {})
         by_name = {name: location_of_label(name) for name in names}
@@ -342,7 +342,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         return self.class_places_[np.searchsorted(self.classes_, y)]
 
     def questions(self) -> tuple[NDArray[Any], int]:
-        """Return the number of the place of each class from 0 on, and that of the healthy one."""
+        """Return the number of the location of each class, and that of the healthy one."""
         present, places = np.unique(self.class_places_, return_inverse=True)
         healthy = np.flatnonzero(present == FAULT_LOCATIONS.index("healthy"))
         return places, int(healthy[0]) if len(healthy) > 0 else -1
@@ -501,7 +501,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         return own | {"healthy": healthy, "stated_rate": self.false_alarm_rate}
 
     def _place_names(self):
-        """Return the place of each class; None for a condition that is a place of its own."""
+        """Return the location of each class; None for a condition that is a location of its own."""
         named = self.class_places_.tolist()
         return tuple(
             FAULT_LOCATIONS[p] if p < len(FAULT_LOCATIONS) else None for p in named

@@ -693,10 +693,10 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
             low, high = self.speed_range
             check_real(high, "speed_range[1]", **ABOVE_0)
             check_real(low, "speed_range[0]", **ABOVE_0 | {"max_val": high})
-        for label, place in (self.places or {}).items():
-            is_location = place in FAULT_LOCATIONS
+        for label, location in (self.places or {}).items():
+            is_location = location in FAULT_LOCATIONS
             expected = f"one of {FAULT_LOCATIONS}"
-            expect(is_location, f"places[{label!r}]", place, expected)
+            expect(is_location, f"places[{label!r}]", location, expected)
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()

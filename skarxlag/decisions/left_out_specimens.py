@@ -28,12 +28,15 @@ def location_exponent(
     places: NDArray[Any],
     metadata: Mapping[str, Any],
 ) -> float:
-    r"""Compute the exponent of residuals in the probabilities of places of other specimens.
+    r"""Compute the exponent of residuals in the probabilities of locations of other specimens.
 
-    Each specimen of a place with several is left out in turn, one of each place at a
+    Each specimen of a location with several is left out in turn, one of each location at a
     time. The others train the residuals. The exponent k maximises
 
-    .. math:: \sum_s \overline{\log p_k(\text{place} \mid s)} - \frac{(\log k / k_0)^2}{2 \sigma^2}
+    .. math::
+
+        \sum_s \overline{\log p_k(\text{location} \mid s)}
+        - \frac{(\log k / k_0)^2}{2 \sigma^2}
 
     over the left-out faulty specimens s, whose log probabilities are means over their
     rows. The last term is the exponent of other rigs: :math:`k_0` is that of
@@ -50,8 +53,8 @@ def location_exponent(
     specimens : ndarray of shape (n_rows,)
         Identifier of the specimen of each row.
     places : ndarray of int of shape (n_rows,)
-        Place of the condition of each row, as an index into
-        :data:`skarxlag.core.fault_locations.FAULT_LOCATIONS`. Other places have larger
+        Location of the condition of each row, as an index into
+        :data:`skarxlag.core.fault_locations.FAULT_LOCATIONS`. Other locations have larger
         numbers.
     metadata : mapping of str to array-like
         What ``residual.fit`` is given: scalars, or one value for each row.
@@ -93,7 +96,7 @@ def _chosen(metadata, rows):
 
 
 def _log_probabilities(levels, learned, true):
-    """Log probability of the true place by row and exponent; NaN if it is not a learned fault."""
+    """Log probability of the true location by row and exponent; NaN if it was not learned."""
     faults = np.unique(learned[learned != _HEALTHY])
     found = np.full((len(true), len(EXPONENTS)), np.nan)
     counted = np.flatnonzero(np.isin(true, faults))

@@ -8,7 +8,6 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.base import clone
-from sklearn.pipeline import Pipeline
 from sklearn.utils import check_scalar
 
 from ..core.base import StretchTransformer
@@ -51,43 +50,6 @@ def window_comparison(n_jobs: int | None = None) -> DiagnosisPipeline:
     measure = ("measure", LogSpectra(n_jobs=n_jobs))
     compare = ("compare", SpectralDistance(**WINDOW_DISTANCE))
     return DiagnosisPipeline([measure, compare], n_jobs=n_jobs)
-
-
-def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidual]:
-    """Return the residual of order spectra in a fitted pipeline, and the steps before it.
-
-    Parameters
-    ----------
-    diagnoser : Pipeline
-        Fitted.
-
-    Returns
-    -------
-    before : Pipeline or None
-        The steps whose results are compared; None if the first step compares.
-    residual : OrderResidual
-        The residual of order spectra, also where it is part of a `StretchResidual`.
-
-    Raises
-    ------
-    ValueError
-        If no step compares order spectra.
-    """
-    is_pipeline = isinstance(diagnoser, Pipeline)
-    steps = [step for _, step in diagnoser.steps] if is_pipeline else [diagnoser]
-    # A FaultOrderClassifier may hold a ConditionClassifier, and this holds the
-    # residual.
-    learned = vars(steps[-1]).get("conditions_") or steps[-1]
-    steps[-1] = vars(learned).get("residual_", learned)
-    for place, residual in enumerate(steps):
-        if isinstance(residual, StretchResidual):
-            residual = residual.order_residual_
-        if isinstance(residual, OrderResidual):
-            return diagnoser[:place] if place > 0 else None, residual
-    raise ValueError(
-        "No step compares order spectra; expected a StretchResidual or an OrderResidual among "
-        f"{[type(step).__name__ for step in steps]}."
-    )
 
 
 @dataclass(kw_only=True, eq=False, repr=False)

@@ -9,7 +9,7 @@ from scipy import linalg
 from .compiled import compiled
 from .healthy_rows import N_COEFFICIENTS, log_spectra_cepstra
 
-#: What a change of speed by the unit distance does to cepstra of healthy rows:
+#: Effect of a change of speed by the unit distance on cepstra of healthy rows:
 #: `smooth_variance` in squared nepers of power, and the weights of a scaled frequency
 #: axis and of a raised noise floor.
 SMOOTH = 0.1
@@ -76,7 +76,7 @@ def scaled_frequency(log_spectra: NDArray[Any]) -> NDArray[Any]:
     """
     cells = np.arange(log_spectra.shape[1]) + 0.5
     shifted = [cells * np.exp(shift) for shift in (_LOG_SHIFT, -_LOG_SHIFT)]
-    moved = [np.interp(places, cells, row) for places in shifted for row in log_spectra]
+    moved = [np.interp(points, cells, row) for points in shifted for row in log_spectra]
     return np.array(moved) - np.tile(log_spectra, (2, 1))
 
 
@@ -188,7 +188,7 @@ def squared_distances(
     axes: NDArray[Any],
     references: Any,
     precisions: Any,
-    places: Any,
+    indices: Any,
 ) -> NDArray[Any]:
     r"""Compute the mean of :math:`p_k (V^T x - m)_k^2` over the axes k, for each row x and group.
 
@@ -198,12 +198,12 @@ def squared_distances(
         Rows.
     axes : ndarray of shape (n_groups, n_features, n_axes)
         The matrix V of each group.
-    references : ndarray of shape (n_places, n_classes, n_groups, n_axes)
+    references : ndarray of shape (n_references, n_classes, n_groups, n_axes)
         The references m, for example at several speeds.
-    precisions : ndarray of shape (n_places, n_groups, n_axes)
+    precisions : ndarray of shape (n_references, n_groups, n_axes)
         The reciprocal variances p.
-    places : ndarray of int of shape (n_tried, n_rows)
-        Places that each row is compared with.
+    indices : ndarray of int of shape (n_tried, n_rows)
+        References that each row is compared with.
 
     Returns
     -------
@@ -213,19 +213,19 @@ def squared_distances(
     Examples
     --------
     >>> rows, references = np.array([[[3.0, 5.0]]]), np.ones((1, 1, 1, 2))
-    >>> precisions, place = np.array([[[1.0, 0.5]]]), np.zeros((1, 1), int)
-    >>> squared_distances(rows, np.eye(2)[np.newaxis], references, precisions, place)
+    >>> precisions, index = np.array([[[1.0, 0.5]]]), np.zeros((1, 1), int)
+    >>> squared_distances(rows, np.eye(2)[np.newaxis], references, precisions, index)
     array([[[[6.]]]])
     """
-    squares = np.empty((*places.shape, *references.shape[1:3]))
+    squares = np.empty((*indices.shape, *references.shape[1:3]))
     _fill_squares(
-        rows, axes, references, precisions, places, np.empty(axes.shape[2]), squares
+        rows, axes, references, precisions, indices, np.empty(axes.shape[2]), squares
     )
     return squares
 
 
 @compiled
-def _fill_squares(rows, axes, references, precisions, places, along, squares):
+def _fill_squares(rows, axes, references, precisions, indices, along, squares):
     n_groups, n_features, n_axes = axes.shape
     for w in range(len(rows)):
         for g in range(n_groups):
@@ -233,11 +233,11 @@ def _fill_squares(rows, axes, references, precisions, places, along, squares):
             for f in range(n_features):
                 for k in range(n_axes):
                     along[k] += rows[w, g, f] * axes[g, f, k]
-            for tried in range(len(places)):
-                place = places[tried, w]
+            for tried in range(len(indices)):
+                index = indices[tried, w]
                 for c in range(references.shape[1]):
                     total = 0.0
                     for k in range(n_axes):
-                        change = along[k] - references[place, c, g, k]
-                        total += precisions[place, g, k] * (change * change)
+                        change = along[k] - references[index, c, g, k]
+                        total += precisions[index, g, k] * (change * change)
                     squares[tried, w, c, g] = total / max(n_axes, 1)

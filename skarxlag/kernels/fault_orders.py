@@ -358,7 +358,7 @@ def fault_comb(
 
 
 def _heights(contrast, orders, shifts):
-    """Mean contrast at the multiples of each order, for logarithms of a factor on the speed."""
+    """Return mean contrasts at multiples of orders, for logarithms of a factor on the speed."""
     multiples = np.concatenate([np.arange(1, n + 1) for n in _MULTIPLES])
     positions = np.repeat(orders, _MULTIPLES) * multiples / ORDER_STEP
     positions = np.multiply.outer(positions, np.exp(shifts))
@@ -368,6 +368,6 @@ def _heights(contrast, orders, shifts):
 
 
 def _nearest_best(values, shifts):
-    """Index of the largest value; of equal ones, that of the smallest shift."""
+    """Return the index of the largest value; of equal ones, that of the smallest shift."""
     best = np.flatnonzero(values == values.max())
     return best[np.abs(shifts[best]).argmin()]

@@ -72,8 +72,8 @@ def false_alarm_threshold(
     order, counted = _counted_in_order(levels, weights)
     # (n + 1)(1 - rate) may be a whole number but for rounding.
     rank = (counted[-1] + 1) * (1 - rate) - 1e-9
-    place = min(np.searchsorted(counted, rank), len(order) - 1)
-    return float(levels[order[place]])
+    index = min(np.searchsorted(counted, rank), len(order) - 1)
+    return float(levels[order[index]])
 
 
 def weighted_median(levels: NDArray[Any], weights: NDArray[Any]) -> float:

@@ -26,8 +26,8 @@ _MOST_OVERLAP = 8
 _FACTOR_STEP = 0.02
 #: Largest logarithm of this factor in standard deviations.
 _MOST_DEVIATIONS = 2
-#: Independent values that an order spectrum is worth, beside which an unlikely factor
-#: weighs.
+#: Independent values that an order spectrum is worth. An unlikely factor weighs as one
+#: of them.
 _INDEPENDENT_VALUES = 50
 #: Logarithm of the factor up to which segments of one length do.
 _GROUP_WIDTH = 0.2
@@ -223,10 +223,8 @@ def at_orders(
     n_frequencies = log_power.shape[1]
     position = np.multiply.outer(factors, orders) / step
     inside = position <= n_frequencies - 1
-    places = np.arange(n_frequencies)
-    spectra = np.stack(
-        [np.interp(position, places, band) for band in log_power], axis=1
-    )
+    cells = np.arange(n_frequencies)
+    spectra = np.stack([np.interp(position, cells, band) for band in log_power], axis=1)
     # Sorting puts the orders outside last. A masked array would take most of the time
     # of `match`.
     is_counted = inside[:, np.newaxis]

@@ -1,9 +1,9 @@
-"""Probabilities of places, conditions and "unknown" from residuals, for this and other specimens.
+"""Probabilities of fault locations and conditions from residuals, for any specimen.
 
 Residuals separate the conditions best for the specimens that were recorded. Another
 specimen of the same fault resembles the recorded one less, and it resembles other
 faults nearly as much. These functions ask two questions: whether there is a fault, and
-which place it has. For each question they mix two answers: that for a specimen that was
+which location it has. For each question they mix two answers: that for a specimen that was
 recorded, and that for another one.
 """
 
@@ -19,7 +19,7 @@ from .speed_references import LEAST_DRIFT
 #: leaving rigs out, as all constants of this module are, see ``python -m
 #: benchmarks.another_bearing constants``. The first is that of a specimen that was
 #: recorded. The others are those of another specimen, for the question whether there is
-#: a fault, and for the question at which place.
+#: a fault, and for the question at which location.
 RECORDED_EXPONENT = 32.0
 FAULT_EXPONENT, PLACE_EXPONENT = 8.0, 4.0
 #: Log odds of a recorded specimen for each neper by which the gap of the residuals
@@ -27,7 +27,7 @@ FAULT_EXPONENT, PLACE_EXPONENT = 8.0, 4.0
 #: the smallest.
 GAP_ODDS = 5.0
 #: Least gap of noise that is assumed, in the questions about the fault and about its
-#: place.
+#: location.
 LEAST_FAULT_GAP, LEAST_PLACE_GAP = 0.4, 0.2
 #: Range of these log odds: a gap is never proof.
 _GAP_RANGE = (-6.0, 8.0)
@@ -202,19 +202,19 @@ def unknown_log_odds(
 
 
 def question_gaps(
-    residuals: NDArray[Any], places: NDArray[Any], healthy: int
+    residuals: NDArray[Any], locations: NDArray[Any], healthy: int
 ) -> NDArray[Any]:
     """Compute the gaps between the two nearest answers to both questions.
 
     Parameters
     ----------
-    residuals, places, healthy
+    residuals, locations, healthy
         As in `condition_log_probabilities`.
 
     Returns
     -------
     ndarray of shape (n_rows, 2)
-        Of the question whether there is a fault, and at which place; 0 if there is one
+        Of the question whether there is a fault, and at which location; 0 if there is one
         answer.
 
     Examples
@@ -223,7 +223,7 @@ def question_gaps(
     >>> question_gaps(residuals, np.array([0, 1, 2]), 0).round(2)
     array([[0.69, 0.69]])
     """
-    nearest = _nearest(residuals, places)
+    nearest = _nearest(residuals, locations)
     of_faults = np.delete(nearest, [healthy] if healthy >= 0 else [], axis=1)
     gaps = np.zeros((len(residuals), 2))
     if of_faults.shape[1] > 1:
@@ -234,15 +234,17 @@ def question_gaps(
     return gaps
 
 
-def _nearest(residuals, places):
-    """Smallest residual of each place."""
-    of_places = [residuals[:, places == p].min(axis=1) for p in range(places.max() + 1)]
-    return np.stack(of_places, axis=1)
+def _nearest(residuals, locations):
+    """Smallest residual of each location."""
+    of_locations = [
+        residuals[:, locations == p].min(axis=1) for p in range(locations.max() + 1)
+    ]
+    return np.stack(of_locations, axis=1)
 
 
 def condition_log_probabilities(
     residuals: NDArray[Any],
-    places: NDArray[Any],
+    locations: NDArray[Any],
     healthy: int,
     drift: NDArray[Any],
     noise_gaps: tuple[float, float] = (0.0, 0.0),
@@ -252,10 +254,10 @@ def condition_log_probabilities(
 ) -> Posterior:
     r"""Compute the log probability of each condition, and that of an unknown one.
 
-    Three questions are asked in turn: whether there is a fault, at which place, and
-    which of the conditions of the place it is. The residual of an answer is the
+    Three questions are asked in turn: whether there is a fault, at which location, and
+    which of the conditions of the location it is. The residual of an answer is the
     smallest residual of its conditions. The first two questions are answered by
-    `answer_log_probabilities`. The conditions of a place differ by specimen, so the
+    `answer_log_probabilities`. The conditions of a location differ by specimen, so the
     third has the exponent of a recorded specimen.
 
     Whether the specimen was recorded is the same for all rows of a recording. So the
@@ -267,19 +269,19 @@ def condition_log_probabilities(
     ----------
     residuals : ndarray of shape (n_rows, n_conditions)
         Natural logarithms of the residuals, or means of them.
-    places : ndarray of int of shape (n_conditions,)
-        Number of the place of each condition; all numbers from 0 to the largest occur.
+    locations : ndarray of int of shape (n_conditions,)
+        Number of the location of each condition; all numbers from 0 to the largest occur.
     healthy : int
-        Number of the place of healthy conditions; -1 if there is none.
+        Number of the location of healthy conditions; -1 if there is none.
     drift : ndarray of shape (n_rows,)
         Factors on the drift at the speeds of the rows.
     noise_gaps : tuple of two floats, default=(0.0, 0.0)
-        Largest gaps of noise in the questions about the fault and about its place. At
+        Largest gaps of noise in the questions about the fault and about its location. At
         least .4 and .2 are used.
     prior : float, default=0.5
         Probability that a row is of a recorded specimen, in (0, 1).
     location_exponent : float, default=4.0
-        Exponent of the residuals of places for other specimens, at least 0.
+        Exponent of the residuals of locations for other specimens, at least 0.
     n_rows : float, default=1.0
         Number n of rows that each mean is of, above 0.
 
@@ -298,46 +300,46 @@ def condition_log_probabilities(
     (array([[0.  , 0.96, 0.  , 0.01, 0.03]]), array([0.87]))
     """
     fault_gap = max(noise_gaps[0], LEAST_FAULT_GAP) / np.sqrt(n_rows)
-    place_gap = max(noise_gaps[1], LEAST_PLACE_GAP) / np.sqrt(n_rows)
-    nearest = _nearest(residuals, places)
-    n_places = nearest.shape[1]
-    of_place = np.zeros((len(residuals), n_places))
-    is_fault = np.arange(n_places) != healthy
+    location_gap = max(noise_gaps[1], LEAST_PLACE_GAP) / np.sqrt(n_rows)
+    nearest = _nearest(residuals, locations)
+    n_locations = nearest.shape[1]
+    of_location = np.zeros((len(residuals), n_locations))
+    is_fault = np.arange(n_locations) != healthy
     of_faults = nearest[:, is_fault]
     recorded = np.full(len(residuals), -np.inf)
     if of_faults.shape[1] > 0:
-        recorded = recorded_log_odds(of_faults, place_gap, prior)
+        recorded = recorded_log_odds(of_faults, location_gap, prior)
         answers = answer_log_probabilities(of_faults, location_exponent, recorded)
-        of_place[:, is_fault] = answers
+        of_location[:, is_fault] = answers
     if healthy >= 0 and of_faults.shape[1] > 0:
         question = np.stack([nearest[:, healthy], of_faults.min(axis=1)], axis=1)
         of_question = recorded_log_odds(question, fault_gap, prior)
         answers = answer_log_probabilities(question, FAULT_EXPONENT, of_question)
-        of_place[:, healthy] = answers[:, 0]
-        of_place[:, is_fault] += answers[:, 1:]
+        of_location[:, healthy] = answers[:, 0]
+        of_location[:, is_fault] += answers[:, 1:]
         recorded = np.maximum(recorded, of_question)
-    found = np.empty((len(residuals), len(places) + 1))
-    for place in range(n_places):
-        own = places == place
+    found = np.empty((len(residuals), len(locations) + 1))
+    for location in range(n_locations):
+        own = locations == location
         among = _log_softmax(-RECORDED_EXPONENT * residuals[:, own])
-        found[:, :-1][:, own] = of_place[:, [place]] + among
+        found[:, :-1][:, own] = of_location[:, [location]] + among
     found[:, -1] = unknown_log_odds(nearest.min(axis=1), recorded, drift)
     return Posterior(_log_softmax(found), expit(recorded))
 
 
 def decided_condition(
-    probability: NDArray[Any], places: NDArray[Any], healthy: int
+    probability: NDArray[Any], locations: NDArray[Any], healthy: int
 ) -> NDArray[np.intp]:
-    """Return the condition that each row is decided for: healthy or not, place, condition.
+    """Return the condition that each row is decided for: healthy or not, location, condition.
 
     The most probable single condition need not be that one: a fault that is more
-    probable than a healthy condition may be divided among several places.
+    probable than a healthy condition may be divided among several locations.
 
     Parameters
     ----------
     probability : ndarray of shape (n_rows, n_conditions)
         Probabilities of the conditions.
-    places, healthy
+    locations, healthy
         As in `condition_log_probabilities`.
 
     Returns
@@ -350,16 +352,21 @@ def decided_condition(
     >>> decided_condition(np.array([[0.4, 0.3, 0.3]]), np.array([0, 1, 2]), 0)
     array([1])
     """
-    of_places = np.stack(
-        [probability[:, places == p].sum(axis=1) for p in range(places.max() + 1)],
+    of_locations = np.stack(
+        [
+            probability[:, locations == p].sum(axis=1)
+            for p in range(locations.max() + 1)
+        ],
         axis=1,
     )
     if healthy >= 0:
-        is_faulty = 2 * of_places[:, healthy] < of_places.sum(axis=1)
-        of_places[is_faulty, healthy] = -1.0
-        of_places[~is_faulty, healthy] = np.inf
-    chosen = of_places.argmax(axis=1)
-    return np.where(places == chosen[:, np.newaxis], probability, -1.0).argmax(axis=1)
+        is_faulty = 2 * of_locations[:, healthy] < of_locations.sum(axis=1)
+        of_locations[is_faulty, healthy] = -1.0
+        of_locations[~is_faulty, healthy] = np.inf
+    chosen = of_locations.argmax(axis=1)
+    return np.where(locations == chosen[:, np.newaxis], probability, -1.0).argmax(
+        axis=1
+    )
 
 
 def with_largest(probability: NDArray[Any], chosen: NDArray[np.intp]) -> NDArray[Any]:
@@ -410,7 +417,7 @@ def with_largest(probability: NDArray[Any], chosen: NDArray[np.intp]) -> NDArray
 def decided(
     log_probability: NDArray[Any],
     classes: NDArray[Any],
-    places: NDArray[Any],
+    locations: NDArray[Any],
     healthy: int,
 ) -> dict[str, NDArray[Any]]:
     """Return verdict, probability and score from the log probabilities of conditions.
@@ -421,8 +428,8 @@ def decided(
         That of each class, and of an unknown condition.
     classes : ndarray of shape (n_classes,)
         Labels.
-    places, healthy
-        Places of the classes, as in `condition_log_probabilities`.
+    locations, healthy
+        Locations of the classes, as in `condition_log_probabilities`.
 
     Returns
     -------
@@ -433,7 +440,7 @@ def decided(
         for two classes the second's less the first's.
     """
     every = np.exp(log_probability)
-    chosen = decided_condition(every[:, :-1], places, healthy)
+    chosen = decided_condition(every[:, :-1], locations, healthy)
     shared = every[:, :-1] + every[:, -1:] / len(classes)
     probability = with_largest(shared / shared.sum(axis=1, keepdims=True), chosen)
     logs = np.log(probability)

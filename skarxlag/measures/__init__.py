@@ -1,1 +1,1 @@
-"""What is measured in windows: log spectra, envelope spectra, and the quality of a signal."""
+"""Measures of windows: log spectra, envelope spectra, and the quality of a signal."""

@@ -371,14 +371,17 @@ def _near_extremes(windows, step):
 
 
 def _longest_runs(stays):
-    """Samples of the longest run of equal samples in each row, from whether each step is zero."""
-    place = np.arange(1, stays.shape[1] + 1, dtype=np.int32)
-    last_move = np.maximum.accumulate(np.where(stays, 0, place), axis=1)
-    return (place - last_move).max(axis=1, initial=0) + 1
+    """Return the length of the longest run of equal samples in each row.
+
+    `stays` states whether each step is zero.
+    """
+    step = np.arange(1, stays.shape[1] + 1, dtype=np.int32)
+    last_move = np.maximum.accumulate(np.where(stays, 0, step), axis=1)
+    return (step - last_move).max(axis=1, initial=0) + 1
 
 
 def _wrapped(windows, leaps):
-    """Whether signals stop abruptly at both ends of their range and jump without a trend."""
+    """Return whether signals stop abruptly at the ends of their range and jump there."""
     is_wrapped = np.zeros(len(windows), dtype=bool)
     n_samples = windows.shape[1]
     if n_samples < _SHORTEST_COARSE:
@@ -415,8 +418,8 @@ def _empty_bands(windows):
 
 
 def _without_trend(windows):
-    place = np.linspace(-1, 1, windows.shape[-1])
-    basis = np.linalg.qr(np.stack([np.ones_like(place), place], axis=1))[0]
+    time = np.linspace(-1, 1, windows.shape[-1])
+    basis = np.linalg.qr(np.stack([np.ones_like(time), time], axis=1))[0]
     return windows - windows @ basis @ basis.T
 
 

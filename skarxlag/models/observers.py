@@ -316,7 +316,7 @@ class PIObserver(Observer):
         if not radius < 1:
             raise ValueError(
                 f"The observer is unstable: with pole={self.pole}, kp={self.kp} and "
-                f"ki={self.ki}, its spectral radius is {radius:.3g}. Reduce ki or kp, so that "
+                f"ki={self.ki}, its spectral radius is {radius:.6g}. Reduce ki or kp, so that "
                 "pole - kp + ki < 1 and 2 (1 + pole - kp) + ki > 0."
             )
         self.spectral_radius_: float = radius

@@ -61,7 +61,7 @@ def chosen_model(estimator: Any, model: Any) -> tuple[int, list[str]]:
 
     Returns
     -------
-    place : int
+    position : int
         Position of the model.
     names : list of str
         Names of the models.

@@ -12,7 +12,7 @@ from sklearn.pipeline import Pipeline
 from ..core.capabilities import unfolded_steps
 from ..core.state import expect
 from ..decisions.fault_orders import FaultOrderClassifier
-from ..distances.stretches import order_comparison
+from ..decisions.order_comparison import order_comparison
 from ..kernels.fault_orders import (
     FAULTS,
     NEPER_IN_DB,

@@ -361,10 +361,10 @@ class ThresholdLadderDisplay(ThresholdDisplay):
             True conditions.
         decision : {"detection", "isolation"} or None, default=None
             The decision to show. If None, isolation is shown, or detection if the
-            estimator knows one condition only.
+            estimator has one condition only.
         conditions : sequence of label or None, default=None
             All conditions. Their order determines their colours. If None, the
-            conditions that the estimator knows come first, starting with the healthy
+            conditions of the estimator come first, starting with the healthy
             one, followed by others in `y`.
         ax : matplotlib Axes or None, default=None
             Axes to plot into. If None, new axes are created.
@@ -378,7 +378,7 @@ class ThresholdLadderDisplay(ThresholdDisplay):
         ------
         ValueError
             If `decision` is not one of these, isolation is requested of an estimator
-            that knows one condition, a bank has no model for a condition in `y`, or
+            that has one condition, a bank has no model for a condition in `y`, or
             `conditions` omits a condition.
         """
         is_pipeline = isinstance(estimator, Pipeline)

@@ -19,6 +19,7 @@ from .entries import ListedRecording
 from .formats._fields import number
 from .rates import NO_RATE, rates_agree, resampled_blocks
 from .repeated import check_repeated
+from .speeds import SpeedProfile
 from .windows import block_length, cut_blocks, thin_windows
 
 #: Times within a window over which its mean speed is computed.
@@ -147,7 +148,9 @@ def _ordered_conditions(conditions, healthy, source):
     return [healthy, *(name for name in names if name != healthy)]
 
 
-def mean_speeds(profile, start, n_samples, sampling_rate):
+def mean_speeds(
+    profile: SpeedProfile, start: NDArray[Any], n_samples: int, sampling_rate: float
+) -> NDArray[Any]:
     """Return the mean speed of each row."""
     step = n_samples / _N_MEAN
     return profile.rows(start / step, _N_MEAN, sampling_rate / step).mean(axis=1)

@@ -104,7 +104,7 @@ class ListedRecording:
         return logged_speed(self.speed_source, names, self._span)
 
     def _tachometer_speed(self):
-        from ..core.speeds import pulse_speeds
+        from ..core.measured_speeds import pulse_speeds
 
         pulses = self.pulses_per_revolution
         if pulses % 1:

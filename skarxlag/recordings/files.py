@@ -1,6 +1,7 @@
 """Read recordings from files, whole or block by block."""
 
 import os
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -27,6 +28,9 @@ StrPath = str | os.PathLike[str]
 #: facts and once for its samples. The number bounds the memory.
 _described: dict[tuple[Any, ...], Description] = {}
 _MOST_DESCRIBED = 10_000
+#: Nanoseconds since its last change after which a file is remembered. Within this time,
+#: another change may leave the time of modification as it is.
+_SETTLED = 2 * 10**9
 #: Seconds over which a channel of speeds is averaged.
 _MEAN_SECONDS = 0.01
 
@@ -243,10 +247,17 @@ def _version(path, dtype):
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
     status = path.stat()
-    return str(path.absolute()), dtype, status.st_size, status.st_mtime_ns
+    # Programs that copy a file may set back the time of its content, but not that of
+    # its entry.
+    times = status.st_ctime_ns, status.st_mtime_ns
+    return str(path.absolute()), dtype, status.st_size, *times
 
 
 def _remember(version, description):
+    """Keep a description, unless its file has just been written."""
+    *_, changed = version
+    if time.time_ns() - changed < _SETTLED:
+        return
     if len(_described) >= _MOST_DESCRIBED:
         _described.clear()
     _described[version] = description

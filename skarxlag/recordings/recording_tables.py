@@ -3,6 +3,7 @@
 import difflib
 import re
 import unicodedata
+from pathlib import Path
 from typing import Any
 
 from .formats._facts import HERTZ
@@ -25,9 +26,11 @@ _COLUMNS = ("path", *FACTS)
 _RATE_UNIT = "sampling_rate_unit"
 
 
-def parsed_facts(where, facts):
+def parsed_facts(where: str, facts: dict[str, str]) -> dict[str, Any]:
     """Convert texts, by the name of the fact, to the fields of `ListedRecording`."""
-    fields = {name: text for name, text in facts.items() if name in FACTS and text}
+    fields: dict[str, Any] = {
+        name: text for name, text in facts.items() if name in FACTS and text
+    }
     for name in fields.keys() & {"pulses_per_revolution", "sampling_rate"}:
         fields[name] = _positive(where, name, fields[name])
     if "sampling_rate" in fields and (unit := facts.get(_RATE_UNIT)):
@@ -72,7 +75,7 @@ def _positive(where, name, text):
     return value
 
 
-def read_recordings(path, has_speed=False):
+def read_recordings(path: Path, has_speed: bool = False) -> dict[int, dict[str, str]]:
     """Return the cells of each recording by the names of their columns, and these by line."""
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ..core.speeds import pulse_levels, pulse_times
+from ..core.measured_speeds import pulse_levels, pulse_times
 
 #: Seconds on which the levels of pulses in a stream are measured. Two pulses in this
 #: time are a speed.

@@ -94,36 +94,39 @@ class Judge:
         sampling_rate: float | None = None,
         outputs: Sequence[str] | None = None,
     ) -> None:
-        classifier, detector = _classifier_and_detector(diagnoser, detector)
-        names, healthy = ["healthy"], "healthy"
-        if classifier is not None:
-            described = capabilities(classifier)
-            if not described.states_probabilities:
-                raise ValueError(
-                    "diagnoser states no probabilities, expected predict_proba"
-                )
-            names, healthy = described.conditions, described.healthy
-        stated = names if conditions is None else conditions
-        check_conditions(stated, None if classifier is None else names)
+        models = {"classifier": diagnoser, "detector": detector, "known": known}
+        models = {name: model for name, model in models.items() if model is not None}
+        described = {name: capabilities(model) for name, model in models.items()}
+        _check_models(models, described)
+        if "classifier" in models and described["classifier"].conditions is None:
+            models["detector"] = models.pop("classifier")
+            described["detector"] = described.pop("classifier")
+        names, healthy = None, "healthy"
+        if "classifier" in models:
+            names = described["classifier"].conditions
+            healthy = described["classifier"].healthy
+        stated = conditions if conditions is not None else names or [healthy]
+        check_conditions(stated, names)
         self.conditions: list[Any] = list(stated)
         # The first of a user's order is the healthy condition.
         healthy = healthy if conditions is None else self.conditions[0]
         self.healthy: Any = healthy if has_healthy else None
-        self._detector = None if detector is None else Detector(detector)
-        self._classifier = None
-        if classifier is not None:
-            self._classifier = Classifier(classifier, self.conditions, self.healthy)
-        self._known = None if known is None else Known(known)
-        members = (self._classifier, self._detector, self._known)
-        described = [each.described for each in members if each is not None]
-        speeds = [train_rpm, *(each.speeds for each in described)]
-        rates = [sampling_rate, *(each.sampling_rate for each in described)]
+        self._classifier = self._detector = self._known = None
+        if "classifier" in models:
+            facts = (described["classifier"], self.conditions, self.healthy)
+            self._classifier = Classifier(models["classifier"], *facts)
+        if "detector" in models:
+            self._detector = Detector(models["detector"], described["detector"])
+        if "known" in models:
+            self._known = Known(models["known"], described["known"])
+        speeds = [train_rpm, *(each.speeds for each in described.values())]
+        rates = [sampling_rate, *(each.sampling_rate for each in described.values())]
         self.train_rpm: list[float] = list(next(filter(len, speeds), ()))
         self.sampling_rate: float | None = next(filter(None, rates), None)
         limiting = self._detector or self._classifier
         self.limits = HealthyLimits(limiting.described, self.train_rpm, same_speed)
         self.limits.exist = self.limits.exist and has_healthy
-        n_outputs = max(each.n_outputs for each in described)
+        n_outputs = max(each.n_outputs for each in described.values())
         numbered = [f"output {number}" for number in range(1, n_outputs + 1)]
         self.outputs: list[str] = list(outputs or numbered)[:n_outputs]
         self.n_evidence: int = 0
@@ -276,22 +279,17 @@ class Judge:
         return Named(CHANGED, np.nan, None) if is_changed else named
 
 
-def _classifier_and_detector(diagnoser, detector):
-    """Return the classifier and the detector among the models, or None for each."""
+def _check_models(models, described):
+    """Check that there is a classifier with probabilities, a detector, or both."""
     some = "a diagnoser, a detector, or both"
-    expect(
-        diagnoser is not None or detector is not None,
-        "diagnoser and detector",
-        None,
-        some,
-    )
-    classifier = diagnoser
-    if diagnoser is not None and capabilities(diagnoser).conditions is None:
+    expect(models.keys() - {"known"}, "diagnoser and detector", None, some)
+    if "classifier" in models and described["classifier"].conditions is None:
         beside = "a classifier beside a detector"
-        expect(detector is None, "diagnoser", diagnoser, beside)
-        classifier, detector = None, diagnoser
-    if detector is not None:
-        described = capabilities(detector)
-        is_detector = described.alarm and described.conditions is None
-        expect(is_detector, "detector", detector, "an outlier detector")
-    return classifier, detector
+        is_alone = "detector" not in models
+        expect(is_alone, "diagnoser", models["classifier"], beside)
+    elif "classifier" in models and not described["classifier"].states_probabilities:
+        raise ValueError("diagnoser states no probabilities, expected predict_proba")
+    if "detector" in models:
+        limits = described["detector"]
+        is_detector = limits.alarm and limits.conditions is None
+        expect(is_detector, "detector", models["detector"], "an outlier detector")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import log_softmax
 from sklearn.utils import Bunch
 
-from ..core.capabilities import capabilities, offers
+from ..core.capabilities import Capabilities, offers
 from ..core.fault_locations import NOT_IDENTIFIABLE
 from ..core.pipelines import as_diagnosis_pipeline
 from ..kernels.evidence import (
@@ -25,7 +25,7 @@ from ..kernels.evidence import (
 )
 from .healthy_limits import MOST_WINDOWS, RECORDED
 from .names import UNKNOWN, Named, VerdictNames
-from .windows import WindowResults, WindowStatus, for_all_windows
+from .windows import WindowResults, WindowStatus
 
 #: Column with the probability of a fault by combs, above which a condition is named
 #: although spectra resemble none; and that probability.
@@ -41,6 +41,31 @@ _COLUMNS = {"recorded": RECORDED, "comb": COMB, "evidence": "evidence"}
 _GATHERED = ("contrasts", "rpm")
 
 
+def for_all_windows(values: NDArray[Any], rows: NDArray[np.bool_]) -> NDArray[Any]:
+    """Return values of some windows for all windows; the others are NaN.
+
+    Parameters
+    ----------
+    values : ndarray of shape (n_chosen, ...)
+        Values of the chosen windows.
+    rows : ndarray of bool of shape (n_windows,)
+        Which windows are chosen.
+
+    Returns
+    -------
+    ndarray of shape (n_windows, ...)
+        Of the type of `values`, in which integers cannot be.
+
+    Examples
+    --------
+    >>> for_all_windows(np.array([0.5]), np.array([False, True]))
+    array([nan, 0.5])
+    """
+    everywhere = np.full((len(rows), *values.shape[1:]), np.nan, dtype=values.dtype)
+    everywhere[rows] = values
+    return everywhere
+
+
 def has_clear_comb(table: pd.DataFrame) -> bool:
     """Return whether the windows of a recording clearly show the comb of a fault."""
     return COMB in table and table[COMB].median() > _CLEAR_COMB
@@ -53,15 +78,12 @@ class Member:
     ----------
     model : estimator
         The model.
-
-    Attributes
-    ----------
     described : Capabilities
         Its description.
     """
 
-    def __init__(self, model: Any) -> None:
-        self.described = capabilities(model)
+    def __init__(self, model: Any, described: Capabilities) -> None:
+        self.described = described
         self._pipeline = as_diagnosis_pipeline(model)
 
     def _diagnose(self, X, rpm, rows):
@@ -98,6 +120,8 @@ class Classifier(Member):
     ----------
     model : estimator
         Fitted classifier with probabilities.
+    described : Capabilities
+        Its description.
     conditions : list of label
         Its conditions, in the order of the columns.
     healthy : label or None
@@ -113,8 +137,14 @@ class Classifier(Member):
         Whether it is a classifier by combs, which `gathered` takes the mean of.
     """
 
-    def __init__(self, model: Any, conditions: list[Any], healthy: Any) -> None:
-        super().__init__(model)
+    def __init__(
+        self,
+        model: Any,
+        described: Capabilities,
+        conditions: list[Any],
+        healthy: Any,
+    ) -> None:
+        super().__init__(model, described)
         self.names = VerdictNames(conditions, healthy, self.described)
         self.possible = list(conditions)
         if self.described.states_unknown:
@@ -138,7 +168,7 @@ class Classifier(Member):
         if "refusal" not in found:
             return found
         reasons = found.pop("refusal")
-        status.refusal[usable] = reasons
+        status.refuse(reasons)
         return Bunch(**{name: of[reasons == ""] for name, of in found.items()})
 
     def fill(

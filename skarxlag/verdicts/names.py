@@ -17,17 +17,17 @@ from ..core.state import expect
 CHANGED = "changed"
 #: Verdict on a recording that resembles none of the conditions.
 UNKNOWN = "unknown condition"
-#: Verdict on a recording of a fault whose place cannot be named.
-UNCERTAIN = "faulty, place uncertain"
+#: Verdict on a recording of a fault whose location cannot be named.
+UNCERTAIN = "faulty, location uncertain"
 #: Verdict on a window, or on a recording, that carries no signal.
 NO_SIGNAL = "no signal"
 #: Prefix of the verdict on a recording that cannot be judged; a colon and the reason
 #: follow.
 NO_VERDICT = "no verdict"
-#: Titles of places.
+#: Titles of locations.
 _TITLES = {"ball": "rolling element", "inner": "inner race", "outer": "outer race"}
-#: Share of a place among all faults from which on it is named.
-_SURE_PLACE = 0.75
+#: Share of a location among all faults from which on it is named.
+_SURE_LOCATION = 0.75
 
 
 def no_verdict(reason: object) -> str:
@@ -83,12 +83,12 @@ class Named(NamedTuple):
     Parameters
     ----------
     verdict : label
-        A condition, the title of a place, `UNKNOWN`, or `UNCERTAIN`.
+        A condition, the title of a location, `UNKNOWN`, or `UNCERTAIN`.
     probability : float
         Of the verdict.
     most_like : str or None
-        The most similar condition of a place with several, or the probabilities of the
-        places of a fault whose place is uncertain. None if there is nothing to add.
+        The most similar condition of a location with several, or the probabilities of the
+        locations of a fault whose location is uncertain. None if there is nothing to add.
     """
 
     verdict: Any
@@ -99,10 +99,10 @@ class Named(NamedTuple):
 class VerdictNames:
     """Names of the verdicts of a classifier.
 
-    The conditions of a bearing's place are named by the place: "inner race". Which of
+    The conditions of a bearing's location are named by the location: "inner race". Which of
     them it is, such as the size of a crack, holds for the recorded specimens only. So
     it is stated as a resemblance, unless `fit` had at least two specimens of each
-    condition of the place. A place with one condition has the name of that condition.
+    condition of the location. A location with one condition has the name of that condition.
 
     Parameters
     ----------
@@ -110,13 +110,13 @@ class VerdictNames:
         Conditions, in the order of their probabilities.
     healthy : label or None
         The healthy condition.
-    known : Answers
+    known : Capabilities
         Description of the classifier.
 
     Attributes
     ----------
     names : list of label
-        Verdicts that name a condition or a place.
+        Verdicts that name a condition or a location.
     """
 
     def __init__(
@@ -124,19 +124,19 @@ class VerdictNames:
     ) -> None:
         self.conditions = conditions
         order = [] if known.conditions is None else known.conditions
-        #: Whether the probabilities answer the questions about the fault and its place.
-        self._has_places = known.places is not None
-        places = dict(zip(order, known.places or len(order) * [None], strict=True))
+        #: Whether the probabilities answer the questions about the fault and its location.
+        self._has_locations = known.places is not None
+        locations = dict(zip(order, known.places or len(order) * [None], strict=True))
         counts = dict(zip(order, known.n_specimens or len(order) * [1], strict=True))
         groups: dict[Any, list[int]] = {}
         for index, name in enumerate(conditions):
-            place = HEALTHY if name == healthy else places.get(name)
+            location = HEALTHY if name == healthy else locations.get(name)
             groups.setdefault(
-                ("condition", name) if place is None else place, []
+                ("condition", name) if location is None else location, []
             ).append(index)
         self._members = list(groups.values())
-        self._places = list(groups)
-        self._healthy = self._places.index(HEALTHY) if HEALTHY in groups else None
+        self._locations = list(groups)
+        self._healthy = self._locations.index(HEALTHY) if HEALTHY in groups else None
         self._states_condition = [
             len(own) == 1 or all(counts[conditions[i]] > 1 for i in own)
             for own in self._members
@@ -144,8 +144,8 @@ class VerdictNames:
         self._titles = [
             conditions[own[0]]
             if len(own) == 1
-            else _TITLES.get(place, healthy or HEALTHY)
-            for place, own in groups.items()
+            else _TITLES.get(location, healthy or HEALTHY)
+            for location, own in groups.items()
         ]
         self.names: list[Any] = []
         for title, own, states in zip(
@@ -156,8 +156,8 @@ class VerdictNames:
     def name(self, probability: NDArray[Any], unknown: float = 0.0) -> Named:
         """Name one row or recording.
 
-        It is decided in this order: unlike everything, healthy or not, place,
-        condition. A classifier that knows no places is named by its most probable
+        It is decided in this order: unknown or not, healthy or not, location,
+        condition. A classifier without locations is named by its most probable
         condition.
 
         Parameters
@@ -173,7 +173,7 @@ class VerdictNames:
             The verdict.
         """
         best = int(probability.argmax())
-        if not self._has_places:
+        if not self._has_locations:
             return Named(self.conditions[best], float(probability[best]), None)
         # NumPy takes several times as long to sum so few numbers.
         of_conditions = probability.tolist()
@@ -190,8 +190,10 @@ class VerdictNames:
         order = sorted(range(len(of_faults)), key=of_faults.__getitem__, reverse=True)
         first, *others = order
         second = others[0] if others else first
-        is_place = self._places[first] in _TITLES and self._places[second] in _TITLES
-        if is_place and of_faults[first] < _SURE_PLACE * faulty:
+        is_location = (
+            self._locations[first] in _TITLES and self._locations[second] in _TITLES
+        )
+        if is_location and of_faults[first] < _SURE_LOCATION * faulty:
             shown = [g for g in (first, second) if of_faults[g] > 0]
             parts = [f"{self._titles[g]} {of_faults[g]:.0%}" for g in shown]
             return Named(UNCERTAIN, faulty, ", ".join(parts))

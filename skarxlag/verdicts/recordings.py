@@ -77,6 +77,7 @@ def window_verdicts(
     Examples
     --------
     >>> import warnings
+    >>> import numpy as np
     >>> from skarxlag import make_detector
     >>> X = np.random.default_rng(0).normal(size=(40, 400))
     >>> with warnings.catch_warnings(action="ignore"):  # the speed is not known
@@ -105,15 +106,15 @@ def recording_verdicts(
     - ``"no signal"`` if no window carries a signal, or ``"no verdict: ..."`` with the
       reason, such as an implausible speed;
     - ``"unknown condition"`` if the recording resembles no condition (with `known`),
-      and combs of the bearing, if the diagnoser uses them, show no place of a fault;
+      and combs of the bearing, if the diagnoser uses them, show no location of a fault;
     - ``"not identifiable"`` if most windows are, see `FaultOrderClassifier.diagnose`;
     - ``"unknown condition"`` if that is more probable than a healthy condition and than
       a fault, for diagnosers that state its probability;
     - the healthy condition, if it is more probable than a fault;
-    - ``"faulty, place uncertain"`` if several places of a bearing are probable;
-    - the place of the fault, such as ``"inner race"``, or the condition, if it is the
-      only one of its place or if `fit` had several specimens of each condition of the
-      place;
+    - ``"faulty, location uncertain"`` if several locations of a bearing are probable;
+    - the location of the fault, such as ``"inner race"``, or the condition, if it is the
+      only one of its location or if `fit` had several specimens of each condition of the
+      location;
     - but ``"changed"`` instead of the healthy condition if the healthy limits are
       exceeded.
 
@@ -143,8 +144,8 @@ def recording_verdicts(
     DataFrame
         One row for each recording, in order of appearance. ``verdict``; ``probability``
         of the verdict, NaN if it has none; ``most like``, for diagnosers that state the
-        probability of an unknown condition: the most similar condition of the place, or
-        the places of an uncertain fault; ``alarm``: ``"yes"`` if the healthy limits are
+        probability of an unknown condition: the most similar condition of the location, or
+        the locations of an uncertain fault; ``alarm``: ``"yes"`` if the healthy limits are
         exceeded, ``"no"`` if not, ``"-"`` if they do not hold at this speed;
         ``p-value``: probability that a healthy recording deviates as much, NaN if it is
         not known; with `known`, ``p-value of nearest`` condition; ``windows``, how many
@@ -160,6 +161,7 @@ def recording_verdicts(
 
     Examples
     --------
+    >>> import numpy as np
     >>> from skarxlag import make_diagnoser
     >>> rng = np.random.default_rng(0)
     >>> white, coloured = rng.normal(size=(20, 400)), rng.normal(size=(20, 400)).cumsum(axis=1)

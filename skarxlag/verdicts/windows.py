@@ -32,6 +32,13 @@ class WindowStatus:
         `HOLD`, or why healthy limits do not hold.
     refusal : ndarray of str of shape (n_windows,)
         Why a window gets no verdict; empty if it gets one.
+
+    Attributes
+    ----------
+    usable : ndarray of bool of shape (n_windows,)
+        Which windows can be diagnosed.
+    within_limits : ndarray of bool of shape (n_windows,)
+        For which of these windows healthy limits hold.
     """
 
     rpm: NDArray[Any] | None
@@ -40,15 +47,14 @@ class WindowStatus:
     limits: NDArray[Any]
     refusal: NDArray[Any]
 
-    @property
-    def usable(self) -> NDArray[np.bool_]:
-        """Return which windows can be diagnosed."""
-        return (self.quality == "good") & (self.refusal == "")
+    def __post_init__(self) -> None:
+        self.usable: NDArray[Any] = (self.quality == "good") & (self.refusal == "")
+        self.within_limits: NDArray[Any] = self.usable & (self.limits == HOLD)
 
-    @property
-    def within_limits(self) -> NDArray[np.bool_]:
-        """Return for which of these windows healthy limits hold."""
-        return self.usable & (self.limits == HOLD)
+    def refuse(self, reasons: NDArray[Any]) -> None:
+        """Refuse usable windows for these reasons, of which some are empty."""
+        self.refusal[self.usable] = reasons
+        self.__post_init__()
 
     def verdicts(self) -> NDArray[Any]:
         """Return the verdict on each window that cannot be diagnosed."""
@@ -98,31 +104,6 @@ class WindowResults:
         """Return a row for each window, as `window_verdicts` does."""
         table = pd.DataFrame(self.columns)
         return table if table["alarm"].isna().any() else table.astype({"alarm": bool})
-
-
-def for_all_windows(values: NDArray[Any], rows: NDArray[np.bool_]) -> NDArray[Any]:
-    """Return values of some windows for all windows; the others are NaN.
-
-    Parameters
-    ----------
-    values : ndarray of shape (n_chosen, ...)
-        Values of the chosen windows.
-    rows : ndarray of bool of shape (n_windows,)
-        Which windows are chosen.
-
-    Returns
-    -------
-    ndarray of shape (n_windows, ...)
-        Of the type of `values`, in which integers cannot be.
-
-    Examples
-    --------
-    >>> for_all_windows(np.array([0.5]), np.array([False, True]))
-    array([nan, 0.5])
-    """
-    everywhere = np.full((len(rows), *values.shape[1:]), np.nan, dtype=values.dtype)
-    everywhere[rows] = values
-    return everywhere
 
 
 def joined_tables(

@@ -31,7 +31,7 @@ def test_places_are_named_without_a_model(run, plant):
     assert code == 0
     lines = out.splitlines()
     assert lines[0].startswith(
-        "No model: places of faults by the orders of bearing 6205."
+        "No model: fault locations by the orders of bearing 6205."
     )
     for line, place in zip(lines[2:5], ("healthy", "inner", "outer"), strict=True):
         assert line.split()[2] == place

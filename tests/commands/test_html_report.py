@@ -290,3 +290,17 @@ def test_without_healthy_recordings_the_model_states_the_healthy_spectrum(plant)
     assert "healthy by verdict: 1 recording" in worn and title not in captions(worn)
     # The only healthy recording is not compared with itself.
     assert title in captions(good)
+
+
+def test_a_file_of_several_channels_is_drawn_by_that_of_the_model(run, plant):
+    """The model knows the name of its channel, so that nobody has to state it again."""
+    noise = signal("good", 8)
+    for name in ("one", "two"):
+        np.savez(plant / f"{name}.npz", acc=noise, current=noise[::-1], fs=RATE)
+    (plant / "named.csv").write_text("path,condition,channel\none.npz,good,acc\n")
+    model = plant / "named.skops"
+    fit = ("fit", plant / "named.csv", "-o", model, "--window-length", WINDOW, "-q")
+    assert run(*fit)[0] == 0
+    output = plant / "named.html"
+    assert run("diagnose", model, plant / "two.npz", "-o", output, "-q")[0] == 0
+    assert captions(output.read_text())[0] == "Signal: smallest and largest values"

@@ -10,7 +10,8 @@ from scipy.signal import lfilter
 
 from skarxlag import make_alpio, save_diagnoser
 from skarxlag.commands.journal import Journal
-from skarxlag.commands.models import BearingModel, SavedModel
+from skarxlag.commands.bearing_orders import BearingOrders
+from skarxlag.commands.models import SavedModel
 from skarxlag.commands.results import agreement
 
 WINDOW = 200
@@ -384,7 +385,7 @@ def test_agreement_counts_what_a_model_can_name():
         }
     )
     # No place is called unbalance, one recording failed, and of one nothing is stated.
-    assert agreement(rows, BearingModel("6205")) == (2, 3)
+    assert agreement(rows, BearingOrders("6205")) == (2, 3)
     detector = SimpleNamespace(conditions=["Normal"], healthy="Normal")
     assert agreement(rows, detector) == (3, 4)
     assert agreement(rows.assign(condition=None), detector) == (0, 0)

@@ -287,7 +287,9 @@ def test_a_place_that_is_none(run, models, fitted, tmp_path, place):
     code, out, err = run("watch", models[0], path, *IDLE, "--state", state)
     assert code == 1
     assert out == ""
-    assert f"state.json: the place in the source is {place!r}, expected two values" in err
+    assert (
+        f"state.json: the place in the source is {place!r}, expected two values" in err
+    )
 
 
 def test_a_state_that_cannot_be_written_is_reported_at_once(

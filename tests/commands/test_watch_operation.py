@@ -4,6 +4,7 @@ import contextlib
 import itertools
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -28,19 +29,29 @@ pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 LOOK = ("--retry", 1e-9, "--settle", 0.01)
 
 
-@pytest.fixture
-def two_models(fitted, tmp_path):
+@pytest.fixture(scope="module")
+def saved_models(fitted, tmp_path_factory):
     """Two files of the same diagnoser with other healthy limits, which take the level, too."""
-    paths = []
+    folder = tmp_path_factory.mktemp("models")
     for number in range(2):
         healthy = make_windows(sound("good", 100 * WINDOW, 2 + number), WINDOW)
-        detector = make_detector(fixed_gain=True).fit(healthy)
-        facts = {"conditions": ["good", "worn"], "n_channels": 1, "detector": detector}
-        paths.append(tmp_path / f"{number}.skops")
         save_diagnoser(
-            fitted[0], paths[-1], window_length=WINDOW, sampling_rate=RATE, **facts
+            fitted[0],
+            folder / f"{number}.skops",
+            window_length=WINDOW,
+            sampling_rate=RATE,
+            conditions=["good", "worn"],
+            n_channels=1,
+            detector=make_detector(fixed_gain=True).fit(healthy),
         )
-    return paths
+    return folder
+
+
+@pytest.fixture
+def two_models(saved_models, tmp_path):
+    """Copies of the models for one test."""
+    shutil.copytree(saved_models, tmp_path, dirs_exist_ok=True)
+    return [tmp_path / "0.skops", tmp_path / "1.skops"]
 
 
 @pytest.fixture

@@ -479,7 +479,7 @@ def test_batches_cut_metadata(speed_aware, n_jobs):
         pipe.predict(wide, rpm=pd.Series(speeds, index=speeds)), truth
     )
     with pytest.raises(
-        ValueError, match="Length of rpm == 7, expected 600, the number of windows"
+        ValueError, match="Length of rpm: 7, expected 600, the number of windows"
     ):
         pipe.predict(wide, rpm=speeds[:7])
 

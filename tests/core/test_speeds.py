@@ -70,7 +70,7 @@ def test_constant_signals_give_some_speed_in_range():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"rpm": 0}, "rpm of row 0 == 0"),
+        ({"rpm": 0}, "rpm of row 0: 0"),
         ({"rpm": 50}, "Turns in 20000 samples at 50 rpm"),
         ({"rpm": np.full((1, 20_000), 600)}, "one speed for each stretch"),
         ({"sampling_rate": 0}, "sampling_rate"),
@@ -124,8 +124,8 @@ def test_tacho_by_hand():
 @pytest.mark.parametrize(
     ("tacho", "options", "message"),
     [
-        (np.zeros(100), {}, "Number of pulses in 100 samples of tacho == 0"),
-        ([0, 1, 1, 0], {}, "of tacho == 1, expected at least 2"),
+        (np.zeros(100), {}, "Number of pulses in 100 samples of tacho: 0"),
+        ([0, 1, 1, 0], {}, "of tacho: 1, expected at least 2"),
         ([[0, 1], [1, 0]], {}, r"tacho.shape == \(2, 2\)"),
         ([0, np.nan, 1], {}, "tacho contains NaN"),
         ([0, 1], {"sampling_rate": 0}, "sampling_rate == 0"),

@@ -223,10 +223,10 @@ def test_steps_must_fit_together():
     one_model = clone(diagnoser["identify"]).fit(signals((12, 40)), labels(12) * 0)
     diagnoser.steps[0] = ("identify", one_model)
     with pytest.raises(
-        ValueError, match=r"Step 'observe': n_features_in_ == 2, .* returns 1 columns"
+        ValueError, match=r"Step 'observe' was fitted on 2 columns, .* returns 1\."
     ):
         check_model_state(diagnoser)
     diagnoser = make_alpio().fit(signals((12, 40)), labels(12))
     diagnoser["observe"].closed_loop_ = None
-    with pytest.raises(ValueError, match=r"Step 'observe': closed_loop_ == None"):
+    with pytest.raises(ValueError, match=r"Step 'observe': closed_loop_ is missing"):
         check_model_state(diagnoser)

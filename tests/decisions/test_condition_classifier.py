@@ -187,7 +187,7 @@ def test_specimens_reach_the_classifier_through_the_pipeline():
     joint = make_diagnoser(**options).fit(X, y, rpm=6000.0, specimen=names)["decide"]
     assert joint.conditions_.n_specimens_.tolist() == [2, 2]
     with pytest.raises(
-        ValueError, match="Length of specimen == 2, expected 24, as X has rows"
+        ValueError, match="Length of specimen: 2, expected 24, as X has rows"
     ):
         ConditionClassifier().fit(X, y, specimen=["a", "b"])
 

@@ -173,7 +173,7 @@ def test_without_speeds_limits_are_those_of_another_speed():
 def test_speeds_are_needed_if_fit_had_them(fitted, speeds, listed):
     detector = changed(fitted, speeds_=np.array(speeds))
     message = (
-        f"rpm == None, expected the speed of each row, as in fit, which had {listed}"
+        f"rpm is missing, expected the speed of each row, as in fit, which had {listed}"
     )
     with pytest.raises(ValueError, match=message):
         detector.predict(healthy(2, 1000, 0))
@@ -226,7 +226,7 @@ def test_two_rows_of_one_speed_are_the_least():
     assert np.all(detector.predict(healthy(50, 1000, 1)) == 1)
     detector = fit(healthy(3, 1000, 0), [800, 800, 1200])
     np.testing.assert_allclose(detector.speeds_, [800, 1200])
-    message = "largest number of rows of one speed == 1, expected at least 2"
+    message = "largest number of rows of one speed: 1, expected at least 2"
     for n, rpm in ((1, None), (2, [800, 1200])):
         with pytest.raises(ValueError, match=message):
             FaultDetector().fit(healthy(n, 1000, 0), rpm=rpm)
@@ -318,7 +318,7 @@ def test_measured_inputs_are_explained_first():
     with pytest.warns(UserWarning, match="one speed"):
         detector = make_detector(false_alarm_rate=RATE).fit(X, rpm=1000)
     assert (detector.predict(X, rpm=1000) == -1).mean() <= 2 * RATE
-    with pytest.raises(ValueError, match="models in X == 2, expected 1"):
+    with pytest.raises(ValueError, match="models in X: 2, expected 1"):
         FaultDetector().fit(ARXLaguerre().fit_transform(X, np.arange(60) % 2))
 
 

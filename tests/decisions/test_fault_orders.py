@@ -144,7 +144,7 @@ def test_speed_is_searched_in_the_stated_range():
     fitted = classifier(speed_range=(850.0, 1050.0)).fit(signal[np.newaxis])
     assert fitted.match([signal]).rpm[0] == pytest.approx(948, rel=0.01)
     assert fitted.predict([signal])[0] == "outer"
-    message = "rpm == None, expected the speed of each row, or a speed_range"
+    message = "rpm is missing, expected the speed of each row, or a speed_range"
     with pytest.raises(ValueError, match=message):
         classifier().fit([signal]).predict([signal])
 
@@ -236,7 +236,10 @@ def test_evidence_doubts_the_speed_beyond_the_slip(rows, slip, is_doubted):
     ("options", "message"),
     [
         ({"bearing": None}, "bearing must be a name, .* got None"),
-        ({"sampling_rate": None}, "sampling_rate == None, expected the sampling rate"),
+        (
+            {"sampling_rate": None},
+            "sampling_rate is missing, expected the sampling rate",
+        ),
         ({"bearing": "6205x"}, "bearing '6205x' is not known"),
         ({"bearing": []}, "bearing == .., expected at least one bearing"),
         ({"false_alarm_rate": 0}, "false_alarm_rate"),

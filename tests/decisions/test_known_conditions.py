@@ -186,7 +186,7 @@ def test_the_weakest_condition_is_warned_of(taken, rpm, texts, classes):
 def test_some_condition_needs_two_rows_of_one_speed(chosen, labels, rpm):
     X, _, _ = rig(("good", "inner"), (800,), 10)
     y = None if labels is None else list(labels)
-    message = "of one condition and speed == 1, expected at least 2"
+    message = "of one condition and speed: 1, expected at least 2"
     with pytest.raises(ValueError, match=message):
         KnownConditions().fit(X[chosen], y, rpm=rpm)
 

@@ -69,17 +69,6 @@ def test_a_threshold_above_the_next_cut_leaves_no_band_between():
     np.testing.assert_array_equal(ladder.predict([[49.0], [55.0], [60.1]]), [0, 2, 3])
 
 
-@pytest.mark.parametrize(
-    ("rate", "rank"), [(0.01, 99), (0.05, 95), (0.1, 90), (0.42, 58)]
-)
-def test_detection_threshold_is_an_order_statistic(rate, rank):
-    levels = np.random.default_rng(0).permutation(np.arange(1.0, 100.0))
-    X = np.concatenate([levels, [1e4] * 5])[:, np.newaxis]
-    ladder = ThresholdLadder(false_alarm_rate=rate)
-    ladder.fit(X, ["healthy"] * 99 + ["broken"] * 5)
-    assert ladder.detection_threshold_ == rank
-
-
 def test_stated_false_alarm_rate_holds_on_fresh_windows():
     rng = np.random.default_rng(0)
     rate, n_healthy, n_fresh, alarms = 0.05, 59, 50, 0
@@ -245,19 +234,25 @@ def test_healthy_windows_alone_calibrate_gamma():
     assert not ladder.detect(np.full((1, 3), ladder.detection_threshold_))
 
 
-def test_bad_parameters_are_named():
-    X, y = LEVELS[:, np.newaxis], NAMES
-    for name, values in {
-        "false_alarm_rate": [0.0, 1.0, -0.1, np.nan],
-        "healthy": ["absent", 3],
-    }.items():
-        for value in values:
-            with pytest.raises(ValueError, match=name):
-                ThresholdLadder(**{name: value}).fit(X, y)
-    with pytest.raises(
-        ValueError, match=r"healthy == 'absent'.*\['ball', 'inner', 'normal'\]"
-    ):
-        ThresholdLadder(healthy="absent").fit(X, y)
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("false_alarm_rate", 0.0, "false_alarm_rate"),
+        ("false_alarm_rate", 1.0, "false_alarm_rate"),
+        ("false_alarm_rate", -0.1, "false_alarm_rate"),
+        ("false_alarm_rate", np.nan, "false_alarm_rate"),
+        ("healthy", 3, "healthy == 3"),
+        ("healthy", "absent", r"healthy == 'absent'.*\['ball', 'inner', 'normal'\]"),
+        ("confidence_scale", 0.0, "confidence_scale"),
+        ("confidence_scale", (1.0,), "confidence_scale"),
+        ("confidence_scale", (1.0, 2.0, 3.0), "confidence_scale"),
+        ("confidence_scale", (1.0, 0.0), "confidence_scale"),
+        ("confidence_scale", (1.0, np.inf), "confidence_scale"),
+    ],
+)
+def test_bad_parameters_are_named(name, value, message):
+    with pytest.raises(ValueError, match=message):
+        ThresholdLadder(**{name: value}).fit(LEVELS[:, np.newaxis], NAMES)
 
 
 def test_labels_that_mix_texts_and_numbers_are_refused_by_name():
@@ -270,8 +265,6 @@ def test_a_given_confidence_scale_is_the_exponent_of_the_residuals():
     ladder = ThresholdLadder(confidence_scale=3.0).fit(X, ["a", "b", "c"])
     expected = X**-3.0 / np.sum(X**-3.0, axis=1, keepdims=True)
     np.testing.assert_allclose(ladder.predict_proba(X), expected)
-    with pytest.raises(ValueError, match="confidence_scale"):
-        ThresholdLadder(confidence_scale=0.0).fit(X, ["a", "b", "c"])
 
 
 @pytest.mark.parametrize(
@@ -283,12 +276,6 @@ def test_a_pair_of_confidence_scales_is_for_one_speed_and_for_several(rpm, scale
         np.eye(3) + 1, list("abc"), rpm=rpm
     )
     assert ladder.confidence_scale_ == scale
-
-
-@pytest.mark.parametrize("scales", [(1.0,), (1.0, 2.0, 3.0), (1.0, 0.0), (1.0, np.inf)])
-def test_a_pair_of_confidence_scales_is_checked(scales):
-    with pytest.raises(ValueError, match="confidence_scale"):
-        ThresholdLadder(confidence_scale=scales).fit(np.eye(3) + 1, list("abc"))
 
 
 def test_default_rate_is_one_percent():

@@ -229,7 +229,7 @@ def test_spectra_of_another_shape_are_refused():
         fitted.transform(X[..., :-1])
     with pytest.raises(
         ValueError,
-        match=r"Largest size in X == 100000\..*, expected natural logarithms",
+        match=r"Largest size in X: 100000\..*, expected natural logarithms",
     ):
         fitted.transform(X + 1e5)
 

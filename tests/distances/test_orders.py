@@ -3,7 +3,7 @@ import pytest
 from scipy.signal import lfilter
 
 from skarxlag import OrderResidual
-from skarxlag.distances import stretches as stretches_module
+from skarxlag.distances import orders
 
 RATE = 8_000
 ORDERS = {"inner": 5.4, "outer": 3.6}
@@ -86,7 +86,7 @@ def test_match_shows_the_spectra_that_were_compared(fitted):
 def test_references_are_means_and_variances_of_the_training_stretches(
     fitted, monkeypatch
 ):
-    monkeypatch.setattr(stretches_module, "_SPEED_TOLERANCE", 0.0)
+    monkeypatch.setattr(orders, "_SPEED_TOLERANCE", 0.0)
     X, y = stretches(900)
     spectra = fitted.match(X, rpm=900).spectra[:, 0]
     for c, name in enumerate(fitted.classes_):
@@ -131,7 +131,7 @@ def test_innovations_of_several_models_are_refused():
     one = OrderResidual(sampling_rate=RATE).fit(X[:, np.newaxis], y, rpm=900)
     alone = OrderResidual(sampling_rate=RATE).fit(X, y, rpm=900)
     np.testing.assert_array_equal(one.references_, alone.references_)
-    with pytest.raises(ValueError, match="models in X == 2, expected 1"):
+    with pytest.raises(ValueError, match="models in X: 2, expected 1"):
         one.fit(np.stack([X, X], axis=1), y, rpm=900)
 
 
@@ -147,15 +147,15 @@ def test_sampling_rate_is_the_unit_of_the_speed(fitted):
 @pytest.mark.parametrize(
     ("rpm", "message"),
     [
-        (0, "rpm of row 0 == 0"),
-        (np.r_[[900.0] * 7, -1], "rpm of row 7 == -1"),
-        (np.r_[np.nan, [900.0] * 7], "rpm of row 0 == nan"),
+        (0, "rpm of row 0: 0"),
+        (np.r_[[900.0] * 7, -1], "rpm of row 7: -1"),
+        (np.r_[np.nan, [900.0] * 7], "rpm of row 0: nan"),
         ("fast", "rpm must hold numbers"),
         (np.full(5, 900), r"shape == \(5,\), expected one speed for each of 8 rows"),
         (np.full((8, 100), 900), r"or for each of their 8000 samples"),
         (
             100,
-            r"at 100 rpm and 8000 Hz == 1\.667, expected at least 2.85, or 13680 samples",
+            r"at 100 rpm and 8000 Hz: 1\.667, expected at least 2.85, or 13680 samples",
         ),
         ([900] * 7 + [100], "expected at least 2.85, or 13680 samples"),
     ],
@@ -183,7 +183,7 @@ def test_stretches_at_an_implausible_speed_name_no_condition(fitted, rpm):
 def test_speeds_without_what_they_need():
     X, y = stretches(900, n=1)
     with pytest.raises(
-        ValueError, match="sampling_rate == None, expected a number in Hz"
+        ValueError, match="sampling_rate is missing, expected a number in Hz"
     ):
         OrderResidual().fit(X, y, rpm=900)
     residual = OrderResidual(sampling_rate=RATE).fit(X, y)

@@ -62,7 +62,7 @@ def test_features_of_log_spectra(rng, n_rows, n_frequencies, n_bands):
 @given(
     generators,
     st.integers(1, 3),
-    st.integers(40, 300),
+    st.integers(40, 160),
     st.integers(0, 2),
     st.booleans(),
 )

@@ -116,7 +116,7 @@ def test_a_row_of_a_recorded_specimen_is_surer_than_one_of_another():
 
 def test_noise_raises_the_gap_that_counts():
     residuals, places, drift = np.log([[0.5, 0.9]]), np.array([0, 1]), np.ones(1)
-    options = {"places": places, "healthy": -1, "drift": drift}
+    options = {"locations": places, "healthy": -1, "drift": drift}
     quiet, loud = (
         posterior.condition_log_probabilities(
             residuals, noise_gaps=(0.0, gap), **options

@@ -41,5 +41,5 @@ def test_a_pipeline_draws_into_given_axes(rows, ax):
 
 def test_another_estimator_is_named(rows):
     other = make_alpio().fit(rows[:, :2000], ["a", "b"])
-    with pytest.raises(ValueError, match="Last step == ThresholdLadder"):
+    with pytest.raises(ValueError, match="Last step: ThresholdLadder"):
         EnvelopeSpectrumDisplay.from_estimator(other, rows[0, :2000])

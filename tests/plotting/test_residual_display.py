@@ -149,7 +149,7 @@ def test_what_cannot_be_shown_is_refused(bank, rig):
         ValueError, match=r"model == 'bent', expected a model .* \['good', 'worn'\]"
     ):
         ResidualDisplay.from_estimator(bank, rig.X[0], model="bent")
-    with pytest.raises(ValueError, match="Step before the decision == ARXLaguerre"):
+    with pytest.raises(ValueError, match="Step before the decision: ARXLaguerre"):
         ResidualDisplay.from_estimator(make_diagnoser().fit(rig.X, rig.y), rig.X[0])
     with pytest.raises(
         ValueError, match=r"conditions == \['good'\], .* \['good', 'worn'\]"

@@ -211,6 +211,6 @@ def test_wrong_parameters_are_refused(bank, detector, rig):
     ):
         draw.from_estimator(detector, rig.X, rig.y, decision="isolation")
     with pytest.raises(
-        ValueError, match=r"Conditions in y == .*'bent'.*, expected models of the bank"
+        ValueError, match=r"Conditions in y: .*'bent'.*, expected models of the bank"
     ):
         draw.from_estimator(bank, rig.X[:1], ["bent"])

@@ -1,7 +1,9 @@
+import os
 import pickle
 import struct
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pandas as pd
@@ -420,14 +422,27 @@ def test_arrays_without_a_time_axis_do_not_hide_the_others(tmp_path, suffix):
 
 def test_a_changed_file_is_described_again(tmp_path):
     path = write(tmp_path / "run.npz", {"y": Y, "fs": 10})
+    os.utime(path, (1e9, 1e9))
     assert list_channels(path)["sampling_rate"].tolist() == [10]
     write(path, {"y": Y, "z": U, "fs": 20.0})
     assert list_channels(path)["sampling_rate"].tolist() == [20, 20]
     assert read_recording(path, channel="z")[1] == 20
 
 
+def test_a_file_that_was_written_at_the_same_time_is_described_again(tmp_path):
+    path = tmp_path / "run.npz"
+    for rate in (10, 20):
+        write(path, {"y": Y, "fs": rate})
+        # The time of modification may have a resolution of seconds.
+        second = time.time_ns() // 10**9 * 10**9
+        os.utime(path, ns=(second, second))
+        assert read_recording(path)[1] == rate
+
+
 def test_a_file_is_opened_once_for_its_facts_and_once_for_its_samples(tmp_path):
     path = write(tmp_path / "run.npz", {"y": Y, "rpm": 900, "fs": 10})
+    # A file that has just been written may change once more at the same time.
+    os.utime(path, (1e9, 1e9))
     code = (
         "import sys, pathlib\n"
         "from skarxlag.recordings.listing import ListedRecording\n"

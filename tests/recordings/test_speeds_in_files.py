@@ -61,7 +61,8 @@ def test_the_number_whose_name_begins_like_that_of_the_channel(tmp_path):
     content = {"X098_DE_time": Y, "X099_DE_time": Y, "X098RPM": 1772, "X099RPM": 1750}
     savemat(tmp_path / "99.mat", content)
     assert recording_speed(tmp_path / "99.mat", channel="X099*") == 1750
-    assert recording_speed(tmp_path / "99.mat", channel=["X098_DE_time"]) == 1772
+    channels = ["X098_DE_time", "X099_DE_time"]
+    assert recording_speed(tmp_path / "99.mat", channel=channels) == 1772
     assert recording_speed(tmp_path / "99.mat") is None
 
 

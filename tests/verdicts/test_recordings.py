@@ -406,7 +406,7 @@ def test_healthy_condition_is_the_first_of_the_stated_ones_or_known(diagnoser, w
     assert (
         Judge(None, detector=make_detector().fit(windows[0][:20])).healthy == "healthy"
     )
-    with pytest.raises(ValueError, match="diagnoser and detector == None"):
+    with pytest.raises(ValueError, match="diagnoser and detector: None"):
         Judge(None)
     for model in (make_known_conditions().fit(*windows), diagnoser):
         with pytest.raises(ValueError, match="expected an outlier detector"):

@@ -236,7 +236,7 @@ def test_rows_of_the_monitor():
 def test_rows_of_several_sensors():
     lines = monitor.sensors(n_rounds=2, sensors={2: (0.5, 2)})
     assert all(line["reached"] > 0 and line["target"] == 1.5 for line in lines)
-    assert "2 sensors of 25.6 kHz, blocks of 0.5 s" in lines[0]["what"]
+    assert "sensors of 25.6 kHz: 2, blocks of 0.5 s" in lines[0]["what"]
     assert "blocks of 2 s" in lines[1]["what"]
 
 
