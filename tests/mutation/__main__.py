@@ -61,7 +61,9 @@ FURTHER_TESTS = {
     ],
     "laguerre": ["tests/kernels/test_arx_laguerre.py"],
     "observer": ["tests/kernels/test_residual_levels.py"],
-    "verdicts": ["tests/decisions/test_fusion.py"],
+    "judge": ["tests/verdicts/test_recordings.py", "tests/decisions/test_fusion.py"],
+    "members": ["tests/verdicts/test_recordings.py", "tests/decisions/test_fusion.py"],
+    "limits": ["tests/verdicts/test_recordings.py"],
     "lanes": ["tests/kernels/test_observer.py", "tests/kernels/test_arx_laguerre.py"],
 }
 #: Share of the mutants of a module that the tests must kill.
