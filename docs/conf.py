@@ -54,6 +54,10 @@ sphinx_gallery_conf = {
     "gallery_dirs": "gallery",
     # Examples with other names need a download. Their last output is kept and shown.
     "filename_pattern": r"plot_\w+\.py$",
+    "subsection_order": [
+        f"../examples/{folder}"
+        for folder in ("diagnosis", "detection", "recordings", "method", "paper")
+    ],
     "within_subsection_order": "FileNameSortKey",
     "doc_module": "skarxlag",
     "reference_url": {"skarxlag": None},

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import skarxlag
-from skarxlag import datasets, kernels
+from skarxlag import datasets, kernels, plotting
 from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import Rig
 from skarxlag.models.observers import RESIDUAL_EVALUATIONS
@@ -270,3 +270,26 @@ def test_every_name_of_a_module_in_a_page_exists(page):
     ):
         if name.partition(".")[0] in modules:
             pkgutil.resolve_name(f"skarxlag.{name}")
+
+
+#: Functions of the benchmarks and of modules, which pages name without their module.
+NOT_PUBLIC = {"make_single_observer_pio", "load_distribution"}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_public_function_and_method_in_a_page_exists(page):
+    public = {
+        name: getattr(module, name)
+        for module in (skarxlag, datasets, plotting)
+        for name in module.__all__
+    }
+    text = page.read_text("utf-8")
+    verbs = "make|fetch|load|save|simulate|read|iter|list"
+    functions = re.findall(rf"`((?:{verbs})_\w+)(?:\([^`]*\))?`", text)
+    assert set(functions) <= public.keys() | NOT_PUBLIC
+    methods = re.findall(r"`([A-Z]\w+)\.(\w*[a-z])(?:\([^`]*\))?`", text)
+    assert not [
+        f"{name}.{method}"
+        for name, method in methods
+        if name in public and not hasattr(public[name], method)
+    ]

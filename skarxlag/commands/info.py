@@ -11,7 +11,7 @@ from ..decisions.fusion import SensorFusion
 from ..decisions.row_outliers import too_few_rows
 from ..recordings.entries import ListedRecording
 from ..recordings.files import list_channels
-from ..verdicts.healthy_limits import LEAST_HEALTHY
+from ..verdicts.limits import LEAST_HEALTHY
 from .files import is_model_file
 from .messages import as_command_error
 from .models import SavedModel

@@ -359,7 +359,7 @@ def windows_figure(
     Parameters
     ----------
     windows : DataFrame
-        As `Judge.windows` returns them, with the column ``start``.
+        As `window_verdicts` returns them, with the column ``start``.
     window_length : int
         Samples in a window.
     sampling_rate : float or None

@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from ..verdicts.healthy_limits import FEW_HEALTHY, HOLD_FOR_RECORDED, LEAST_HEALTHY
+from ..verdicts.limits import FEW_HEALTHY, HOLD_FOR_RECORDED, LEAST_HEALTHY
 from ..verdicts.names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
 from ..verdicts.windows import HOLD
 

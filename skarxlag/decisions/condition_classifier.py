@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, clone
 from sklearn.utils import Bunch, column_or_1d
 from sklearn.utils.metaestimators import available_if
+from sklearn.utils.validation import check_is_fitted
 
 from ..core.base import SignalEstimator
 from ..core.capabilities import capabilities, offers, requests, training_speeds
@@ -389,7 +390,6 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             diagnosis.alarm = of_healthy > self.detection_threshold_
         return diagnosis
 
-    @uses_fitted
     def join(self, evidence: ArrayLike, n_rows: float = 1.0) -> Bunch:
         """Diagnose a recording by the mean evidence of its rows.
 
@@ -406,6 +406,9 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         Bunch
             As `diagnose` returns it, for one row, without what only a row has.
         """
+        # No compiled loop takes these few numbers, so the fitted attributes need no check,
+        # which would take as long as all else that a monitor does with a window.
+        check_is_fitted(self)
         return self._judged(np.asarray(evidence)[np.newaxis], np.ones(1, bool), n_rows)
 
     def _judged(self, evidence, is_plausible, n_rows=1.0):

@@ -13,7 +13,7 @@ from ..core.capabilities import capabilities
 from ..core.speeds import speed_errors, speeds_of_rows
 from ..core.state import expect
 from ..measures.quality import quality_of_outputs
-from .healthy_limits import HealthyLimits
+from .limits import HealthyLimits
 from .members import NEAREST, Classifier, Detector, Known
 from .names import (
     CHANGED,

@@ -23,7 +23,7 @@ from ..kernels.evidence import (
     combined_p_value,
     effective_number,
 )
-from .healthy_limits import MOST_WINDOWS, RECORDED
+from .limits import MOST_WINDOWS, RECORDED
 from .names import UNKNOWN, Named, VerdictNames
 from .windows import WindowResults, WindowStatus
 

@@ -9,8 +9,8 @@ import pytest
 from scipy.signal import lfilter
 
 from skarxlag import make_alpio, save_diagnoser
-from skarxlag.commands.journal import Journal
 from skarxlag.commands.bearing_orders import BearingOrders
+from skarxlag.commands.journal import Journal
 from skarxlag.commands.models import SavedModel
 from skarxlag.commands.results import agreement
 

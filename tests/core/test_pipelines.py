@@ -527,7 +527,9 @@ def test_diagnose_gives_all_in_one_pass(make, data, monkeypatch):
     )
     found = diagnoser.diagnose(X)
     assert sum(seen) == len(X)
-    further = {"log_probability", "recorded"} if make is make_diagnoser else set()
+    further = {"log_probability", "recorded", "row_evidence"}
+    if make is not make_diagnoser:
+        further = set()
     assert set(found) == set(expected) | further
     for name, value in expected.items():
         np.testing.assert_array_equal(found[name], value)

@@ -16,7 +16,7 @@ from skarxlag import (
     window_verdicts,
 )
 from skarxlag.core.capabilities import capabilities
-from skarxlag.verdicts.recordings import Judge
+from skarxlag.verdicts.judge import Judge
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 Y = np.repeat(["good", "worn"], 30)

@@ -54,14 +54,20 @@ FURTHER_TESTS = {
         "tests/decisions/test_fault_detector.py",
         "tests/decisions/test_known_conditions.py",
     ],
-    "fault_detector": ["tests/decisions/test_known_conditions.py"],
+    "fault_detector": [
+        "tests/decisions/test_row_outliers.py",
+        "tests/decisions/test_known_conditions.py",
+    ],
+    "known_conditions": ["tests/decisions/test_row_outliers.py"],
     "ladder": [
         "tests/kernels/test_ladder_thresholds.py",
         "tests/decisions/test_ladder.py",
     ],
     "laguerre": ["tests/kernels/test_arx_laguerre.py"],
     "observer": ["tests/kernels/test_residual_levels.py"],
-    "verdicts": ["tests/decisions/test_fusion.py"],
+    "judge": ["tests/verdicts/test_recordings.py", "tests/decisions/test_fusion.py"],
+    "members": ["tests/verdicts/test_recordings.py", "tests/decisions/test_fusion.py"],
+    "limits": ["tests/verdicts/test_recordings.py"],
     "lanes": ["tests/kernels/test_observer.py", "tests/kernels/test_arx_laguerre.py"],
 }
 #: Share of the mutants of a module that the tests must kill.

@@ -18,7 +18,9 @@ SOURCES = {
     "known_conditions": _PACKAGE / "decisions/known_conditions.py",
     # The kernel has the name of the file.
     "threshold_ladder": _PACKAGE / "decisions/ladder.py",
-    "verdicts": _PACKAGE / "verdicts/recordings.py",
+    "judge": _PACKAGE / "verdicts/judge.py",
+    "members": _PACKAGE / "verdicts/members.py",
+    "limits": _PACKAGE / "verdicts/limits.py",
     "journal": _PACKAGE / "commands/journal.py",
 }
 _COMPARISONS = {

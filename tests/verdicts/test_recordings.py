@@ -25,8 +25,8 @@ from skarxlag.kernels.evidence import (
     effective_number,
 )
 from skarxlag.kernels.posterior import condition_log_probabilities
-from skarxlag.verdicts.healthy_limits import FEW_HEALTHY
 from skarxlag.verdicts.judge import Judge
+from skarxlag.verdicts.limits import FEW_HEALTHY
 from skarxlag.verdicts.names import check_conditions, no_verdict
 from skarxlag.verdicts.windows import HOLD
 
