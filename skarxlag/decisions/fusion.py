@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -274,7 +275,9 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         """
         return self.diagnose(X, **params).probability
 
-    score = available_if(_names_conditions)(DiagnosingClassifier.score)
+    score: ClassVar[Callable[..., float]] = available_if(_names_conditions)(
+        DiagnosingClassifier.score
+    )
 
     @available_if(_detects_outliers)
     @uses_fitted

@@ -124,7 +124,9 @@ class Judge:
         self.train_rpm: list[float] = list(next(filter(len, speeds), ()))
         self.sampling_rate: float | None = next(filter(None, rates), None)
         limiting = self._detector or self._classifier
-        self.limits = HealthyLimits(limiting.described, self.train_rpm, same_speed)
+        self.limits: HealthyLimits = HealthyLimits(
+            limiting.described, self.train_rpm, same_speed
+        )
         self.limits.exist = self.limits.exist and has_healthy
         n_outputs = max(each.n_outputs for each in described.values())
         numbered = [f"output {number}" for number in range(1, n_outputs + 1)]

@@ -145,8 +145,8 @@ class Classifier(Member):
         healthy: Any,
     ) -> None:
         super().__init__(model, described)
-        self.names = VerdictNames(conditions, healthy, self.described)
-        self.possible = list(conditions)
+        self.names: VerdictNames = VerdictNames(conditions, healthy, self.described)
+        self.possible: list[Any] = list(conditions)
         if self.described.states_unknown:
             self.possible.append(UNKNOWN)
         order = [self.described.conditions.index(name) for name in conditions]
