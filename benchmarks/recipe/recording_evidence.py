@@ -95,7 +95,7 @@ def answers(diagnosed, decide, groups, true):
     mean = np.maximum(diagnosed.log_probability, floor).mean(axis=0)
     logs = log_softmax(effective_number(n_rows, CORRELATION) * mean)
     yield SUM, answer(logs, decide, groups, true)
-    mean = diagnosed.row_evidence.mean(axis=0)
+    mean = diagnosed.row_evidence.mean(axis=0, keepdims=True)
     for correlation in CORRELATIONS:
         joined = decide.join(mean, effective_number(n_rows, correlation))
         logs = joined.log_probability[0]

@@ -390,26 +390,27 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             diagnosis.alarm = of_healthy > self.detection_threshold_
         return diagnosis
 
-    def join(self, evidence: ArrayLike, n_rows: float = 1.0) -> Bunch:
-        """Diagnose a recording by the mean evidence of its rows.
+    def join(self, evidence: ArrayLike, n_rows: ArrayLike = 1.0) -> Bunch:
+        """Diagnose recordings by the mean evidence of their rows.
 
         Parameters
         ----------
-        evidence : array-like of shape (n_classes + 1,)
-            Mean of ``row_evidence``, which `diagnose` returns: natural logarithms of the
-            residuals of each class, and of the factor on the drift.
-        n_rows : float, default=1.0
+        evidence : array-like of shape (n_recordings, n_classes + 1)
+            Means of ``row_evidence``, which `diagnose` returns: natural logarithms of
+            the residuals of each class, and of the factor on the drift.
+        n_rows : float or array-like of shape (n_recordings,), default=1.0
             Number of rows, or the sum of their weights, above 0.
 
         Returns
         -------
         Bunch
-            As `diagnose` returns it, for one row, without what only a row has.
+            As `diagnose` returns it, without what only a row has.
         """
         # No compiled loop takes these few numbers, so the fitted attributes need no check,
         # which would take as long as all else that a monitor does with a window.
         check_is_fitted(self)
-        return self._judged(np.asarray(evidence)[np.newaxis], np.ones(1, bool), n_rows)
+        means = np.asarray(evidence)
+        return self._judged(means, np.ones(len(means), bool), np.asarray(n_rows))
 
     def _judged(self, evidence, is_plausible, n_rows=1.0):
         """Return probabilities and verdicts; equal ones for implausible rows."""

@@ -476,8 +476,8 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
 
     @available_if(lambda self: self.conditions is not None)
     @uses_fitted
-    def join(self, evidence: ArrayLike, n_rows: float = 1.0) -> Bunch:
-        """Diagnose a recording by the mean evidence of its rows.
+    def join(self, evidence: ArrayLike, n_rows: ArrayLike = 1.0) -> Bunch:
+        """Diagnose recordings by the mean evidence of their rows.
 
         Spectra are joined as by `ConditionClassifier.join`. The log probabilities of
         locations by combs count as often as the effective number of rows
@@ -485,21 +485,22 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
 
         Parameters
         ----------
-        evidence : array-like of shape (2 * n_classes + 2,)
-            Mean of ``row_evidence``, which `diagnose` returns with learned conditions.
-        n_rows : float, default=1.0
+        evidence : array-like of shape (n_recordings, 2 * n_classes + 2)
+            Means of ``row_evidence``, which `diagnose` returns with learned conditions.
+        n_rows : float or array-like of shape (n_recordings,), default=1.0
             Number of rows, or the sum of their weights, above 0.
 
         Returns
         -------
         Bunch
             ``log_probability``, ``probability``, ``verdict`` and ``score``, as
-            `diagnose` returns them, for one row; ``recorded``: the probability of a
-            recorded specimen.
+            `diagnose` returns them; ``recorded``: the probability of a recorded
+            specimen.
         """
-        by_spectra, by_combs = np.split(np.asarray(evidence), 2)
+        by_spectra, by_combs = np.split(np.asarray(evidence), 2, axis=1)
         learned = self.conditions_.join(by_spectra, n_rows)
-        scores = learned.log_probability + effective_number(n_rows) * by_combs
+        weights = effective_number(n_rows).reshape(-1, 1)
+        scores = learned.log_probability + weights * by_combs
         return Bunch(recorded=learned.recorded, **self._decided(scores))
 
     @uses_fitted
@@ -543,7 +544,7 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
         if self.conditions_ is None:
             return self._judge(matches, None, n_rows)
         by_spectra, _ = np.split(np.asarray(evidence), 2)
-        learned = self.conditions_.join(by_spectra, n_joined)
+        learned = self.conditions_.join(by_spectra[np.newaxis], n_joined)
         return self._judge(matches, learned.log_probability, n_rows)
 
     @available_if(lambda self: self.conditions is not None)

@@ -198,23 +198,23 @@ class SensorFusion(SignalEstimator, BaseEstimator):
 
     @available_if(_names_conditions)
     @uses_fitted
-    def join(self, evidence: ArrayLike, n_rows: float = 1.0) -> Bunch:
-        """Diagnose a recording by the mean evidence of its rows.
+    def join(self, evidence: ArrayLike, n_rows: ArrayLike = 1.0) -> Bunch:
+        """Diagnose recordings by the mean evidence of their rows.
 
         Parameters
         ----------
-        evidence : array-like of shape (n_values,)
-            Mean of ``row_evidence``, which `diagnose` returns if that of `estimator`
+        evidence : array-like of shape (n_recordings, n_values)
+            Means of ``row_evidence``, which `diagnose` returns if that of `estimator`
             does.
-        n_rows : float, default=1.0
+        n_rows : float or array-like of shape (n_recordings,), default=1.0
             Number of rows, or the sum of their weights, above 0.
 
         Returns
         -------
         Bunch
-            As `diagnose` returns it, for one row, without what only a row has.
+            As `diagnose` returns it, without what only a row has.
         """
-        parts = np.split(np.asarray(evidence), len(self.estimators_))
+        parts = np.split(np.asarray(evidence), len(self.estimators_), axis=1)
         outputs = zip(self.estimators_, parts, strict=True)
         return self._fused(
             [unfolded_steps(model)[-1].join(part, n_rows) for model, part in outputs]

@@ -10,7 +10,7 @@ recorded, and that for another one.
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.special import expit, log_expit, logit
 
 from .speed_references import LEAST_DRIFT
@@ -76,7 +76,7 @@ def logarithms(residuals: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def recorded_log_odds(
-    residuals: NDArray[Any], noise_gap: float, prior: float = 0.5
+    residuals: NDArray[Any], noise_gap: ArrayLike, prior: float = 0.5
 ) -> NDArray[Any]:
     r"""Compute the log odds that rows are of a specimen that was recorded.
 
@@ -94,7 +94,7 @@ def recorded_log_odds(
     ----------
     residuals : ndarray of shape (n_rows, n_answers)
         Natural logarithms of the residuals of the answers to one question.
-    noise_gap : float
+    noise_gap : float or ndarray of shape (n_rows,)
         The largest gap of noise, at least 0.
     prior : float, default=0.5
         The probability that a row is of a recorded specimen, in (0, 1).
@@ -250,7 +250,7 @@ def condition_log_probabilities(
     noise_gaps: tuple[float, float] = (0.0, 0.0),
     prior: float = 0.5,
     location_exponent: float = PLACE_EXPONENT,
-    n_rows: float = 1.0,
+    n_rows: ArrayLike = 1.0,
 ) -> Posterior:
     r"""Compute the log probability of each condition, and that of an unknown one.
 
@@ -282,7 +282,7 @@ def condition_log_probabilities(
         Probability that a row is of a recorded specimen, in (0, 1).
     location_exponent : float, default=4.0
         Exponent of the residuals of locations for other specimens, at least 0.
-    n_rows : float, default=1.0
+    n_rows : float or ndarray of shape (n_rows,), default=1.0
         Number n of rows that each mean is of, above 0.
 
     Returns

@@ -3,16 +3,33 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..kernels.evidence import combined_score, p_value_score
 from ..kernels.fault_orders import N_ORDERS
 from ..verdicts.judge import Judge
-from ..verdicts.names import Named
 from ..verdicts.windows import WindowResults
 from ._memory import FadingEvidence
+
+
+class RecentMeans(NamedTuple):
+    """Means over the recent windows of a sensor at one time.
+
+    Parameters
+    ----------
+    evidence : ndarray of shape (n_evidence,)
+        Mean of the evidence.
+    n_windows : float
+        Sum of the weights.
+    contrast : tuple
+        With a bearing: mean contrast over orders, sum of weights and speed.
+    """
+
+    evidence: np.ndarray
+    n_windows: float
+    contrast: tuple[Any, ...]
 
 
 class RecentWindows:
@@ -61,19 +78,16 @@ class RecentWindows:
             contrast, rpm = results.gathered["contrasts"], results.gathered["rpm"]
             self._contrasts.add([*contrast[row], rpm[row]])
 
-    def named(self, alarm: bool | None) -> Named:
-        """Return the verdict by all recent windows, None if there are none."""
+    def means(self) -> RecentMeans | None:
+        """Return the means over all recent windows, None if there are none."""
         evidence = self._evidence.mean()
         if evidence is None:
-            return Named(None, np.nan, None)
-        return self._judge.named(
-            evidence, self._evidence.weight, alarm, self._contrast()
-        )
-
-    def _contrast(self) -> tuple[Any, ...] | None:
-        """Return mean contrast, sum of weights and speed; None without a bearing."""
-        if not self._judge.gathers_combs:
             return None
+        contrast = self._contrast() if self._judge.gathers_combs else ()
+        return RecentMeans(evidence, self._evidence.weight, contrast)
+
+    def _contrast(self) -> tuple[Any, ...]:
+        """Return mean contrast, sum of weights and speed."""
         mean = self._contrasts.mean()
         if mean is None:
             return np.zeros(N_ORDERS), self._contrasts.weight, np.nan

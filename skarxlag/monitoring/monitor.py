@@ -418,12 +418,14 @@ class ConditionMonitor:
         tables = [
             dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)
         ]
-        return [
-            self._verdict(results, i, tables[i], start + i * self._hop, rpm)
+        judged = [
+            self._without_verdict(results, i, tables[i], start + i * self._hop, rpm)
             for i, rpm in enumerate(speeds.tolist())
         ]
+        return self._with_verdicts(judged)
 
-    def _verdict(self, results, i, table, start, rpm):
+    def _without_verdict(self, results, i, table, start, rpm):
+        """Return all but the verdict by recent windows, the means for it, and the alarm."""
         end = self._stream.time_of(start + self._length)
         self._recent.move_to(end)
         self._recent.add_p_value(table.get("p-value", np.nan))
@@ -431,20 +433,21 @@ class ConditionMonitor:
         if exceeds is not None:
             self._count(exceeds)
         quality = table["quality"]
-        window_verdict = None
+        window_verdict = verdict = means = None
         if quality == "good" and results.refusal[i] != "":
-            quality, window_verdict = NO_VERDICT, table["verdict"]
-            verdict, probability = window_verdict, np.nan
+            quality = NO_VERDICT
+            window_verdict = table["verdict"]
+            verdict = window_verdict
         else:
             if quality == "good":
                 self._recent.add(results, i)
                 window_verdict = table["verdict"] if self.conditions else None
-            # A latched alarm is of earlier windows.
-            alarm = None if self._alarm is None else self._alarm.active
-            verdict, probability, _ = self._recent.named(alarm)
+            means = self._recent.means()
+        # A latched alarm is of earlier windows.
+        alarm = None if self._alarm is None else self._alarm.active
         self._qualities[quality] += 1
         is_on, level = self._alarm_and_level()
-        return MonitorVerdict(
+        judged = MonitorVerdict(
             start=start,
             time=end,
             rpm=rpm,
@@ -452,7 +455,7 @@ class ConditionMonitor:
             quality_share=table["quality share"],
             window_verdict=window_verdict,
             verdict=verdict,
-            probability=probability,
+            probability=np.nan,
             exceeds=exceeds,
             alarm=is_on,
             alarm_level=level,
@@ -460,6 +463,26 @@ class ConditionMonitor:
             limits=table["limits"],
             alarm_state=self.alarm_state,
         )
+        return judged, means, alarm
+
+    def _with_verdicts(self, judged):
+        """Return the verdicts on windows with those by recent windows, named together."""
+        verdicts = [verdict for verdict, _, _ in judged]
+        with_means = [i for i, (_, means, _) in enumerate(judged) if means is not None]
+        if not with_means:
+            return verdicts
+        means = [judged[i][1] for i in with_means]
+        names = self._judge.named(
+            np.array([each.evidence for each in means]),
+            np.array([each.n_windows for each in means]),
+            [judged[i][2] for i in with_means],
+            [each.contrast for each in means],
+        )
+        for i, named in zip(with_means, names, strict=True):
+            verdicts[i] = verdicts[i]._replace(
+                verdict=named.verdict, probability=named.probability
+            )
+        return verdicts
 
     def _count(self, exceeds):
         """Add a window to the cumulative sum."""

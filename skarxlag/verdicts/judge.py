@@ -247,38 +247,45 @@ class Judge:
     def named(
         self,
         evidence: NDArray[Any],
-        n_windows: float,
-        alarm: bool | None,
-        contrast: tuple[Any, ...] | None = None,
-    ) -> Named:
-        """Return the verdict by the mean evidence of windows, and the alarm.
+        n_windows: NDArray[np.float64],
+        alarms: Sequence[bool | None],
+        contrasts: Sequence[tuple[Any, ...]] = (),
+    ) -> list[Named]:
+        """Return the verdicts by means of the evidence of windows, and alarms.
 
         Parameters
         ----------
-        evidence : ndarray of shape (n_evidence,)
-            Mean of the evidence of windows.
-        n_windows : float
-            Number of windows, or the sum of their weights.
-        alarm : bool or None
-            Whether healthy limits are exceeded.
-        contrast : tuple or None, default=None
-            With a bearing: mean contrast over orders, sum of weights and speed, as
-            `FaultOrderClassifier.diagnose_gathered` takes them.
+        evidence : ndarray of shape (n_means, n_evidence)
+            Means of the evidence of windows.
+        n_windows : ndarray of shape (n_means,)
+            Number of windows of each mean, or the sum of their weights.
+        alarms : sequence of bool or None
+            Whether healthy limits are exceeded, for each mean.
+        contrasts : sequence of tuple, default=()
+            With a bearing, for each mean: mean contrast over orders, sum of weights and
+            speed, as `FaultOrderClassifier.diagnose_gathered` takes them.
 
         Returns
         -------
-        Named
-            The verdict; "changed" instead of the healthy condition with an alarm.
+        list of Named
+            The verdicts; "changed" instead of the healthy condition with an alarm.
         """
-        named = Named(self.healthy, np.nan, None)
-        if contrast is not None:
-            named = self._classifier.gathered(
-                *contrast, evidence=evidence, n_windows=n_windows
-            )
+        verdicts = [Named(self.healthy, np.nan, None)] * len(evidence)
+        if self.gathers_combs:
+            verdicts = [
+                self._classifier.gathered(*contrast, evidence=mean, n_windows=weight)
+                for contrast, mean, weight in zip(
+                    contrasts, evidence, n_windows.tolist(), strict=True
+                )
+            ]
         elif self._classifier is not None:
-            named = self._classifier.named(evidence, n_windows)
-        is_changed = alarm and named.verdict == self.healthy
-        return Named(CHANGED, np.nan, None) if is_changed else named
+            verdicts = self._classifier.named(evidence, n_windows)
+        return [
+            Named(CHANGED, np.nan, None)
+            if alarm and named.verdict == self.healthy
+            else named
+            for alarm, named in zip(alarms, verdicts, strict=True)
+        ]
 
 
 def _check_models(models, described):

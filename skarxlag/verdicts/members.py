@@ -250,28 +250,35 @@ class Classifier(Member):
             p_value = for_all_windows(found.p_value[of_usable], within)
             results.columns["p-value"] = p_value
 
-    def named(self, evidence: NDArray[Any], n_windows: float) -> Named:
-        """Return the verdict by the mean evidence of windows.
+    def named(
+        self, evidence: NDArray[Any], n_windows: NDArray[np.float64]
+    ) -> list[Named]:
+        """Return the verdicts by means of the evidence of windows.
 
         Parameters
         ----------
-        evidence : ndarray of shape (n_evidence,)
-            Mean of the evidence of windows.
-        n_windows : float
-            Number of windows, or the sum of their weights.
+        evidence : ndarray of shape (n_means, n_evidence)
+            Means of the evidence of windows.
+        n_windows : ndarray of shape (n_means,)
+            Number of windows of each mean, or the sum of their weights.
 
         Returns
         -------
-        Named
-            The verdict.
+        list of Named
+            The verdicts.
         """
         if self.described.n_evidence:
             joined = self._pipeline.steps[-1][1].join(evidence, n_windows)
-            return self._named(self._in_order(joined)[0])
-        logs = log_softmax(effective_number(n_windows) * evidence)
+            return [self._named(logs) for logs in self._in_order(joined)]
+        weights = effective_number(n_windows)[:, np.newaxis]
+        logs = log_softmax(weights * evidence, axis=1)
         n_conditions = len(self.names.conditions)
-        unknown = np.exp(logs[n_conditions:]).sum()
-        return self.names.name(np.exp(logs[:n_conditions]), float(unknown))
+        unknown = np.exp(logs[:, n_conditions:]).sum(axis=1).tolist()
+        probability = np.exp(logs[:, :n_conditions])
+        return [
+            self.names.name(*of_mean)
+            for of_mean in zip(probability, unknown, strict=True)
+        ]
 
     def gathered(self, *contrast: Any, evidence: Any, n_windows: float) -> Named:
         """Return the verdict by the gathered combs and the mean evidence of windows.
@@ -281,8 +288,10 @@ class Classifier(Member):
         *contrast
             Mean contrast, sum of weights and speed, as
             `FaultOrderClassifier.diagnose_gathered` takes them.
-        evidence, n_windows
-            As in `named`.
+        evidence : ndarray of shape (n_evidence,)
+            Mean of the evidence of windows.
+        n_windows : float
+            Number of windows, or the sum of their weights.
 
         Returns
         -------
@@ -321,7 +330,8 @@ class Classifier(Member):
         """
         if (usable["verdict"] == NOT_IDENTIFIABLE).mean() > MOST_WINDOWS:
             return {"verdict": NOT_IDENTIFIABLE, "probability": np.nan}
-        named = self.named(evidence.mean(axis=0), len(evidence))
+        mean = evidence.mean(axis=0, keepdims=True)
+        [named] = self.named(mean, np.full(1, len(evidence)))
         entries = {"verdict": named.verdict, "probability": named.probability}
         if self.described.states_unknown:
             entries[MOST_LIKE] = named.most_like

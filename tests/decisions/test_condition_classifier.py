@@ -104,7 +104,7 @@ def test_probabilities_are_those_of_the_kernel(fitted, data):
 
 def test_rows_are_joined_by_their_mean_log_residuals(fitted, data):
     found = fitted.diagnose(data[0][:5])
-    one = fitted.join(found.row_evidence[0])
+    one = fitted.join(found.row_evidence[:1])
     for name in ("log_probability", "recorded", "score"):
         np.testing.assert_allclose(one[name][0], found[name][0])
     assert one.verdict[0] == found.verdict[0]
@@ -116,7 +116,7 @@ def test_rows_are_joined_by_their_mean_log_residuals(fitted, data):
         tuple(fitted.noise_gaps_),
         n_rows=5,
     )
-    joined = fitted.join(found.row_evidence.mean(axis=0), 5)
+    joined = fitted.join(found.row_evidence.mean(axis=0, keepdims=True), 5)
     np.testing.assert_allclose(joined.log_probability, expected.log_probability)
 
 

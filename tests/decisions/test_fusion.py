@@ -79,13 +79,13 @@ def test_the_same_sensor_twice_adds_no_certainty():
 def test_rows_of_several_sensors_are_joined_sensor_by_sensor(fused):
     X, fusion = fused
     found = fusion.diagnose(X[:4], rpm=1000)
-    one = fusion.join(found.row_evidence[0])
+    one = fusion.join(found.row_evidence[:1])
     np.testing.assert_allclose(one.log_probability[0], found.log_probability[0])
-    joined = fusion.join(found.row_evidence.mean(axis=0), 4)
+    joined = fusion.join(found.row_evidence.mean(axis=0, keepdims=True), 4)
     logs = []
     for s, model in enumerate(fusion.estimators_):
         evidence = model.diagnose(X[:4, s], rpm=1000).row_evidence.mean(axis=0)
-        logs.append(model["decide"].join(evidence, 4).log_probability[0])
+        logs.append(model["decide"].join(evidence[np.newaxis], 4).log_probability[0])
     mean = np.maximum(logs, np.log(1e-6)).mean(axis=0)
     np.testing.assert_allclose(joined.log_probability[0], log_softmax(mean))
 

@@ -93,7 +93,7 @@ def test_evidence_fades_with_the_stated_half_life(make, diagnoser):
 
     def probabilities(weights):
         mean = np.append(np.average(logs[: len(weights)], axis=0, weights=weights), 0)
-        joined = diagnoser["decide"].join(mean, weights.sum())
+        joined = diagnoser["decide"].join(mean[np.newaxis], weights.sum())
         return np.exp(joined.log_probability[0])
 
     verdicts = make(half_life=half_life).update(signal)
@@ -743,7 +743,8 @@ def test_combs_are_gathered_beside_learned_spectra(joint):
     assert last.verdict == "worn outer" and last.probability > 0.9 > doubt
     # The last verdict, from all that the rows show.
     contrast, decide = found.contrasts.mean(axis=0), joint["decide"]
-    by_spectra = decide.conditions_.join(found.row_evidence[:, :3].mean(axis=0), 40)
+    mean = found.row_evidence[:, :3].mean(axis=0, keepdims=True)
+    by_spectra = decide.conditions_.join(mean, 40)
     spectra = by_spectra.log_probability[0]
     orders, places = decide.orders_, decide.class_places_
     scores = best_combs(contrast, 3, orders, 0.1, 0.03)["scores"] - decide.reference_
@@ -757,12 +758,12 @@ def test_combs_are_gathered_beside_learned_spectra(joint):
 def test_rows_are_joined_by_spectra_and_combs(joint):
     decide = joint["decide"]
     found = joint.diagnose(turning(6, 3, 5, 850.0), rpm=850)
-    one = decide.join(found.row_evidence[0])
+    one = decide.join(found.row_evidence[:1])
     np.testing.assert_allclose(one.log_probability[0], found.log_probability[0])
     mean = found.row_evidence.mean(axis=0)
-    spectra = decide.conditions_.join(mean[:3], 6).log_probability[0]
+    spectra = decide.conditions_.join(mean[np.newaxis, :3], 6).log_probability[0]
     expected = log_softmax(spectra + effective_number(6) * mean[3:])
-    joined = decide.join(mean, 6)
+    joined = decide.join(mean[np.newaxis], 6)
     np.testing.assert_allclose(joined.log_probability[0], expected)
 
 
@@ -771,7 +772,7 @@ def test_spectra_decide_alone_while_the_speed_is_not_known(joint):
     monitor = ConditionMonitor(joint, 1e4, window_length=2000, half_life=np.inf)
     blind = monitor.update(rows[:4].ravel())[-1]
     evidence = joint.diagnose(rows[:4]).row_evidence.mean(axis=0)
-    joined = joint["decide"].join(evidence, 4)
+    joined = joint["decide"].join(evidence[np.newaxis], 4)
     assert blind.probability == pytest.approx(np.exp(joined.log_probability).max())
     seen = monitor.update(rows[4:].ravel(), rpm=850)[-1]
     assert monitor.state()["contrasts"]["weight"] == 4
