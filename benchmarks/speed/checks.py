@@ -1,4 +1,4 @@
-"""Rows of the speed benchmark on the cost of the checks of input and state."""
+"""Rows of the speed benchmark on the cost of the checks of input."""
 
 import sys
 import time
@@ -7,16 +7,13 @@ from unittest import mock
 
 import numpy as np
 
-import skarxlag.core.state
 import skarxlag.core.validation
 from benchmarks.speed.rows import coloured_windows
 from benchmarks.speed.timing import ratio, take_turns
 from skarxlag import make_diagnoser, make_extended_state_pio
 
-_TARGET = 0.02
-#: Functions that check fitted attributes, and functions that check them and all input.
-_STATE = {"check_state": skarxlag.core.state}
-_ALL = _STATE | {
+#: Functions that check input. Fitted attributes are checked once for many calls.
+_CHECKS = {
     "validate_data": skarxlag.core.validation,
     "validate_signals": skarxlag.core.validation,
 }
@@ -124,30 +121,22 @@ def checks(n_rounds=15, n_windows=800, n_samples=1200):
             _one_row(f"`{make.__name__}().predict`", diagnoser.predict, X, n_rounds)
         )
         for some, n_calls in ((X, 1), (X[:1], 50)):
-            for names, what in (
-                (_STATE, "fitted state"),
-                (_ALL, "input and fitted state"),
-            ):
 
-                def calls(some=some, n_calls=n_calls, predict=diagnoser.predict):
-                    for _ in range(n_calls):
-                        predict(some)
+            def calls(some=some, n_calls=n_calls, predict=diagnoser.predict):
+                for _ in range(n_calls):
+                    predict(some)
 
-                calls()
-                found = np.array([share(calls, names) for _ in range(n_rounds)])
-                quarter, middle, three = np.quantile(found[:, 0], [0.25, 0.5, 0.75])
-                per_window = np.median(found[:, 1]) / n_calls / len(some) * 1e6
-                line = {
+            calls()
+            shares = np.array([share(calls, _CHECKS) for _ in range(n_rounds)])
+            quarter, middle, three = np.quantile(shares[:, 0], [0.25, 0.5, 0.75])
+            per_window = np.median(shares[:, 1]) / n_calls / len(some) * 1e6
+            lines.append(
+                {
                     "what": f"`{make.__name__}().predict`, {len(some)} x {n_samples}: "
-                    f"share of the checks of {what}",
+                    "share of the checks of input",
                     "ours": f"{per_window:.3g} us a window",
                     "reached": middle,
                     "spread": (three - quarter) / 2 / middle,
                 }
-                # Most of the checks of input are scikit-learn's, which every estimator
-                # has.
-                is_ours = names is _STATE and n_calls == 1
-                lines.append(
-                    line | ({"target": _TARGET, "at_most": True} if is_ours else {})
-                )
+            )
     return lines
