@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Integral
@@ -50,8 +51,12 @@ class _Comparison(NamedTuple):
 
     def axes_of_spectra(self, n_frequencies: int) -> NDArray[Any]:
         """Return the axes times the cosines, which turn log spectra into coefficients."""
-        cosines = cepstrum(np.eye(n_frequencies))
-        return np.kron(np.eye(self.groups.shape[1]), cosines) @ self.axes
+        cosines = _cosines(n_frequencies)
+        n_vectors, n_joined = self.groups.shape
+        n_axes = self.axes.shape[2]
+        of_groups = self.axes.reshape(n_vectors, n_joined, cosines.shape[1], n_axes)
+        shape = (n_vectors, n_joined * n_frequencies, n_axes)
+        return (cosines @ of_groups).reshape(shape)
 
     def distances(
         self,
@@ -86,6 +91,12 @@ class _Comparison(NamedTuple):
         precisions = 1 / (self.variances + drift_factor)
         axes = self.axes_of_spectra(X.shape[-1])
         return drift.squared_distances(rows, axes, expected, precisions, places)
+
+
+@functools.lru_cache(maxsize=8)
+def _cosines(n_frequencies):
+    """Return the matrix from a log spectrum to its cosine coefficients."""
+    return cepstrum(np.eye(n_frequencies))
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
