@@ -10,7 +10,7 @@ recorded, and that for another one.
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.special import expit, log_expit, logit
 
 from .speed_references import LEAST_DRIFT
@@ -76,7 +76,9 @@ def logarithms(residuals: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def recorded_log_odds(
-    residuals: NDArray[Any], noise_gap: ArrayLike, prior: float = 0.5
+    residuals: NDArray[Any],
+    noise_gap: float | NDArray[np.float64],
+    prior: float = 0.5,
 ) -> NDArray[Any]:
     r"""Compute the log odds that rows are of a specimen that was recorded.
 
@@ -250,7 +252,7 @@ def condition_log_probabilities(
     noise_gaps: tuple[float, float] = (0.0, 0.0),
     prior: float = 0.5,
     location_exponent: float = PLACE_EXPONENT,
-    n_rows: ArrayLike = 1.0,
+    n_rows: float | NDArray[np.float64] = 1.0,
 ) -> Posterior:
     r"""Compute the log probability of each condition, and that of an unknown one.
 

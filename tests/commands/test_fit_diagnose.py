@@ -201,7 +201,8 @@ def test_verdicts_join_the_evidence_of_windows(run, model, workshop):
     kept = windows["p_value_of_nearest"] >= 0.01
     np.testing.assert_allclose(probability[kept], stated[kept])
     assert (probability[~kept, :3] < stated[~kept, :3]).all()
-    joined = diagnoser["decide"].join(diagnosed.row_evidence.mean(axis=0), 7)
+    mean = diagnosed.row_evidence.mean(axis=0, keepdims=True)
+    joined = diagnoser["decide"].join(mean, 7)
     assert joined.verdict.tolist() == ["inner"]
     line = next(line for line in out.splitlines() if line.startswith(str(path)))
     probability_of_recording = np.exp(joined.log_probability).max()
