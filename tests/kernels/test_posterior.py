@@ -176,3 +176,30 @@ def test_extreme_residuals_give_finite_probabilities(scale):
     )
     assert np.exp(found.log_probability).sum() == pytest.approx(1)
     assert np.isfinite(found.recorded).all()
+
+
+def test_an_unknown_condition_is_shared_among_the_classes():
+    log_probability = np.log([[0.5, 0.3, 0.2], [0.1, 0.2, 0.7]])
+    result = posterior.decided(
+        log_probability, np.array(["good", "worn"]), np.array([0, 1]), 0
+    )
+    np.testing.assert_allclose(result["probability"], [[0.6, 0.4], [0.45, 0.55]])
+    assert result["verdict"].tolist() == ["good", "worn"]
+    np.testing.assert_allclose(result["score"], np.log([0.4 / 0.6, 0.55 / 0.45]))
+
+
+def test_logarithms_are_finite_also_of_0():
+    smallest = np.log(np.finfo(float).tiny)
+    residuals = np.array([1.0, np.e, 0.0], dtype=np.float32)
+    logarithms = posterior.logarithms(residuals)
+    np.testing.assert_allclose(logarithms, [0.0, 1.0, smallest], rtol=1e-7)
+
+
+def test_the_healthy_location_comes_first_only_where_it_is_likelier():
+    log_probability = np.log([[0.35, 0.33, 0.32]])
+    labels = np.array(["good", "inner", "outer"])
+    result = posterior.decided(
+        np.column_stack([log_probability, [-np.inf]]), labels, np.arange(3), 0
+    )
+    # Both faults together are likelier than the healthy condition.
+    assert result["verdict"].tolist() == ["inner"]
