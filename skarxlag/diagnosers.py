@@ -220,7 +220,7 @@ def make_detector(
         Share in (0, 1) of healthy rows that may be flagged.
     fixed_gain : bool, default=False
         Whether all recordings have the same sensor, mounting and amplification, so that
-        the level tells something.
+        a change of the level shows a change of the machine.
     n_jobs : int or None, default=None
         Threads that work on windows.
     **pipeline

@@ -155,8 +155,8 @@ def compared(reports):
     Returns
     -------
     dict of str to (str, DataFrame)
-        Title and cells by the stem of the table. Rows are named by source, which of the
-        simulated rig tells the run, and by what they average.
+        Title and cells by the stem of the table. Rows are named by their source (for the
+        simulated rig with the run) and by what they average.
     """
     found = {}
     for stem in COMPARED:

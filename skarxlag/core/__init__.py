@@ -1,1 +1,1 @@
-"""What all estimators share: checks, capabilities, fitted state, threads and speeds."""
+"""Checks, capabilities, fitted state, threads and speeds, which all estimators share."""

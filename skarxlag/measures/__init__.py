@@ -1,1 +1,1 @@
-"""Measures of windows: log spectra, envelope spectra, and the quality of a signal."""
+"""Log spectra, envelope spectra, and the quality of windows."""

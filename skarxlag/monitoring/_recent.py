@@ -1,4 +1,4 @@
-"""What recent windows of a sensor show together, with weights that fade."""
+"""Evidence of recent windows of a sensor, with weights that fade."""
 
 from __future__ import annotations
 
