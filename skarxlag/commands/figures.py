@@ -10,7 +10,10 @@ from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
+
+from ..verdicts.names import NO_SIGNAL, NO_VERDICT
 
 #: Units of the paths, across and down.
 WIDTH, HEIGHT = 1000, 240
@@ -79,10 +82,11 @@ class Axis:
         first = np.ceil(self.low / step)
         last = np.floor(self.high / step)
         values = np.arange(first, last + 1) * step
-        texts = [f"{value:.6g}" for value in values]
-        return list(
-            zip((100 * self.share(values)).round(2).tolist(), texts, strict=True)
-        )
+        return self._labelled(values, [f"{value:.6g}" for value in values])
+
+    def _labelled(self, values, texts):
+        positions = (100 * self.share(values)).round(2)
+        return list(zip(positions.tolist(), texts, strict=True))
 
 
 class DateAxis(Axis):
@@ -102,9 +106,7 @@ class DateAxis(Axis):
         if step >= _DAY:
             form = "%m-%d" if span < 300 * _DAY else "%Y-%m"
         texts = [datetime.fromtimestamp(time, UTC).strftime(form) for time in times]
-        return list(
-            zip((100 * self.share(times)).round(2).tolist(), texts, strict=True)
-        )
+        return self._labelled(times, texts)
 
 
 @dataclass(frozen=True)
@@ -308,6 +310,49 @@ def steps(edges: Any, heights: Any) -> str:
     """
     x = np.repeat(edges, 2)[1:-1]
     return area(x, np.zeros(len(x)), np.repeat(heights, 2))
+
+
+def strip(
+    holds: pd.Series, part: NDArray[np.int_], n_parts: int, style: str, label: str
+) -> Mark:
+    """Return a strip of the share of rows, in equal parts of an axis, for which a fact holds.
+
+    Parameters
+    ----------
+    holds : Series of bool
+        Whether the fact holds for each row.
+    part : ndarray of int of shape (n_rows,)
+        Part of each row.
+    n_parts : int
+        Number of parts.
+    style, label : str
+        As in `Mark`.
+
+    Returns
+    -------
+    Mark
+        Heights from 0 to 1; parts without rows have 0.
+
+    Examples
+    --------
+    >>> strip(pd.Series([True, False, True]), np.array([0, 0, 1]), 2, "fault", "").path
+    'M0 240L500 240L500 240L1000 240L1000 0L500 0L500 120L0 120Z'
+    """
+    shares = holds.groupby(part).mean().reindex(range(n_parts), fill_value=0.0)
+    return Mark(steps(np.linspace(0, 1, n_parts + 1), shares), style, label, True)
+
+
+def verdict_style(verdict: str, healthy: str) -> str:
+    """Return the style of a verdict: that of a fault, of healthy, or of no verdict.
+
+    Examples
+    --------
+    >>> verdict_style("inner race", "normal"), verdict_style("no signal", "normal")
+    ('fault', 'unclear')
+    """
+    if verdict == healthy:
+        return "healthy"
+    return "unclear" if verdict in (NO_SIGNAL, NO_VERDICT) else "fault"
 
 
 def extremes(

@@ -83,6 +83,10 @@ class RecordingModel:
         """Return an iterator of the rows of a recording, and their sampling rate."""
         raise NotImplementedError
 
+    def with_channel(self, recording: ListedRecording) -> ListedRecording:
+        """Return the recording with the channels of the model, if it has some."""
+        return recording
+
     def fitted(self, row: NDArray[Any], sampling_rate: float | None) -> Any:
         """Return the fitted pipeline that diagnoses a row."""
         raise NotImplementedError

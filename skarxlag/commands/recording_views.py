@@ -21,7 +21,6 @@ from ..kernels.fault_orders import (
 )
 from ..measures.envelope_spectra import LEAST_REVOLUTIONS
 from ..recordings.listing import ListedRecording
-from ..verdicts.names import NO_SIGNAL, NO_VERDICT
 from .channels import units_of
 from .figures import (
     COLUMNS,
@@ -33,7 +32,8 @@ from .figures import (
     area,
     curve,
     extremes,
-    steps,
+    strip,
+    verdict_style,
 )
 from .messages import counted, listed
 
@@ -370,25 +370,27 @@ def windows_figure(
     n = len(windows)
     if n < 2:
         return None
-    columns = np.arange(n) * min(n, COLUMNS // 2) // n
+    n_columns = min(n, COLUMNS // 2)
+    columns = np.arange(n) * n_columns // n
     verdicts = windows["verdict"].astype(str).str.partition(":")[0]
-    shares = pd.crosstab(columns, verdicts.to_numpy(), normalize="index")
     counts = verdicts.value_counts()
-    rank = {str(healthy): 1, NO_SIGNAL: 2, NO_VERDICT: 2}
-    styles = ("fault", "healthy", "unclear")
-    edges = np.linspace(0, 1, len(shares) + 1)
-    strips = []
-    for name in sorted(
-        counts.index, key=lambda name: (rank.get(name, 0), -counts[name])
-    ):
-        label = f"{name}: {counts[name]} of {n} windows"
-        style = styles[rank.get(name, 0)]
-        strips.append(Mark(steps(edges, shares[name]), style, label, True))
-    alarm = windows["alarm"] == 1
+    styles = {name: verdict_style(name, str(healthy)) for name in counts.index}
+    # The styles are in the order of the strips.
+    names = sorted(counts.index, key=lambda name: (styles[name], -counts[name]))
+    strips = [
+        strip(
+            verdicts == name,
+            columns,
+            n_columns,
+            styles[name],
+            f"{name}: {counts[name]} of {n} windows",
+        )
+        for name in names
+    ]
     if windows["alarm"].notna().any():
-        heights = alarm.groupby(columns).mean()
+        alarm = windows["alarm"] == 1
         label = f"exceeds the healthy limits: {int(alarm.sum())} of {n} windows"
-        strips.append(Mark(steps(edges, heights), "fault", label, True))
+        strips.append(strip(alarm, columns, n_columns, "fault", label))
     end = float(windows["start"].iloc[-1] + window_length) / (sampling_rate or 1.0)
     start = float(windows["start"].iloc[0]) / (sampling_rate or 1.0)
     unit = "samples" if sampling_rate is None else "s"

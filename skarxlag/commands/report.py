@@ -20,7 +20,6 @@ from . import recording_views as views
 from .diagnosis import Diagnosis
 from .messages import CommandError, counted, percent
 from .model_references import order_references_figure, shape_reference_figure
-from .models import SavedModel
 from .pages import render
 from .results import agreement, records
 
@@ -170,30 +169,36 @@ class RunFigures:
             yield strips
         if verdict != NO_SIGNAL:
             yield views.orders_figure(stretch, self._orders)
-            # Most models compare no order spectra.
-            with suppress(ValueError):
-                diagnoser = self._model.fitted(view.row, rate)
-                n_before = int(windows["start"].iloc[middle]) - view.first
-                speed = stretch.rpm
-                if np.ndim(speed) == 1:
-                    speed = speed[n_before:][: view.row.shape[-1]]
-                healthy = self._model.healthy
-                yield order_references_figure(diagnoser, view.row, speed, healthy)
             references = self._references(place, stretch)
-            if not references:
-                with suppress(ValueError):
-                    diagnoser = self._model.fitted(view.row, rate)
-                    yield shape_reference_figure(
-                        diagnoser, view.row, stretch.mean_rpm, self._model.healthy, rate
-                    )
+            n_before = int(windows["start"].iloc[middle]) - view.first
+            has_references = len(references) > 0
+            yield from self._learned(view.row, stretch, n_before, has_references)
             yield views.spectrum_figure(stretch, references, self._reason)
+
+    def _learned(self, row, stretch, n_before, has_references):
+        """Yield figures of a row next to what the model learned, if it compares them."""
+        healthy = self._model.healthy
+        rate = stretch.sampling_rate
+        try:
+            diagnoser = self._model.fitted(row, rate)
+        except ValueError:
+            return
+        speed = stretch.rpm
+        if np.ndim(speed) == 1:
+            speed = speed[n_before:][: row.shape[-1]]
+        # Most models compare no order spectra.
+        with suppress(ValueError):
+            yield order_references_figure(diagnoser, row, speed, healthy)
+        if not has_references:
+            with suppress(ValueError):
+                yield shape_reference_figure(
+                    diagnoser, row, stretch.mean_rpm, healthy, rate
+                )
 
     def _read(self, place, at):
         """Read a recording as the model does: its overview, and a stretch around a sample."""
-        recording = self._recordings[place]
         model = self._model
-        if isinstance(model, SavedModel):
-            recording = model.with_channel(recording)
+        recording = model.with_channel(self._recordings[place])
         blocks, rate = model.windows(recording, self._resample)
         rate = self._diagnoses[place].sampling_rate or rate or model.sampling_rate
         view = views.overview(blocks, self._predictor(rate), at)

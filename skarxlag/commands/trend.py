@@ -7,8 +7,18 @@ import numpy as np
 import pandas as pd
 
 from ..core.files import write_atomically
-from ..verdicts.names import NO_SIGNAL, NO_VERDICT
-from .figures import Axis, DateAxis, Figure, Mark, Strips, curve, dots, steps
+from ..verdicts.names import NO_VERDICT
+from .figures import (
+    Axis,
+    DateAxis,
+    Figure,
+    Mark,
+    Strips,
+    curve,
+    dots,
+    strip,
+    verdict_style,
+)
 from .messages import percent, printable
 from .pages import render
 from .trend_data import read_rows
@@ -70,18 +80,12 @@ def _sensor(name: Any, rows: pd.DataFrame) -> dict[str, Any]:
         "state": state,
         "style": "fault"
         if last["alarm"] == 1
-        else _style(last["verdict"], last["healthy"]),
+        else verdict_style(last["verdict"], last["healthy"]),
         "at": _text(last["time"]),
         "figures": _figures(diagnosed) if len(diagnosed) else [],
         "events": events[: -_MOST_EVENTS - 1 : -1],
         "n_events": len(events),
     }
-
-
-def _style(verdict, healthy):
-    if verdict == healthy:
-        return "healthy"
-    return "unclear" if verdict in (NO_SIGNAL, NO_VERDICT) else "fault"
 
 
 def _text(time):
@@ -141,24 +145,22 @@ def _figures(rows: pd.DataFrame) -> list[Any]:
 
 def _strips(rows, part, n_parts, x):
     """Return the shares of verdicts, and of the alarm, over time."""
-    shares = pd.crosstab(part, rows["verdict"].to_numpy(), normalize="index")
-    edges = np.linspace(0, 1, n_parts + 1)
     healthy = rows["healthy"].iloc[-1]
     counts = rows["verdict"].value_counts()
     strips = [
-        Mark(
-            steps(edges, shares[name].reindex(range(n_parts), fill_value=0.0)),
-            _style(name, healthy),
+        strip(
+            rows["verdict"] == name,
+            part,
+            n_parts,
+            verdict_style(name, healthy),
             f"{name}: {counts[name]} of {len(rows)}",
-            True,
         )
         for name in counts.index
     ]
     if rows["alarm"].notna().any():
         is_on = rows["alarm"] == 1
-        heights = is_on.groupby(part).mean().reindex(range(n_parts), fill_value=0.0)
         label = f"alarm: {int(is_on.sum())} of {len(rows)}"
-        strips.append(Mark(steps(edges, heights), "fault", label, True))
+        strips.append(strip(is_on, part, n_parts, "fault", label))
     return Strips("Verdicts and alarm", x, strips)
 
 
@@ -189,7 +191,7 @@ def _events(rows: pd.DataFrame) -> list[Event]:
         if changed.get("model") and before["model"]:
             texts[f"another model: {changed['model']}"] = "unclear"
         if "verdict" in changed:
-            style = _style(state["verdict"], rows.at[place, "healthy"])
+            style = verdict_style(state["verdict"], rows.at[place, "healthy"])
             texts[f"verdict: {state['verdict']}"] = style
         if changed.get("alarm", "") != "":
             is_on = bool(state["alarm"])

@@ -3,7 +3,7 @@
 Compiled loops do not check bounds: arrays of wrong shapes would make them read and
 write foreign memory. Each estimator declares the shapes and ranges of its fitted
 attributes in the table `_state`. They are compared with it when a model is loaded, and
-before each prediction, because a user may have replaced an attribute.
+before a prediction if they were not compared yet or a user has replaced one.
 """
 
 import contextlib

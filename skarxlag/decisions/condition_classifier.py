@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, clone
 from sklearn.utils import Bunch, column_or_1d
 from sklearn.utils.metaestimators import available_if
-from sklearn.utils.validation import check_is_fitted
 
 from ..core.base import SignalEstimator
 from ..core.capabilities import capabilities, offers, requests, training_speeds
@@ -390,6 +389,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             diagnosis.alarm = of_healthy > self.detection_threshold_
         return diagnosis
 
+    @uses_fitted
     def join(self, evidence: ArrayLike, n_rows: ArrayLike = 1.0) -> Bunch:
         """Diagnose recordings by the mean evidence of their rows.
 
@@ -406,9 +406,6 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         Bunch
             As `diagnose` returns it, without what only a row has.
         """
-        # No compiled loop takes these few numbers, so the fitted attributes need no check,
-        # which would take as long as all else that a monitor does with a window.
-        check_is_fitted(self)
         means = np.asarray(evidence)
         return self._judged(means, np.ones(len(means), bool), np.asarray(n_rows))
 
