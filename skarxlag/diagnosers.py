@@ -99,7 +99,7 @@ def make_diagnoser(
     *,
     sampling_rate: float | None = None,
     bearing: BearingLike | Sequence[BearingLike] | None = None,
-    places: Mapping[Any, str] | None = None,
+    locations: Mapping[Any, str] | None = None,
     healthy: Any = None,
     n_jobs: int | None = None,
     **pipeline: Any,
@@ -124,9 +124,9 @@ def make_diagnoser(
 
     With a bearing, the combs of its faults decide together with the spectra: see
     `FaultOrderClassifier`. After another load or mounting, spectra resemble no
-    condition, and the combs still show the place of the fault. `fit` then needs `rpm`;
+    condition, and the combs still show the location of the fault. `fit` then needs `rpm`;
     in `predict` without `rpm`, spectra decide alone. If all training rows are healthy,
-    the classes are their label and the places "ball", "inner" and "outer": combs decide
+    the classes are their label and the locations "ball", "inner" and "outer": combs decide
     alone, with limits from these rows.
 
     Use `make_detector` instead to find out whether a machine is healthy: the detection
@@ -138,7 +138,7 @@ def make_diagnoser(
         In Hz. None: rows are compared as one window each, and orders are not compared.
     bearing : BearingLike or sequence of BearingLike or None, default=None
         The bearing, as in `FaultOrderClassifier`. It requires a sampling rate.
-    places : mapping of label to str or None, default=None
+    locations : mapping of label to str or None, default=None
         Place of each condition, if its name does not say it: "healthy", "inner",
         "outer" or "ball".
     healthy : label or None, default=None
@@ -191,10 +191,12 @@ def make_diagnoser(
     if sampling_rate is not None:
         orders = OrderResidual(sampling_rate=sampling_rate, n_jobs=n_jobs)
         residual = StretchResidual(window_residual=residual, order_residual=orders)
-    decide = ConditionClassifier(residual=residual, healthy=healthy, places=places)
+    decide = ConditionClassifier(
+        residual=residual, healthy=healthy, locations=locations
+    )
     if bearing is not None:
         options = {"bearing": bearing, "sampling_rate": sampling_rate, "n_jobs": n_jobs}
-        decide = FaultOrderClassifier(places=places, conditions=decide, **options)
+        decide = FaultOrderClassifier(locations=locations, conditions=decide, **options)
     identify = ARXLaguerre(order=MODEL_ORDER, bank=False, n_jobs=n_jobs)
     steps = [("identify", identify), ("decide", decide)]
     return DiagnosisPipeline(steps, n_jobs=n_jobs, **pipeline)

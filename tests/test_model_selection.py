@@ -383,7 +383,7 @@ SIZES = [["minor", "severe", "IR2", "IR5"], list("abcd")]
         (SIZES, {}, [([0, 1, 3], [2]), ([0, 1, 2], [3])]),
         (
             SIZES,
-            {"places": {"minor": "ball", "severe": "ball", "IR5": "cage"}},
+            {"locations": {"minor": "ball", "severe": "ball", "IR5": "cage"}},
             [([1, 2, 3], [0]), ([0, 2, 3], [1])],
         ),
     ],

@@ -28,12 +28,12 @@ from benchmarks.recipe.rigs import real_rigs
 _ORDER = [ANOTHER, ANOTHER_SPEED, ANOTHER_LOAD, SAME_BEARING]
 _OURS = list(METHODS)[:2]
 _CELLS = (
-    "Rows of 1 s. A cell has the share of right places / the expected calibration error / the "
+    "Rows of 1 s. A cell has the share of right locations / the expected calibration error / the "
     "share of rows stated with a probability of at least .9 : the share of these that is right, "
     "which is left out below 30 rows."
 )
 _NOTE = (
-    "Rows of 1 s. *right*: share of right places, with an interval of 90 % from a bootstrap of "
+    "Rows of 1 s. *right*: share of right locations, with an interval of 90 % from a bootstrap of "
     "specimens. *error*: expected calibration error. *stated*: share of rows stated with a "
     "probability of at least .9, and *of these* the share that is right, empty below 30 rows. "
     "Training and test rows share no bearing, no mounting and no recording, but for “same bearing, "

@@ -33,7 +33,7 @@ GRID = {
     "LEAST_PLACE_GAP": (0.2, 0.3, 0.4),
     "FAR_ODDS": (4.0, 8.0, 12.0),
     "FAR": (1.3, 1.6, 2.0),
-    "PLACE_EXPONENT": (2.0, 3.0, 4.0, 6.0, 8.0),
+    "LOCATION_EXPONENT": (2.0, 3.0, 4.0, 6.0, 8.0),
     "FAULT_EXPONENT": (4.0, 6.0, 8.0, 12.0),
     "UNKNOWN_SHARE": (0.1, 0.15, 0.2, 0.25),
     "UNKNOWN_ODDS": (3.0, 6.0),
@@ -76,14 +76,14 @@ def _compared(diagnoser, protocol, X, rpm, place):
     combs = decide.match(innovations, rpm=rpm)
     has_healthy = len(decide.healthy_scores_) > 0
     scores = combs.scores - (decide.reference_ if has_healthy else 0.8)
-    places = np.append(decide.class_places_, FAULT_LOCATIONS.index("healthy"))
+    places = np.append(decide.class_locations_, FAULT_LOCATIONS.index("healthy"))
     return {
         "protocol": protocol,
         "levels": np.log(levels),
         "drift": learned._drift(rpm, innovations),
         "questions": learned.questions(),
         "noise_gaps": tuple(learned.noise_gaps_),
-        "class_places": decide.class_places_,
+        "class_locations": decide.class_locations_,
         "by_combs": comb_evidence(scores, places),
         "true": np.array([FAULT_LOCATIONS.index(each) for each in place]),
     }
@@ -95,7 +95,7 @@ def losses(parts, setting):
     noise = []
     with patch.multiple(posterior, **setting):
         for part in parts:
-            options = {"location_exponent": setting["PLACE_EXPONENT"]}
+            options = {"location_exponent": setting["LOCATION_EXPONENT"]}
             spectra = posterior.condition_log_probabilities(
                 part["levels"],
                 *part["questions"],
@@ -125,7 +125,7 @@ def losses(parts, setting):
 def _of_places(probability, part):
     """Probabilities of the places; that of an unknown condition is left out."""
     places = [
-        probability[:, :-1][:, part["class_places"] == p]
+        probability[:, :-1][:, part["class_locations"] == p]
         for p in range(len(FAULT_LOCATIONS))
     ]
     return np.stack([each.sum(axis=1) for each in places], axis=1)

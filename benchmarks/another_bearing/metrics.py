@@ -33,7 +33,7 @@ def measured(rows):
     Returns
     -------
     dict
-        ``rows``; ``right``, the share of right places, with an interval of 90 % over
+        ``rows``; ``right``, the share of right locations, with an interval of 90 % over
         specimens; ``log loss``; ``error``, the expected calibration error; ``stated``,
         the share of rows stated with at least .9; ``of these``, how many of them are
         right, empty below 30 rows; and ``AUROC``, the mean over places.

@@ -305,7 +305,7 @@ def counted(rows):
 
 
 def mean_accuracy(rows, places=FAULT_LOCATIONS):
-    """Return the share of right places on each rig, without abstaining."""
+    """Return the share of right locations on each rig, without abstaining."""
     faulty = rows[rows["place"].isin(places)]
     best = faulty[list(FAULT_LOCATIONS)].to_numpy().argmax(axis=1)
     right = pd.Series(
@@ -400,8 +400,9 @@ def blocks(recorded, seconds, chosen):
     found = {
         "named": "Whole recordings, nominal speed, nothing trained, stated rates of .02. "
         "Abstained: healthy or not identifiable.\n\n" + markdown(counted(ours)),
-        "methods": "Right places without abstaining. Every method has the bearing and the nominal "
-        "speed. Peers have 5 s of each recording.\n\n" + markdown(compared(recorded)),
+        "methods": "Right locations without abstaining. Every method has the bearing and the "
+        "nominal speed. Peers have 5 s of each recording.\n\n"
+        + markdown(compared(recorded)),
         "stretches": "Stretches of 1 s, as in the first table.\n\n"
         + markdown(counted(seconds)),
         "reference": "Healthy stretches of 1 s as the reference, stated false-alarm rate .02.\n\n"

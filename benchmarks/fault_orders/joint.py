@@ -67,7 +67,7 @@ class Scored(NamedTuple):
     log_probability: np.ndarray
     scores: np.ndarray
     by_combs: np.ndarray
-    class_places: np.ndarray
+    class_locations: np.ndarray
     truth: np.ndarray
     true_place: np.ndarray
 
@@ -158,8 +158,8 @@ def compare(diagnoser, rows, bearing):
     return Scored(
         log_probability=learned.log_probability,
         scores=found.scores - without,
-        by_combs=combs.class_places_[named],
-        class_places=combs.class_places_,
+        by_combs=combs.class_locations_[named],
+        class_locations=combs.class_locations_,
         truth=np.where(classes[known] == rows.y, known, -1),
         true_place=np.array([FAULT_LOCATIONS.index(place) for place in rows.place]),
     )
@@ -167,7 +167,7 @@ def compare(diagnoser, rows, bearing):
 
 def accuracies(part, setting):
     """Return the shares of right conditions and places by spectra, combs and both."""
-    evidence = comb_evidence(part.scores, part.class_places, *setting)
+    evidence = comb_evidence(part.scores, part.class_locations, *setting)
     # An unknown condition is no answer here.
     spectra = part.log_probability[:, :-1]
     both = (spectra + evidence).argmax(axis=1)
@@ -175,9 +175,9 @@ def accuracies(part, setting):
     return {
         "condition, spectra": np.mean(nearest == part.truth),
         "condition, both": np.mean(both == part.truth),
-        "place, spectra": np.mean(part.class_places[nearest] == part.true_place),
+        "place, spectra": np.mean(part.class_locations[nearest] == part.true_place),
         "place, combs": np.mean(part.by_combs == part.true_place),
-        "place, both": np.mean(part.class_places[both] == part.true_place),
+        "place, both": np.mean(part.class_locations[both] == part.true_place),
     }
 
 

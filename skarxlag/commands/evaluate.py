@@ -44,11 +44,11 @@ _QUESTION = (
 )
 #: Explanations of the columns of the summary.
 _LEGEND = (
-    "bearings: how many were tested; condition, place: windows with the right one, in %;\n"
+    "bearings: how many were tested; condition, location: windows with the right one, in %;\n"
     "*: the best of a test."
 )
 _LEGEND_OF_STATED = (
-    f"stated: windows whose place has a probability of {protocols.STATED:g} or more, in %; "
+    f"stated: windows whose location has a probability of {protocols.STATED:g} or more, in %; "
     "of these: right ones."
 )
 #: Titles of protocols across speeds: of a rig, and of the recordings of a table.
@@ -339,7 +339,7 @@ def _test(diagnoser, X, case, train, test):
         predicted = diagnoser.predict(tested)
         probability = diagnoser.predict_proba(tested)
     true = case.target[test]
-    columns = protocols.place_columns(true, diagnoser.classes_, probability)
+    columns = protocols.location_columns(true, diagnoser.classes_, probability)
     return pd.DataFrame({"true": true, "predicted": predicted, **columns}, index=test)
 
 

@@ -9,7 +9,7 @@ from sklearn.model_selection import GroupKFold
 from sklearn.utils import Bunch
 
 from ..kernels.speed_references import SAME_LOG_SPEED
-from ..model_selection import SpecimenSplit, places_of_labels
+from ..model_selection import SpecimenSplit, locations_of_labels
 
 #: Probability from which a verdict counts as stated with confidence, and the least
 #: number of such verdicts of which a share is given.
@@ -51,7 +51,7 @@ def bearing_splits(
     splits : list of Split
         Empty if bearings cannot be left out.
     sentences : list of str
-        Empty if every place is tested and the specimens are stated.
+        Empty if every location is tested and the specimens are stated.
     """
     rows = np.flatnonzero(usable)
     specimen = rig.get("specimen", rig.target)
@@ -60,23 +60,25 @@ def bearing_splits(
         groups["recording"] = rig.recording[rows]
         groups["start"] = rig.start[rows]
     target = rig.target[rows]
-    place = places_of_labels(target)
-    counts = groups["specimen"].groupby(place).nunique()
+    location = locations_of_labels(target)
+    counts = groups["specimen"].groupby(location).nunique()
     if counts.max() == 1:
         return [], [
-            "Another bearing: not measured, because each place has one specimen."
+            "Another bearing: not measured, because each location has one specimen."
         ]
     splitter = SpecimenSplit(window_length=rig.data.shape[-1])
     try:
         folds = list(splitter.split(None, target, groups))
     except ValueError:
-        reason = "because without one bearing of each place, no speed has all places"
+        reason = (
+            "because without one bearing of each location, no speed has all locations"
+        )
         return [], [f"Another bearing: not measured, {reason}."]
     splits = [
         (rows[train], rows[test], "bearing", float(rig.rpm[rows[train[0]]]))
         for train, test in folds
     ]
-    tested = np.unique(np.concatenate([place[test] for _, test in folds]))
+    tested = np.unique(np.concatenate([location[test] for _, test in folds]))
     sentences = []
     if np.array_equal(specimen, rig.target):
         sentences.append("Another bearing: each condition counts as one bearing.")
@@ -129,10 +131,10 @@ def load_splits(rig: Bunch, usable: NDArray[np.bool_]) -> tuple[list[Split], lis
     return splits, [sentence] * (missing > 0)
 
 
-def place_columns(
+def location_columns(
     true: NDArray[Any], conditions: NDArray[Any], probability: NDArray[Any]
 ) -> dict[str, NDArray[Any]]:
-    """Return columns of verdicts on places.
+    """Return columns of verdicts on locations.
 
     Parameters
     ----------
@@ -147,22 +149,24 @@ def place_columns(
     -------
     dict of str to ndarray of shape (n_rows,)
         ``is_known``, whether the condition is among those of the training;
-        ``is_place``, whether the most probable place is the right one;
-        ``place_probability``, its probability.
+        ``is_location``, whether the most probable location is the right one;
+        ``location_probability``, its probability.
 
     Examples
     --------
-    >>> found = place_columns(
+    >>> found = location_columns(
     ...     np.array(["IR7"]), np.array(["IR2", "IR5", "N"]), np.array([[0.3, 0.3, 0.4]])
     ... )
     >>> {name: column.tolist() for name, column in found.items()}
-    {'is_known': [False], 'is_place': [True], 'place_probability': [0.6]}
+    {'is_known': [False], 'is_location': [True], 'location_probability': [0.6]}
     """
-    of_places = pd.DataFrame(probability.T).groupby(places_of_labels(conditions)).sum()
+    of_locations = (
+        pd.DataFrame(probability.T).groupby(locations_of_labels(conditions)).sum()
+    )
     return {
         "is_known": np.isin(true, conditions),
-        "is_place": of_places.idxmax().to_numpy() == places_of_labels(true),
-        "place_probability": of_places.max().to_numpy(),
+        "is_location": of_locations.idxmax().to_numpy() == locations_of_labels(true),
+        "location_probability": of_locations.max().to_numpy(),
     }
 
 
@@ -174,16 +178,16 @@ def summary(verdicts: pd.DataFrame) -> pd.DataFrame:
     verdicts : DataFrame
         A row for each row of each test, with ``protocol``, ``diagnoser``,
         ``train_rpm``, ``test_rpm``, ``specimen``, ``true``, ``predicted`` and the
-        columns of `place_columns`.
+        columns of `location_columns`.
 
     Returns
     -------
     DataFrame
         By test and diagnoser, ``bearings``, the number of specimens that were tested,
         and percentages of rows. ``condition``: the condition is right; NaN if the
-        training did not have it. ``place``: the place is right. ``stated``: the place
+        training did not have it. ``location``: the location is right. ``stated``: the location
         is stated with a probability of at least `STATED`. ``of these``: the stated
-        place is right; NaN if fewer than 30 rows are stated.
+        location is right; NaN if fewer than 30 rows are stated.
     """
     if (verdicts["protocol"] == "in").any():
         verdicts = verdicts[verdicts["protocol"] != "out"]
@@ -193,13 +197,13 @@ def summary(verdicts: pd.DataFrame) -> pd.DataFrame:
     is_bearing = verdicts["protocol"] == "bearing"
     protocol = verdicts["protocol"].mask(is_bearing & ~is_same, "bearing, other speed")
     is_right = (verdicts["true"] == verdicts["predicted"]).astype(float)
-    is_stated = verdicts["place_probability"] >= STATED
+    is_stated = verdicts["location_probability"] >= STATED
     shares = pd.DataFrame(
         {
             "condition": is_right.where(verdicts["is_known"]),
-            "place": verdicts["is_place"],
+            "location": verdicts["is_location"],
             "stated": is_stated,
-            "of these": verdicts["is_place"].astype(float).where(is_stated),
+            "of these": verdicts["is_location"].astype(float).where(is_stated),
         }
     )
     # Tests of the same bearing at the training speed are not summarized.
@@ -232,16 +236,16 @@ def with_marks(table: pd.DataFrame) -> str:
     Examples
     --------
     >>> tests = pd.MultiIndex.from_product([["another speed"], ["A", "B"]])
-    >>> table = pd.DataFrame({"bearings": [8, 8], "place": [97.14, 61.0]}, tests)
+    >>> table = pd.DataFrame({"bearings": [8, 8], "location": [97.14, 61.0]}, tests)
     >>> print(with_marks(table))
-                     bearings  place
+                     bearings  location
     another speed A         8  97.1*
                   B         8    61
     """
     rounded = table.round(1)
     texts = rounded.map("{:g}".format).where(table.notna(), "-")
     tests = list(range(table.index.nlevels - 1))
-    for name in rounded.columns.intersection(["condition", "place", "of these"]):
+    for name in rounded.columns.intersection(["condition", "location", "of these"]):
         best = rounded[name].groupby(level=tests).transform("max")
         texts[name] += np.where(rounded[name] == best, "*", " ")
     return texts.rename_axis(table.index.nlevels * [None]).to_string()
@@ -265,18 +269,19 @@ def reading(table: pd.DataFrame, diagnoser: str) -> str:
     Examples
     --------
     >>> tests = pd.MultiIndex.from_product([["another speed", "another bearing"], ["D"]])
-    >>> table = pd.DataFrame({"place": [98.2, 61.0], "of these": [99.9, np.nan]}, tests)
+    >>> table = pd.DataFrame({"location": [98.2, 61.0], "of these": [99.9, np.nan]}, tests)
     >>> print(reading(table, "D"))  # doctest: +NORMALIZE_WHITESPACE
-    D names the right place in 98 % (another speed), 61 % (another bearing) of the windows; of the
-    places that it states with a probability of 0.9 or more, 100 % (another speed) are right.
+    D names the right location in 98 % (another speed), 61 % (another bearing) of the windows;
+    of the locations that it states with a probability of 0.9 or more, 100 % (another
+    speed) are right.
     """
     shares = table.xs(diagnoser, level=1)
-    right = _shares(shares["place"].dropna())
+    right = _shares(shares["location"].dropna())
     of_stated = _shares(shares["of these"].dropna())
-    sentence = f"{diagnoser} names the right place in {right} of the windows"
+    sentence = f"{diagnoser} names the right location in {right} of the windows"
     if not of_stated:
         return f"{sentence}."
-    stated = f"of the places that it states with a probability of {STATED:g} or more"
+    stated = f"of the locations that it states with a probability of {STATED:g} or more"
     return f"{sentence}; {stated}, {of_stated} are right."
 
 

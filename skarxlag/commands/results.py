@@ -66,7 +66,7 @@ def _time_of(file):
 def agreement(rows: pd.DataFrame, model: Any) -> tuple[int, int]:
     """Count the verdicts that agree with the stated condition, and those that could.
 
-    A model of places takes the place that the name of a condition says, if it does not
+    A model of locations takes the location that the name of a condition says, if it does not
     know the name itself. A model of the healthy condition alone agrees by its alarm.
     """
     rows = rows[rows["condition"].notna() & (rows["error"] == "")]

@@ -92,9 +92,9 @@ class Sensor:
         self._look_at = 0.0
 
     @property
-    def is_at_place(self) -> bool:
+    def is_at_position(self) -> bool:
         """Whether a later run can continue after the last block."""
-        return self._stream is None or self._stream.is_at_place
+        return self._stream is None or self._stream.is_at_position
 
     @property
     def is_pipe(self) -> bool:
@@ -123,7 +123,7 @@ class Sensor:
     def step(self) -> bool:
         """Process the next block, and return whether there was one."""
         is_news: bool | None = False
-        if time.monotonic() >= self._look_at and self.is_at_place:
+        if time.monotonic() >= self._look_at and self.is_at_position:
             self.look()
         if self._stream is not None:
             try:

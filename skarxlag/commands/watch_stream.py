@@ -70,7 +70,7 @@ class SensorStream:
     ----------
     model : SavedModel
         The model.
-    is_at_place : bool
+    is_at_position : bool
         Whether a later run can continue after the last block.
     can_reopen : bool
         Whether the source is a file or a folder, no pipe or device.
@@ -129,7 +129,7 @@ class SensorStream:
         self._is_saved_latched = self._are_orders_missing = False
         self._said = self._saved = time.monotonic()
         self._unread = Counter()
-        self.is_at_place = True
+        self.is_at_position = True
         self._parser = None
         self._remarks = []
         model.check_order(args.source, args.channel)
@@ -143,7 +143,7 @@ class SensorStream:
                 window_length=model.window_length,
                 **{name: getattr(args, name) for name in _SETTINGS},
             )
-            self._place = self._restored(memory)
+            self._position = self._restored(memory)
             if opened is not None:
                 self._blocks: Any = opened._blocks
                 self._unread = opened._unread
@@ -160,7 +160,7 @@ class SensorStream:
         say(text if self._args.sensor is None else f"{self._args.sensor}: {text}")
 
     def _restored(self, memory):
-        """Continue from a state, and return the place in the source; None for its beginning."""
+        """Continue from a state, and return the position in the source; None for its beginning."""
         path = self._args.state
         if memory is None and (path is None or not path.exists()):
             return None
@@ -171,21 +171,25 @@ class SensorStream:
                     f"{path}: a state of {name.replace('_', ' ')} {facts[name]!r}, "
                     f"expected {value!r}; name another --state or delete it"
                 )
-        place = facts.get("place")
-        is_pair = isinstance(place, list) and len(place) == 2 and type(place[0]) is int
-        if place is not None and not is_pair:
+        position = facts.get("position")
+        is_pair = (
+            isinstance(position, list)
+            and len(position) == 2
+            and type(position[0]) is int
+        )
+        if position is not None and not is_pair:
             raise CommandError(
-                f"{path}: the place in the source is {place!r}, expected two values"
+                f"{path}: the position in the source is {position!r}, expected two values"
             )
         if difference := self._difference(state, facts):
             # Somebody has to acknowledge the alarm, whatever the model is.
             self._monitor.latched = self._args.latch and state.get("latched") is True
             self.say(
-                f"{difference}. Verdicts and the alarm start afresh from this place."
+                f"{difference}. Verdicts and the alarm start afresh from this position."
             )
         else:
             self._monitor.restore(state)
-        return place
+        return position
 
     def _difference(self, state, facts):
         """Describe why the monitor cannot continue from a state of its source; None if it can."""
@@ -208,8 +212,8 @@ class SensorStream:
     def memory(self) -> Memory:
         """Return the state of the monitor, and the facts that say to what it belongs."""
         return self._monitor.state(), self._facts | {
-            "place": self._place,
-            "model": self.model.identity if self.is_at_place else None,
+            "position": self._position,
+            "model": self.model.identity if self.is_at_position else None,
             "model_file": str(self._args.model),
         }
 
@@ -217,7 +221,7 @@ class SensorStream:
         """Save the state, if a later run can continue after the last block."""
         path = self._args.state
         self._saved = time.monotonic()
-        if path is not None and self.is_at_place:
+        if path is not None and self.is_at_position:
             save_monitor_state(self._monitor, path, **self.memory()[1])
             self._is_saved_latched = self._monitor.latched
 
@@ -226,7 +230,7 @@ class SensorStream:
         self._blocks.close()
 
     def with_model(self, model: SavedModel) -> Self:
-        """Return a stream with another model, which continues from the same place."""
+        """Return a stream with another model, which continues from the same position."""
         n_channels = self.model.n_channels
         if model.n_channels != n_channels:
             raise CommandError(
@@ -264,7 +268,7 @@ class SensorStream:
             args.settle,
             args.timed_files,
             self.say,
-            self._place,
+            self._position,
             prepare=self._with_channel,
         )
 
@@ -292,7 +296,7 @@ class SensorStream:
             return from_stream(lambda: nullcontext(sys.stdin.buffer.raw), parser)
         if path.is_fifo() or path.is_char_device():
             return from_stream(lambda: path.open("rb", buffering=0), parser)
-        return from_growing_file(path, parser, self.say, self._place)
+        return from_growing_file(path, parser, self.say, self._position)
 
     def step(self) -> bool | None:
         """Process the next block, if there is one.
@@ -313,8 +317,8 @@ class SensorStream:
         return block is not None
 
     def _take(self, block):
-        # A later run would read twice what was read behind the place.
-        self.is_at_place = False
+        # A later run would read twice what was read behind the position.
+        self.is_at_position = False
         samples = block.samples
         rpm = block.rpm if self._is_folder else self._args.rpm.get("rpm")
         if samples.size:
@@ -338,9 +342,9 @@ class SensorStream:
             self._say_of_orders(rpm)
             verdicts = self._monitor.update(samples, time=block.time, rpm=rpm)
             self._report(verdicts, block.source)
-        if block.place is not None:
-            self._place = block.place
-            self.is_at_place = True
+        if block.position is not None:
+            self._position = block.position
+            self.is_at_position = True
             is_news = self._monitor.latched != self._is_saved_latched
             if is_news or time.monotonic() - self._saved >= _SAVE_EVERY:
                 self.save()
@@ -377,7 +381,11 @@ class SensorStream:
     def acknowledge(self) -> None:
         """Acknowledge a latched alarm if the file next to the state asks for it."""
         path = self._args.state
-        if path is None or not self.is_at_place or not acknowledgement(path).exists():
+        if (
+            path is None
+            or not self.is_at_position
+            or not acknowledgement(path).exists()
+        ):
             return
         if self._monitor.latched:
             self._monitor.acknowledge()

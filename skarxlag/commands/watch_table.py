@@ -247,7 +247,7 @@ class Plant:
 
 
 def _is_watched(sensor, signals):
-    return not sensor.has_ended and not (signals and sensor.is_at_place)
+    return not sensor.has_ended and not (signals and sensor.is_at_position)
 
 
 def _check_pulses(args, sensors):

@@ -57,7 +57,7 @@ class Capabilities:
     n_evidence : int, default=0
         Values of the evidence of a row, of which its method ``join`` takes the mean
         over the rows of a recording. 0 if rows cannot be joined.
-    places : tuple of str or None, default=None
+    locations : tuple of str or None, default=None
         Place of each condition: "healthy", "inner", "outer", "ball", or None for a
         condition that is a place of its own. None if places are not known.
     n_specimens : tuple of int or None, default=None
@@ -94,7 +94,7 @@ class Capabilities:
     none_of_these: bool = False
     states_unknown: bool = False
     n_evidence: int = 0
-    places: tuple[str | None, ...] | None = None
+    locations: tuple[str | None, ...] | None = None
     n_specimens: tuple[int, ...] | None = None
     stated_rate: float | None = None
     takes_rpm: bool = False

@@ -23,7 +23,7 @@ REVOLUTIONS_LEFT = 2.85
 #: training speeds, or varies by more within a row. Hertz instead of revolutions per
 #: minute are a factor of
 #: 60. Order tracking computes frames and blocks for the mean speed of a row: in
-#: simulated run-ups of 1 s and 2 s, places of faults were found up to the factor 12,
+#: simulated run-ups of 1 s and 2 s, locations of faults were found up to the factor 12,
 #: and not always at 16.
 SPEED_FACTOR = 5.0
 #: Speeds in rev/min between which one is plausible if there are no training speeds.

@@ -66,7 +66,7 @@ def least_margin(wrong_name_rate: float) -> float:
 
 def comb_evidence(
     scores: NDArray[Any],
-    class_places: NDArray[Any],
+    class_locations: NDArray[Any],
     odds: float = ODDS,
     visible: float = VISIBLE,
 ) -> NDArray[Any]:
@@ -85,7 +85,7 @@ def comb_evidence(
     scores : ndarray of shape (n_rows, 3)
         Scores of ball, inner and outer race, in nepers above those of rows without a
         comb.
-    class_places : ndarray of int of shape (n_classes,)
+    class_locations : ndarray of int of shape (n_classes,)
         Fault location of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy.
     odds : float, default=8.0
         The log odds k of a neper.
@@ -106,9 +106,9 @@ def comb_evidence(
     """
     log_odds = np.zeros((len(scores), len(FAULT_LOCATIONS)))
     log_odds[:, :-1] = np.logaddexp(np.log(visible) + odds * scores, np.log1p(-visible))
-    present = np.unique(class_places)
+    present = np.unique(class_locations)
     total = logsumexp(log_odds[:, present], axis=1, keepdims=True)
-    return (log_odds - total)[:, class_places]
+    return (log_odds - total)[:, class_locations]
 
 
 def limit_of_healthy(healthy: NDArray[Any], rate: float) -> float:

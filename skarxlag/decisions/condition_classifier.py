@@ -45,9 +45,9 @@ _NEVER = -700.0
 def _is_healthy(index, estimator):
     """Return whether an index is that of a healthy class, or -1."""
     if index == -1:
-        return FAULT_LOCATIONS.index("healthy") not in estimator.class_places_
+        return FAULT_LOCATIONS.index("healthy") not in estimator.class_locations_
     is_index = 0 <= index < len(estimator.classes_)
-    return is_index and estimator.class_places_[index] == FAULT_LOCATIONS.index(
+    return is_index and estimator.class_locations_[index] == FAULT_LOCATIONS.index(
         "healthy"
     )
 
@@ -87,7 +87,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         The healthy condition. None: the conditions whose names say that they are
         healthy, of which the first counts for the alarm. Without one, there is no
         alarm.
-    places : mapping of label to str or None, default=None
+    locations : mapping of label to str or None, default=None
         Location of each condition if its name does not say it: "healthy", "inner", "outer"
         or "ball". Any other condition is a location of its own.
     recorded_prior : float, default=0.5
@@ -103,7 +103,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         Conditions, sorted.
     residual_ : estimator
         The fitted `residual`.
-    class_places_ : ndarray of int of shape (n_classes,)
+    class_locations_ : ndarray of int of shape (n_classes,)
         Location of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy. Conditions
         of other locations have the numbers from 4.
     healthy_index_ : int
@@ -114,7 +114,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         Number of rows of the healthy condition; 0 if there is none.
     noise_gaps_ : ndarray of shape (2,)
         Largest gap of noise in the questions about the fault and about its location.
-    place_exponent_ : float
+    location_exponent_ : float
         Exponent of the residuals of locations for other specimens.
     n_specimens_ : ndarray of int of shape (n_classes,)
         Number of specimens of each condition.
@@ -149,18 +149,18 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
 
     residual: Any = None
     healthy: Any = None
-    places: Mapping[Any, str] | None = None
+    locations: Mapping[Any, str] | None = None
     recorded_prior: float = 0.5
     false_alarm_rate: float = 0.01
 
     _state = INNOVATIONS | {
         "classes_": Labels(),
         "residual_": FittedOn(),
-        "class_places_": Values(
+        "class_locations_": Values(
             lambda e: e.classes_.shape,
             (
                 lambda p, e: np.isin(p, range(len(FAULT_LOCATIONS) + len(e.classes_))),
-                "numbers of places",
+                "numbers of locations",
             ),
             "i",
         ),
@@ -180,7 +180,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         "noise_gaps_": Values(
             (2,), (lambda g, e: np.all((g >= 0) & (g < 1e3)), "in [0, 1e3)")
         ),
-        "place_exponent_": Values(
+        "location_exponent_": Values(
             (), (lambda k, e: 0 < k < 1e3, "a number in (0, 1e3)")
         ),
         "n_specimens_": Values(
@@ -238,7 +238,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         rows, target, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         classes, target = np.unique(target, return_inverse=True)
         self.classes_: NDArray[Any] = classes
-        self._name_places()
+        self._name_locations()
         specimens = self._specimens(specimen, len(X))
         numbers = None if specimens is None else specimens[rows]
         self.n_specimens_: NDArray[Any] = self._counted(numbers, target)
@@ -256,10 +256,10 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             threshold = ladder.false_alarm_threshold(healthy, weights[own], rate)
             self.detection_threshold_ = threshold
         self.noise_gaps_: NDArray[Any] = self._probe(X, rpm)
-        self.place_exponent_: float = posterior.PLACE_EXPONENT
+        self.location_exponent_: float = posterior.LOCATION_EXPONENT
         if specimens is not None:
-            self.place_exponent_ = location_exponent(
-                self._residual(), X, y, specimens, self._place_of_rows(y), metadata
+            self.location_exponent_ = location_exponent(
+                self._residual(), X, y, specimens, self._location_of_rows(y), metadata
             )
         return self
 
@@ -276,10 +276,10 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             if value is not None and requests(residual, "fit", name)
         }
 
-    def _name_places(self):
+    def _name_locations(self):
         """Set the location of each class, and the healthy one."""
         names = self.classes_.tolist()
-        stated = dict(self.places or {})
+        stated = dict(self.locations or {})
         by_name = {name: location_of_label(name) for name in names}
         if self.healthy is not None:
             known = f"one of the conditions in y: {names}"
@@ -293,8 +293,8 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         numbers = [
             next(others) if p is None else FAULT_LOCATIONS.index(p) for p in found
         ]
-        self.class_places_: NDArray[Any] = np.array(numbers)
-        healthy = [i for i, place in enumerate(found) if place == "healthy"]
+        self.class_locations_: NDArray[Any] = np.array(numbers)
+        healthy = [i for i, location in enumerate(found) if location == "healthy"]
         self.healthy_index_: int = -1
         if self.healthy is not None:
             self.healthy_index_ = names.index(self.healthy)
@@ -338,14 +338,14 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         logs = posterior.logarithms(self._levels(rows, speeds))
         return posterior.question_gaps(logs, *self.questions()).max(axis=0)
 
-    def _place_of_rows(self, y):
-        return self.class_places_[np.searchsorted(self.classes_, y)]
+    def _location_of_rows(self, y):
+        return self.class_locations_[np.searchsorted(self.classes_, y)]
 
     def questions(self) -> tuple[NDArray[Any], int]:
         """Return the number of the location of each class, and that of the healthy one."""
-        present, places = np.unique(self.class_places_, return_inverse=True)
+        present, locations = np.unique(self.class_locations_, return_inverse=True)
         healthy = np.flatnonzero(present == FAULT_LOCATIONS.index("healthy"))
-        return places, int(healthy[0]) if len(healthy) > 0 else -1
+        return locations, int(healthy[0]) if len(healthy) > 0 else -1
 
     @uses_fitted
     def diagnose(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
@@ -411,22 +411,22 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
 
     def _judged(self, evidence, is_plausible, n_rows=1.0):
         """Return probabilities and verdicts; equal ones for implausible rows."""
-        places, healthy = self.questions()
+        locations, healthy = self.questions()
         found = posterior.condition_log_probabilities(
             evidence[:, :-1],
-            places,
+            locations,
             healthy,
             np.exp(evidence[:, -1]),
             noise_gaps=tuple(self.noise_gaps_.tolist()),
             prior=self.recorded_prior,
-            location_exponent=self.place_exponent_,
+            location_exponent=self.location_exponent_,
             n_rows=n_rows,
         )
         n_classes = len(self.classes_)
         equal = np.append(np.full(n_classes, -np.log(n_classes)), _NEVER)
         found.log_probability[~is_plausible] = equal
         decided = posterior.decided(
-            found.log_probability, self.classes_, places, healthy
+            found.log_probability, self.classes_, locations, healthy
         )
         return Bunch(**found._asdict(), **decided)
 
@@ -491,7 +491,7 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         own = {name: inner[name] for name in ("speeds", "is_stretch", "sampling_rate")}
         own["takes_rpm"] = len(own["speeds"]) > 0
         own |= {
-            "places": self._place_names(),
+            "locations": self._location_names(),
             "n_specimens": tuple(self.n_specimens_.tolist()),
         }
         own |= {"states_unknown": True, "n_evidence": len(self.classes_) + 1}
@@ -501,9 +501,9 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         own |= {"alarm": True, "n_healthy": self.n_healthy_}
         return own | {"healthy": healthy, "stated_rate": self.false_alarm_rate}
 
-    def _place_names(self):
+    def _location_names(self):
         """Return the location of each class; None for a condition that is a location of its own."""
-        named = self.class_places_.tolist()
+        named = self.class_locations_.tolist()
         return tuple(
             FAULT_LOCATIONS[p] if p < len(FAULT_LOCATIONS) else None for p in named
         )
@@ -512,11 +512,11 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         check_rate(self.false_alarm_rate, "false_alarm_rate")
         bounds = {"min_val": 0, "max_val": 1, "include_boundaries": "neither"}
         check_real(self.recorded_prior, "recorded_prior", **bounds)
-        for label, place in (self.places or {}).items():
+        for label, location in (self.locations or {}).items():
             expect(
-                place in FAULT_LOCATIONS,
-                f"places[{label!r}]",
-                place,
+                location in FAULT_LOCATIONS,
+                f"locations[{label!r}]",
+                location,
                 f"one of {FAULT_LOCATIONS}",
             )
 

@@ -70,7 +70,7 @@ _OF_CONDITIONS = (
     "stated_rate",
     "speeds",
     "is_stretch",
-    "places",
+    "locations",
     "n_specimens",
     "states_unknown",
     "n_healthy",
@@ -131,7 +131,7 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
         required.
     sampling_rate : float, default=None
         In Hz, above 0. It is required.
-    places : mapping of label to str or None, default=None
+    locations : mapping of label to str or None, default=None
         Fault location of each label in `y`: "healthy", "inner", "outer" or "ball".
         Other labels get the location that their name states, such as "IR7" or "outer
         race", or else the one that their rows show: that of the largest mean score, or
@@ -167,7 +167,7 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
     ----------
     classes_ : ndarray of shape (n_classes,)
         Labels, sorted.
-    class_places_ : ndarray of int of shape (n_classes,)
+    class_locations_ : ndarray of int of shape (n_classes,)
         Fault location of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy.
     orders_ : ndarray of shape (n_bearings, 4)
         Orders of the cage (FTF), the spin of an element (BSF), the inner race (BPFI)
@@ -213,7 +213,7 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
 
     bearing: BearingLike | Sequence[BearingLike] | None = None
     sampling_rate: float | None = None
-    places: Mapping[Any, str] | None = None
+    locations: Mapping[Any, str] | None = None
     conditions: Any = None
     gear_ratio: float = 1.0
     false_alarm_rate: float = 0.02
@@ -225,7 +225,7 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
 
     _state = INNOVATIONS | {
         "classes_": Labels(),
-        "class_places_": Values(
+        "class_locations_": Values(
             lambda e: e.classes_.shape,
             (lambda p, e: np.isin(p, range(4)), "0, 1, 2 or 3"),
             "i",
@@ -299,7 +299,7 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
             labels, locations = self._learn(X, y, rpm, sample_weight, specimen)
         classes, index = np.unique(labels, return_index=True)
         self.classes_: NDArray[Any] = classes
-        self.class_places_: NDArray[Any] = np.asarray(locations)[index]
+        self.class_locations_: NDArray[Any] = np.asarray(locations)[index]
         return self
 
     def _learn(self, X, y, rpm, sample_weight, specimen):
@@ -334,12 +334,12 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
         self._calibrate(scores[is_healthy], speeds[is_healthy])
         if len(classes) > 1 and self.conditions is not None:
             # A class that shows no comb is healthy only if it is named so.
-            places = {
+            location_of_name = {
                 name: FAULT_LOCATIONS[location]
                 for name, location in zip(names, locations, strict=True)
                 if stated[name] is not None or location != _HEALTHY
             }
-            learner = clone(self.conditions).set_params(places=places)
+            learner = clone(self.conditions).set_params(locations=location_of_name)
             self.conditions_ = learner.fit(
                 X, y, rpm=rpm, sample_weight=sample_weight, specimen=specimen
             )
@@ -348,8 +348,8 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
         return classes, locations
 
     def _stated_location(self, label):
-        """Return the fault location that `places` or the label states, or None."""
-        return (self.places or {}).get(label, location_of_label(label))
+        """Return the fault location that `locations` or the label states, or None."""
+        return (self.locations or {}).get(label, location_of_label(label))
 
     def _shown_location(self, scores):
         """Return the index of the fault location that the rows of a label show."""
@@ -616,7 +616,7 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
 
     def _judge_by_combs(self, beyond, is_close, has_no_combs):
         """Return what combs alone state, from their scores beyond the limits."""
-        scores = comb_evidence(beyond, self.class_places_, visible=VISIBLE_ALONE)
+        scores = comb_evidence(beyond, self.class_locations_, visible=VISIBLE_ALONE)
         scores[has_no_combs] = 0.0
         verdict = self.classes_[scores.argmax(axis=1)]
         is_pair = scores.shape[1] == 2
@@ -632,7 +632,7 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
         has_healthy = len(self.healthy_scores_) > 0
         without_comb = self.reference_ if has_healthy else WITHOUT_COMB
         # An unknown condition need not show a comb.
-        locations = np.append(self.class_places_, _HEALTHY)
+        locations = np.append(self.class_locations_, _HEALTHY)
         by_combs = comb_evidence(gain * (matches.scores - without_comb), locations)
         is_fault = locations != _HEALTHY
         of_fault = np.exp(by_combs).max(axis=1, where=is_fault, initial=0.0)
@@ -673,7 +673,7 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
             # Each condition, and an unknown one, by spectra and by combs.
             fields["n_evidence"] = 2 * (len(self.classes_) + 1)
             return fields | {name: getattr(learned, name) for name in _OF_CONDITIONS}
-        healthy = self.classes_[self.class_places_ == _HEALTHY].tolist()
+        healthy = self.classes_[self.class_locations_ == _HEALTHY].tolist()
         return fields | {
             "healthy": healthy[0] if healthy else None,
             "stated_rate": self.false_alarm_rate,
@@ -694,10 +694,10 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
             low, high = self.speed_range
             check_real(high, "speed_range[1]", **ABOVE_0)
             check_real(low, "speed_range[0]", **ABOVE_0 | {"max_val": high})
-        for label, location in (self.places or {}).items():
+        for label, location in (self.locations or {}).items():
             is_location = location in FAULT_LOCATIONS
             expected = f"one of {FAULT_LOCATIONS}"
-            expect(is_location, f"places[{label!r}]", location, expected)
+            expect(is_location, f"locations[{label!r}]", location, expected)
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()

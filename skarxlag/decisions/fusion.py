@@ -398,7 +398,7 @@ class SensorFusion(SignalEstimator, BaseEstimator):
 def _locations_of(fusion):
     """Number of the location of each condition, and that of the healthy one."""
     described = capabilities(fusion)
-    locations = described.places or len(described.conditions) * [None]
+    locations = described.locations or len(described.conditions) * [None]
     # A condition without a location is one of its own.
     keys = [
         location or (condition,)

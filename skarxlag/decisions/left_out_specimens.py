@@ -25,7 +25,7 @@ def location_exponent(
     X: ArrayLike,
     y: NDArray[Any],
     specimens: NDArray[Any],
-    places: NDArray[Any],
+    locations: NDArray[Any],
     metadata: Mapping[str, Any],
 ) -> float:
     r"""Compute the exponent of residuals in the probabilities of locations of other specimens.
@@ -40,7 +40,7 @@ def location_exponent(
 
     over the left-out faulty specimens s, whose log probabilities are means over their
     rows. The last term is the exponent of other rigs: :math:`k_0` is that of
-    :data:`skarxlag.kernels.posterior.PLACE_EXPONENT`, with :math:`\sigma` = .7.
+    :data:`skarxlag.kernels.posterior.LOCATION_EXPONENT`, with :math:`\sigma` = .7.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def location_exponent(
         Condition of each row.
     specimens : ndarray of shape (n_rows,)
         Identifier of the specimen of each row.
-    places : ndarray of int of shape (n_rows,)
+    locations : ndarray of int of shape (n_rows,)
         Location of the condition of each row, as an index into
         :data:`skarxlag.core.fault_locations.FAULT_LOCATIONS`. Other locations have larger
         numbers.
@@ -64,9 +64,9 @@ def location_exponent(
     float
         From .5 to 16. It is that of other rigs if no specimen can be left out.
     """
-    by_place = [sorted(set(specimens[places == p])) for p in np.unique(places)]
-    several = [names for names in by_place if len(names) > 1]
-    distance = np.log(EXPONENTS / posterior.PLACE_EXPONENT) / EXPONENT_DEVIATION
+    by_location = [sorted(set(specimens[locations == p])) for p in np.unique(locations)]
+    several = [names for names in by_location if len(names) > 1]
+    distance = np.log(EXPONENTS / posterior.LOCATION_EXPONENT) / EXPONENT_DEVIATION
     total = -(distance**2) / 2
     for fold in range(max(map(len, several), default=0)):
         left = {names[fold] for names in several if fold < len(names)}
@@ -74,11 +74,11 @@ def location_exponent(
         learner = clone(residual).fit(
             X[~is_left], y[~is_left], **_chosen(metadata, ~is_left)
         )
-        known = dict(zip(y.tolist(), places.tolist(), strict=True))
+        known = dict(zip(y.tolist(), locations.tolist(), strict=True))
         learned = np.array([known[label] for label in learner.classes_.tolist()])
         speeds = {name: value for name, value in metadata.items() if name == "rpm"}
         levels = learner.transform(X[is_left], **_chosen(speeds, is_left))
-        found = _log_probabilities(np.asarray(levels), learned, places[is_left])
+        found = _log_probabilities(np.asarray(levels), learned, locations[is_left])
         for name in left:
             of_specimen = found[specimens[is_left] == name]
             counted = ~np.isnan(of_specimen[:, 0])
@@ -106,6 +106,6 @@ def _log_probabilities(levels, learned, true):
     nearest = np.stack([logs[:, learned == p].min(axis=1) for p in faults], axis=1)
     at = np.searchsorted(faults, true[counted])
     for column, exponent in enumerate(EXPONENTS):
-        by_place = log_softmax(-exponent * nearest, axis=1)
-        found[counted, column] = by_place[np.arange(len(at)), at]
+        by_location = log_softmax(-exponent * nearest, axis=1)
+        found[counted, column] = by_location[np.arange(len(at)), at]
     return found

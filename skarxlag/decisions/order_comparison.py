@@ -39,11 +39,11 @@ def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidua
         steps[-1] = steps[-1].conditions_
     if isinstance(steps[-1], ConditionClassifier):
         steps[-1] = steps[-1].residual_
-    for place, residual in enumerate(steps):
+    for n_before, residual in enumerate(steps):
         if isinstance(residual, StretchResidual):
             residual = residual.order_residual_
         if isinstance(residual, OrderResidual):
-            return diagnoser[:place] if place > 0 else None, residual
+            return diagnoser[:n_before] if n_before > 0 else None, residual
     raise ValueError(
         "No step compares order spectra; expected a StretchResidual or an OrderResidual among "
         f"{[type(step).__name__ for step in steps]}."

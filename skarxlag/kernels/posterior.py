@@ -21,7 +21,7 @@ from .speed_references import LEAST_DRIFT
 #: recorded. The others are those of another specimen, for the question whether there is
 #: a fault, and for the question at which location.
 RECORDED_EXPONENT = 32.0
-FAULT_EXPONENT, PLACE_EXPONENT = 8.0, 4.0
+FAULT_EXPONENT, LOCATION_EXPONENT = 8.0, 4.0
 #: Log odds of a recorded specimen for each neper by which the gap of the residuals
 #: exceeds that of noise. The gap is the logarithm of the second smallest residual over
 #: the smallest.
@@ -251,7 +251,7 @@ def condition_log_probabilities(
     drift: NDArray[Any],
     noise_gaps: tuple[float, float] = (0.0, 0.0),
     prior: float = 0.5,
-    location_exponent: float = PLACE_EXPONENT,
+    location_exponent: float = LOCATION_EXPONENT,
     n_rows: float | NDArray[np.float64] = 1.0,
 ) -> Posterior:
     r"""Compute the log probability of each condition, and that of an unknown one.

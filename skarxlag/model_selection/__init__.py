@@ -2,7 +2,7 @@
 
 from .cross_speed import cross_speed_predict
 from .groups import first_and_second_half
-from .specimen_split import SpecimenSplit, places_of_labels
+from .specimen_split import SpecimenSplit, locations_of_labels
 from .speed_split import SpeedSplit
 
 __all__ = [
@@ -10,5 +10,5 @@ __all__ = [
     "SpeedSplit",
     "cross_speed_predict",
     "first_and_second_half",
-    "places_of_labels",
+    "locations_of_labels",
 ]

@@ -30,7 +30,7 @@ class SpecimenSplit(GroupSplitter):
 
     Parameters
     ----------
-    places : mapping of label to label or None, default=None
+    locations : mapping of label to label or None, default=None
         Fault location of each condition in `y`. A condition that is not among them has
         the location that its name states: ``IR7`` or ``inner race`` are of the inner
         race. A condition whose name states no location is a location of its own.
@@ -81,7 +81,7 @@ class SpecimenSplit(GroupSplitter):
     array([1., 1.])
     """
 
-    places: Mapping[Any, Any] | None = None
+    locations: Mapping[Any, Any] | None = None
     test_speed: str = "all"
     window_length: int | None = None
 
@@ -126,7 +126,7 @@ class SpecimenSplit(GroupSplitter):
         specimen = table["specimen"]
         missing = np.flatnonzero(specimen.isna()).tolist()
         expect(not missing, "Rows of groups without a specimen", missing, "none")
-        location = places_of_labels(conditions, self.places)
+        location = locations_of_labels(conditions, self.locations)
         first, _ = self._halves(table)
         splits = []
         for left_out, (trains, tests) in product(
@@ -157,8 +157,8 @@ class SpecimenSplit(GroupSplitter):
             yield is_same, tests[self.test_speed]
 
 
-def places_of_labels(
-    labels: ArrayLike, places: Mapping[Any, Any] | None = None
+def locations_of_labels(
+    labels: ArrayLike, locations: Mapping[Any, Any] | None = None
 ) -> NDArray[np.object_]:
     """Return the fault location of each label.
 
@@ -166,7 +166,7 @@ def places_of_labels(
     ----------
     labels : array-like of shape (n,)
         Conditions.
-    places : mapping of label to label or None, default=None
+    locations : mapping of label to label or None, default=None
         As in `SpecimenSplit`.
 
     Returns
@@ -176,12 +176,12 @@ def places_of_labels(
 
     Examples
     --------
-    >>> places_of_labels(["IR7", "Normal", "worn", "X"], {"X": "ball"}).tolist()
+    >>> locations_of_labels(["IR7", "Normal", "worn", "X"], {"X": "ball"}).tolist()
     ['inner', 'healthy', 'worn', 'ball']
     """
     names, index = np.unique(column_or_1d(labels), return_inverse=True)
     locations = [
-        (places or {}).get(name, location_of_label(name) or name)
+        (locations or {}).get(name, location_of_label(name) or name)
         for name in names.tolist()
     ]
     return np.array(locations, dtype=object)[index]

@@ -27,7 +27,7 @@ class MonitorVerdict(NamedTuple):
     verdict : object
         Condition by the evidence of all recent windows; ``"changed"`` if this is the
         healthy condition, or there is no classifier, while windows keep the alarm on;
-        ``"not identifiable"`` if two places fit the combs of recent windows; ``"no
+        ``"not identifiable"`` if two locations fit the combs of recent windows; ``"no
         verdict: ..."`` as for the window; None if no window within the half-life had a
         verdict.
     probability : float

@@ -86,7 +86,7 @@ _KNOWN_FACTS: dict[str, Any] = {
     "sampling_rate": Values((), "above 0"),
     "false_alarm_rate": Values((), (lambda v, e: 0 < v < 1, "a number in (0, 1)")),
 }
-#: The same of facts that are lists. No row was recorded of some places of faults.
+#: The same of facts that are lists. No row was recorded of some locations of faults.
 _KNOWN_LISTS: dict[str, Any] = {
     **dict.fromkeys(("n_windows", "n_recordings"), Values((), "at least 0", "i")),
     **{"conditions": object, "channels": str | None, "channel_names": str},

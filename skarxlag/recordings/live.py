@@ -46,7 +46,7 @@ class Block:
         Shaft speed, if the file states it.
     source : str or None, default=None
         File of the samples, if there are several.
-    place : list or None, default=None
+    position : list or None, default=None
         Two values from which a later run continues after this block. None: the source
         cannot be interrupted here, because further blocks of the same piece follow.
     """
@@ -55,7 +55,7 @@ class Block:
     time: float | None = None
     rpm: Any = None
     source: str | None = None
-    place: list[Any] | None = None
+    position: list[Any] | None = None
 
 
 Blocks = Iterator[Block | None]
@@ -93,7 +93,7 @@ def from_stream(open_stream: Callable[[], Any], parser: Parser) -> Blocks:
                 raise data
             is_end = not data
             for samples, moment in parser.parts(data, is_end=is_end):
-                yield Block(samples, moment, place=[0, 0])
+                yield Block(samples, moment, position=[0, 0])
     finally:
         is_closed.set()
         # The thread may wait for room.
@@ -103,9 +103,9 @@ def from_stream(open_stream: Callable[[], Any], parser: Parser) -> Blocks:
 
 
 def from_growing_file(
-    path: Path, parser: Parser, warn: Callable, place: Any = None
+    path: Path, parser: Parser, warn: Callable, position: Any = None
 ) -> Blocks:
-    """Yield blocks from a growing file, starting at `place` (offset and checksum of the head).
+    """Yield blocks from a growing file, starting at `position` (offset and checksum of the head).
 
     If the file was truncated or replaced, reading starts again at its beginning; the
     rest of a replaced file is read before. An incomplete last line or sample waits for
@@ -113,19 +113,21 @@ def from_growing_file(
     """
     file = path.open("rb")
     try:
-        if place is not None:
-            if place[0] <= path.stat().st_size and place == _place(file, place[0]):
-                parser.begin(file.read(min(place[0], _BYTES_AT_A_TIME)))
-                file.seek(place[0])
+        if position is not None:
+            if position[0] <= path.stat().st_size and position == _position(
+                file, position[0]
+            ):
+                parser.begin(file.read(min(position[0], _BYTES_AT_A_TIME)))
+                file.seek(position[0])
             else:
                 warn(f"{path} was started afresh since the state was saved")
         is_replaced = False
         while True:
             if data := file.read(_BYTES_AT_A_TIME):
                 parts = list(parser.parts(data))
-                after = _place(file, file.tell() - parser.n_pending)
+                after = _position(file, file.tell() - parser.n_pending)
                 for i, part in enumerate(parts, start=1):
-                    yield Block(*part, place=after if i == len(parts) else None)
+                    yield Block(*part, position=after if i == len(parts) else None)
             elif is_replaced:
                 warn(f"{path} was started afresh")
                 file.close()
@@ -139,7 +141,7 @@ def from_growing_file(
         file.close()
 
 
-def _place(file, offset):
+def _position(file, offset):
     """Offset in a file, and a checksum of what is before it; the position in the file stays."""
     position = file.tell()
     file.seek(0)
@@ -172,7 +174,7 @@ def from_folder(
     settle: float,
     has_times: bool,
     warn: Callable,
-    place: Any,
+    position: Any,
     prepare: Callable[[ListedRecording], ListedRecording] = lambda entry: entry,
 ) -> Blocks:
     """Yield blocks from the files of a folder, in the order in which they were finished.
@@ -195,14 +197,14 @@ def from_folder(
         modification, which are those of their last samples.
     warn : callable
         Called with a message for each file that cannot be read.
-    place : sequence or None
+    position : sequence or None
         Time and name of the latest file that was read. Older files that exist at the
         start count as read.
     prepare : callable
         Called with each file before it is read, and returns it with its channels.
     """
     folder = files.path
-    done = tuple(place or (-1, ""))
+    done = tuple(position or (-1, ""))
     read = {state for state in _files(folder) if state[:2] <= done}
     first_seen: dict[tuple[Any, ...], float] = {}
     while True:
@@ -240,7 +242,7 @@ def _state(path):
     return None if status is None else (status.st_mtime_ns, path.name, status.st_size)
 
 
-def _blocks_of_file(entry, state, rows, has_times, place):
+def _blocks_of_file(entry, state, rows, has_times, position):
     path = entry.path
     n_samples = block_length(rows.window_length)
     # All of a file is read before any of it is used, so that no file is used in part.
@@ -267,6 +269,6 @@ def _blocks_of_file(entry, state, rows, has_times, place):
         samples = np.atleast_2d(signal)
         rpm = np.atleast_1d(entry.speeds([n_read], samples.shape[1], rate))[0]
         is_last = i == len(shapes)
-        yield Block(samples, start, rpm, path.name, place if is_last else None)
+        yield Block(samples, start, rpm, path.name, position if is_last else None)
         start = None
         n_read += samples.shape[1]

@@ -125,8 +125,10 @@ class VerdictNames:
         self.conditions = conditions
         order = [] if known.conditions is None else known.conditions
         #: Whether the probabilities answer the questions about the fault and its location.
-        self._has_locations = known.places is not None
-        locations = dict(zip(order, known.places or len(order) * [None], strict=True))
+        self._has_locations = known.locations is not None
+        locations = dict(
+            zip(order, known.locations or len(order) * [None], strict=True)
+        )
         counts = dict(zip(order, known.n_specimens or len(order) * [1], strict=True))
         groups: dict[Any, list[int]] = {}
         for index, name in enumerate(conditions):

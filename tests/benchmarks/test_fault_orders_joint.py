@@ -71,10 +71,10 @@ def test_verdict_is_that_of_the_diagnoser(rigs):
     expected = diagnoser.predict_proba(tested.X, rpm=tested.rpm)
     part = compare(diagnoser, tested, SKF_6205)
     # An unknown condition shows no comb, as a healthy one.
-    places = np.append(part.class_places, 3)
+    places = np.append(part.class_locations, 3)
     evidence = comb_evidence(part.scores, places, *SETTINGS[IN_USE])
     joint = softmax(part.log_probability + evidence, axis=1)
-    n_classes = len(part.class_places)
+    n_classes = len(part.class_locations)
     shared = joint[:, :n_classes] + joint[:, n_classes:] / n_classes
     np.testing.assert_allclose(shared, expected, rtol=1e-5)
 

@@ -74,8 +74,8 @@ def test_one_table_on_one_screen_has_the_best_of_each_test_marked(simulated):
         best = table["condition"].max()
         rows = re.search(rf"crack {crack} another speed(.*\n.*\n.*)", screen)[1]
         marked = [float(share) for share in re.findall(r"([\d.]+)\*", rows)]
-        assert {*marked} == {round(best, 1), round(table["place"].max(), 1)}
-        assert f"Crack {crack}: Diagnoser names the right place in" in screen
+        assert {*marked} == {round(best, 1), round(table["location"].max(), 1)}
+        assert f"Crack {crack}: Diagnoser names the right location in" in screen
 
 
 @pytest.mark.parametrize("crack", [3, 6])

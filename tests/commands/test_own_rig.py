@@ -91,8 +91,8 @@ def test_own_recordings_are_evaluated_across_speeds(run, workshop, name):
     # The summary fits on a screen.
     assert len(out.splitlines()) <= 24
     for sentence in (
-        "make_diagnoser names the right place in 100 % (another speed) of the windows",
-        "Another bearing: not measured, because each place has one specimen.",
+        "make_diagnoser names the right location in 100 % (another speed) of the windows",
+        "Another bearing: not measured, because each location has one specimen.",
         "Another load: not measured, because no load is stated.",
     ):
         assert sentence in out

@@ -92,7 +92,7 @@ def test_another_bearing_is_summarized_beside_another_speed(evaluated):
     )
     assert (first["bearings"], last["bearings"]) == (5, 4)
     assert first["condition"] > 60 and np.isnan(last["condition"])
-    assert f"{last['place']:.0f} % (another bearing)" in out
+    assert f"{last['location']:.0f} % (another bearing)" in out
     assert (
         "Another bearing: not measured for healthy, because too few such bearings"
         in out
@@ -122,7 +122,7 @@ def test_the_summary_of_another_bearing_is_that_of_the_splitter(
     )
     test = {"same": "another bearing", "other": "another bearing and speed"}[test_speed]
     row = table.loc[test, "log spectrum + LDA"]
-    assert row["place"] == pytest.approx(100 * np.mean(right), rel=1e-5)
+    assert row["location"] == pytest.approx(100 * np.mean(right), rel=1e-5)
     assert row["stated"] == pytest.approx(100 * is_stated.mean(), rel=1e-5)
     if is_stated.sum() >= 30:
         assert row["of these"] == pytest.approx(
@@ -185,14 +185,14 @@ def test_what_cannot_be_measured_of_bearings_is_said(rig):
     assert splits == []
     assert (
         sentence
-        == "Another bearing: not measured, because each place has one specimen."
+        == "Another bearing: not measured, because each location has one specimen."
     )
     # The races were recorded at different speeds.
     usable = (rig.rpm == 900) == np.isin(rig.target, ["IR2", "IR5"])
     splits, (sentence,) = protocols.bearing_splits(rig, usable, halves=False)
     assert (
         splits == []
-        and "without one bearing of each place, no speed has all" in sentence
+        and "without one bearing of each location, no speed has all" in sentence
     )
 
 
@@ -252,8 +252,8 @@ def verdicts(n_stated):
             "true": "IR5",
             "predicted": "IR2",
             "is_known": False,
-            "is_place": np.tile([True, True, True, False], rows // 2),
-            "place_probability": np.tile(
+            "is_location": np.tile([True, True, True, False], rows // 2),
+            "location_probability": np.tile(
                 np.where(np.arange(rows) < n_stated, 0.9, 0.89), 2
             ),
         }
@@ -264,10 +264,10 @@ def test_a_share_of_few_stated_verdicts_is_not_given():
     table = protocols.summary(verdicts(32))
     for test in ("another bearing", "another bearing and speed"):
         row = table.loc[test, "D"]
-        assert np.isnan(row["condition"]) and row["place"] == row["of these"] == 75
+        assert np.isnan(row["condition"]) and row["location"] == row["of these"] == 75
         assert row["stated"] == 80 and row["bearings"] == 2
     few = protocols.summary(verdicts(29))
-    assert few["of these"].isna().all() and few["place"].eq(75).all()
+    assert few["of these"].isna().all() and few["location"].eq(75).all()
     assert "probability" not in protocols.reading(few, "D")
 
 

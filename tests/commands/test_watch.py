@@ -203,7 +203,7 @@ def test_files_after_a_clock_was_set_back_are_read_with_a_warning(tmp_path):
         f"{tmp_path / 'b.npy'}: older than the file before, read nevertheless"
     ]
     # The place is that of the latest file: a restart does not read a file twice.
-    assert [block.place for block in blocks] == [[1000 * 10**9, "a.npy"]] * 2
+    assert [block.position for block in blocks] == [[1000 * 10**9, "a.npy"]] * 2
 
 
 def test_a_file_of_other_rate_or_channels_is_skipped_with_a_warning(

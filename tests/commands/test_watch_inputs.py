@@ -278,17 +278,18 @@ def test_a_file_that_was_truncated_and_rewritten_longer_is_read_from_its_beginni
     assert code == 0 and "afresh" not in err and len(verdicts_of(out)) == 1
 
 
-@pytest.mark.parametrize("place", [7, "here", [1], ["a", 1]])
-def test_a_place_that_is_none(run, models, fitted, tmp_path, place):
+@pytest.mark.parametrize("position", [7, "here", [1], ["a", 1]])
+def test_a_position_that_is_none(run, models, fitted, tmp_path, position):
     path, state = tmp_path / "log.csv", tmp_path / "state.json"
     path.write_bytes(lines_of(sound("good", 450, 3)))
     monitor = ConditionMonitor(fitted[0], RATE, window_length=WINDOW)
-    save_monitor_state(monitor, state, place=place)
+    save_monitor_state(monitor, state, position=position)
     code, out, err = run("watch", models[0], path, *IDLE, "--state", state)
     assert code == 1
     assert out == ""
     assert (
-        f"state.json: the place in the source is {place!r}, expected two values" in err
+        f"state.json: the position in the source is {position!r}, expected two values"
+        in err
     )
 
 

@@ -47,7 +47,7 @@ LADDER = {
 }
 SPECIMENS = {
     "states_unknown": True,
-    "places": ("healthy", None),
+    "locations": ("healthy", None),
     "n_specimens": (1, 1),
     "n_healthy": 30,
 }

@@ -80,7 +80,7 @@ def learnt(estimator):
 #: without spectra.
 POSSIBLE = {
     ("classes_", "real"),
-    ("class_places_", "0"),
+    ("class_locations_", "0"),
     ("order_residual_", "nothing"),
     ("conditions_", "nothing"),
     *((f"n_{n}_", "huge") for n in ("features_in", "rows", "blocks")),

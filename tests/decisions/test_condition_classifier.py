@@ -34,7 +34,7 @@ def fitted(data):
 
 def test_places_and_the_healthy_condition_follow_from_the_names(fitted):
     assert fitted.classes_.tolist() == ["IR2", "IR5", "Normal", "OR2"]
-    assert fitted.class_places_.tolist() == [1, 1, 3, 2]
+    assert fitted.class_locations_.tolist() == [1, 1, 3, 2]
     assert fitted.healthy_index_ == 2
     assert fitted.n_specimens_.tolist() == [1, 1, 1, 1]
 
@@ -43,20 +43,26 @@ def test_places_can_be_stated(data):
     X, y = data
     numbers = np.unique(y, return_inverse=True)[1]
     plain = ConditionClassifier().fit(X, numbers)
-    assert plain.class_places_.tolist() == [4, 5, 6, 7] and plain.healthy_index_ == -1
-    stated = ConditionClassifier(places={0: "ball", 1: "ball"}, healthy=2).fit(
+    assert (
+        plain.class_locations_.tolist() == [4, 5, 6, 7] and plain.healthy_index_ == -1
+    )
+    stated = ConditionClassifier(locations={0: "ball", 1: "ball"}, healthy=2).fit(
         X, numbers
     )
-    assert stated.class_places_.tolist() == [0, 0, 3, 4] and stated.healthy_index_ == 2
+    assert (
+        stated.class_locations_.tolist() == [0, 0, 3, 4] and stated.healthy_index_ == 2
+    )
     # A stated healthy condition is the only one, whatever other names say.
     other = ConditionClassifier(healthy="OR2").fit(X, y)
-    assert other.class_places_.tolist() == [1, 1, 4, 3]
+    assert other.class_locations_.tolist() == [1, 1, 4, 3]
     with pytest.raises(
         ValueError, match=r"healthy == 'x', expected one of the conditions"
     ):
         ConditionClassifier(healthy="x").fit(X, y)
-    with pytest.raises(ValueError, match=r"places\['IR2'\] == 'top', expected one of"):
-        ConditionClassifier(places={"IR2": "top"}).fit(X, y)
+    with pytest.raises(
+        ValueError, match=r"locations\['IR2'\] == 'top', expected one of"
+    ):
+        ConditionClassifier(locations={"IR2": "top"}).fit(X, y)
 
 
 def test_without_a_healthy_condition_there_is_no_alarm(data, fitted):
@@ -173,10 +179,13 @@ def test_specimens_that_are_alike_make_the_place_surer():
         X, y, names = specimens(poles)
         fitted = ConditionClassifier().fit(X, y, specimen=names)
         assert fitted.n_specimens_.tolist() == [2, 2]
-        exponents[name] = fitted.place_exponent_
-    assert exponents["alike"] > posterior.PLACE_EXPONENT > exponents["mixed"]
+        exponents[name] = fitted.location_exponent_
+    assert exponents["alike"] > posterior.LOCATION_EXPONENT > exponents["mixed"]
     X, y, _ = specimens(ALIKE)
-    assert ConditionClassifier().fit(X, y).place_exponent_ == posterior.PLACE_EXPONENT
+    assert (
+        ConditionClassifier().fit(X, y).location_exponent_
+        == posterior.LOCATION_EXPONENT
+    )
 
 
 def test_specimens_reach_the_classifier_through_the_pipeline():

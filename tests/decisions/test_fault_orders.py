@@ -150,7 +150,7 @@ def test_speed_is_searched_in_the_stated_range():
 
 
 @pytest.mark.parametrize(
-    ("labels", "places", "locations"),
+    ("labels", "stated", "locations"),
     [
         (["N", "OR7", "fault at the inner race"], None, [3, 2, 1]),
         ([0, 7, 3], {7: "outer", 0: "healthy", 3: "inner"}, [3, 2, 1]),
@@ -158,13 +158,13 @@ def test_speed_is_searched_in_the_stated_range():
         ([5, 4, 9], None, [3, 2, 1]),
     ],
 )
-def test_labels_stand_for_fault_locations(rows, labels, places, locations):
+def test_labels_stand_for_fault_locations(rows, labels, stated, locations):
     X = np.concatenate([rows, rows])
-    fitted = classifier(places=places).fit(X, labels * 2, rpm=900)
+    fitted = classifier(locations=stated).fit(X, labels * 2, rpm=900)
     assert fitted.predict(rows, rpm=900).tolist() == labels
     by_label = dict(zip(labels, locations, strict=True))
     expected = [by_label[label] for label in fitted.classes_.tolist()]
-    assert fitted.class_places_.tolist() == expected
+    assert fitted.class_locations_.tolist() == expected
 
 
 def test_healthy_rows_are_the_reference(rows, healthy):
@@ -248,7 +248,7 @@ def test_evidence_doubts_the_speed_beyond_the_slip(rows, slip, is_doubted):
         ({"speed_range": (900, 600)}, "speed_range.0. == 900, must be < 600"),
         ({"speed_range": (-900, 600)}, "speed_range.0. == -900, must be > 0"),
         ({"speed_range": (900, np.inf)}, "speed_range.1. == inf, must be finite"),
-        ({"places": {"a": "cage"}}, "places.'a'. == 'cage'"),
+        ({"locations": {"a": "cage"}}, "locations.'a'. == 'cage'"),
     ],
 )
 def test_bad_parameters_are_named(options, message, rows):
@@ -332,7 +332,7 @@ def test_saved_and_loaded(pipeline, rows, tmp_path, bearing):
     ("name", "value"),
     [
         ("orders_", np.zeros((1, 4))),
-        ("class_places_", np.array([0, 1, 2, 9])),
+        ("class_locations_", np.array([0, 1, 2, 9])),
         ("healthy_scores_", np.array([2.0, 1.0])),
         ("reference_", np.zeros(2)),
     ],

@@ -327,11 +327,11 @@ def test_places_of_conditions_are_stated_or_named(data):
     X, y = data
     numbers = np.where(y == "inner", 7, 3)
     stated = make_diagnoser(
-        sampling_rate=RATE, bearing=BEARING, places={7: "outer", 3: "inner"}
+        sampling_rate=RATE, bearing=BEARING, locations={7: "outer", 3: "inner"}
     )
-    assert stated.fit(X, numbers, rpm=900)["decide"].class_places_.tolist() == [1, 2]
+    assert stated.fit(X, numbers, rpm=900)["decide"].class_locations_.tolist() == [1, 2]
     shown = make_diagnoser(sampling_rate=RATE, bearing=BEARING).fit(X, numbers, rpm=900)
-    assert shown["decide"].class_places_.tolist() == [2, 1]
+    assert shown["decide"].class_locations_.tolist() == [2, 1]
 
 
 def test_bearing_needs_speeds_and_a_rate(data):

@@ -746,7 +746,7 @@ def test_combs_are_gathered_beside_learned_spectra(joint):
     mean = found.row_evidence[:, :3].mean(axis=0, keepdims=True)
     by_spectra = decide.conditions_.join(mean, 40)
     spectra = by_spectra.log_probability[0]
-    orders, places = decide.orders_, decide.class_places_
+    orders, places = decide.orders_, decide.class_locations_
     scores = best_combs(contrast, 3, orders, 0.1, 0.03)["scores"] - decide.reference_
     places = np.append(places, 3)  # an unknown condition shows no comb
     combs = comb_evidence(

@@ -1,9 +1,9 @@
 """Compare diagnosers: train at some speeds, with some bearings, and test at others.
 
 The printed table summarizes the tests: another speed of the same bearings; another
-bearing, if the recordings show several bearings with a fault at the same place (column
+bearing, if the recordings show several bearings with a fault at the same location (column
 specimen); another load, if the column load states several. For each it gives the share
-of right places (healthy, or the part with the fault), and how many of the places stated
+of right locations (healthy, or the part with the fault), and how many of the locations stated
 with a probability of 0.9 are right. A report with all tables is written to the output
 folder.
 
