@@ -36,7 +36,7 @@ from skarxlag import (
     make_extended_state_pio,
 )
 from skarxlag.core.registry import ESTIMATORS as REGISTRY
-from skarxlag.models.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
 
 #: Sampling noise of few rows: what the detector says of its calibration.
 pytestmark = [

@@ -3,7 +3,6 @@
 import inspect
 import sys
 import warnings
-from collections.abc import Sequence
 from numbers import Integral, Real
 from typing import Any
 
@@ -319,38 +318,6 @@ def check_count(value: Any, name: str, least: int = 1) -> Any:
 def check_flag(value: Any, name: str) -> None:
     """Check a parameter that is True or False; a text such as "no" would count as True."""
     check_scalar(value, name, (bool, np.bool_))
-
-
-def check_networks(
-    order: int | Sequence[int],
-    pole: float | str | Sequence[float | str],
-    n_channels: int,
-) -> tuple[NDArray[Any], list[float | None] | None]:
-    """Return order and pole of each channel's Laguerre network; None for a pole to search."""
-    orders = _one_for_each("order", order, n_channels)
-    poles = _one_for_each("pole", pole, n_channels)
-    for entry in orders:
-        check_count(entry, "order")
-    for entry in poles:
-        if not isinstance(entry, str):
-            check_real(entry, "pole", **WITHIN_1)
-        elif entry != "optimise":
-            raise ValueError(f"pole == {entry!r}, must be in (-1, 1) or 'optimise'.")
-    return np.array(orders), [
-        None if isinstance(entry, str) else entry for entry in poles
-    ]
-
-
-def _one_for_each(name, value, n_channels):
-    entries = [value] * n_channels if np.ndim(value) == 0 else list(value)
-    if len(entries) == 2:
-        of_output, of_inputs = entries
-        entries = [of_output, *[of_inputs] * (n_channels - 1)]
-    each = (
-        f"one value, two (of output and inputs), or {n_channels}, one for each channel"
-    )
-    expect(len(entries) == n_channels, name, value, each)
-    return entries
 
 
 def warn_user(text: str) -> None:

@@ -14,7 +14,8 @@ from sklearn.pipeline import Pipeline
 from ..core.state import expect
 from ..decisions.ladder import ThresholdLadder
 from ..kernels.ladder import log_level, relative_scores
-from ..models.observers import RESIDUAL_EVALUATIONS, Observer
+from ..models.observers import Observer
+from ..models.residual_evaluations import RESIDUAL_EVALUATIONS
 from ._fitted import chosen_model, known_conditions, ordered_conditions
 from ._style import (
     LINE,

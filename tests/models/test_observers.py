@@ -3,7 +3,7 @@ import pytest
 from scipy.signal import lfilter
 
 from skarxlag import ExtendedStatePIObserver, PIObserver
-from skarxlag.models.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
 
 
 @pytest.fixture
