@@ -75,9 +75,11 @@ def scaled_frequency(log_spectra: NDArray[Any]) -> NDArray[Any]:
            [0., 0., 0., 0.]])
     """
     cells = np.arange(log_spectra.shape[1]) + 0.5
-    shifted = [cells * np.exp(shift) for shift in (_LOG_SHIFT, -_LOG_SHIFT)]
-    moved = [np.interp(points, cells, row) for points in shifted for row in log_spectra]
-    return np.array(moved) - np.tile(log_spectra, (2, 1))
+    changes = []
+    for shift in (_LOG_SHIFT, -_LOG_SHIFT):
+        points = cells * np.exp(shift)
+        changes += [np.interp(points, cells, row) - row for row in log_spectra]
+    return np.array(changes)
 
 
 def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
@@ -104,10 +106,11 @@ def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
            [0.0025, 0.0025]])
     """
     mean = np.log(np.mean(np.exp(log_spectra), axis=1, keepdims=True))
-    raised = [
-        np.logaddexp(log_spectra, mean + level * np.log(10) / 10) for level in _NOISE_DB
-    ]
-    return np.concatenate(raised) - np.tile(log_spectra, (2, 1))
+    changes = []
+    for decibels in _NOISE_DB:
+        noise = mean + decibels * np.log(10) / 10
+        changes.append(np.logaddexp(log_spectra, noise) - log_spectra)
+    return np.concatenate(changes)
 
 
 def drift_covariance(
@@ -133,11 +136,16 @@ def drift_covariance(
         scaled_frequency(spectral_shape), scaled_frequency(steadiness)
     )
     raised = raised_noise(spectral_shape)
-    raised = log_spectra_cepstra(raised, np.zeros((len(raised), steadiness.shape[1])))
-    sizes = min(N_COEFFICIENTS, spectral_shape.shape[1] - 1), steadiness.shape[1] - 1
-    change = np.diag(np.concatenate([smooth_variance(n, SMOOTH, ROUGH) for n in sizes]))
+    # Noise moves no steadiness.
+    unmoved = np.zeros((len(raised), steadiness.shape[1]))
+    raised = log_spectra_cepstra(raised, unmoved)
+    n_of_shape = min(N_COEFFICIENTS, spectral_shape.shape[1] - 1)
+    n_of_steadiness = steadiness.shape[1] - 1
+    smooth = [smooth_variance(n, SMOOTH, ROUGH) for n in (n_of_shape, n_of_steadiness)]
+    change = np.diag(np.concatenate(smooth))
     change += FREQUENCY * scaled.T @ scaled / len(scaled)
-    return change + NOISE * raised.T @ raised / len(raised)
+    change += NOISE * raised.T @ raised / len(raised)
+    return change
 
 
 def joint_axes(
@@ -218,9 +226,8 @@ def squared_distances(
     array([[[[6.]]]])
     """
     squares = np.empty((*indices.shape, *references.shape[1:3]))
-    _fill_squares(
-        rows, axes, references, precisions, indices, np.empty(axes.shape[2]), squares
-    )
+    along = np.empty(axes.shape[2])
+    _fill_squares(rows, axes, references, precisions, indices, along, squares)
     return squares
 
 
@@ -233,11 +240,11 @@ def _fill_squares(rows, axes, references, precisions, indices, along, squares):
             for f in range(n_features):
                 for k in range(n_axes):
                     along[k] += rows[w, g, f] * axes[g, f, k]
-            for tried in range(len(indices)):
-                index = indices[tried, w]
+            for speed in range(len(indices)):
+                index = indices[speed, w]
                 for c in range(references.shape[1]):
                     total = 0.0
                     for k in range(n_axes):
                         change = along[k] - references[index, c, g, k]
                         total += precisions[index, g, k] * (change * change)
-                    squares[tried, w, c, g] = total / max(n_axes, 1)
+                    squares[speed, w, c, g] = total / max(n_axes, 1)

@@ -26,7 +26,7 @@ NEAREST_CORRELATION = 0.5
 #: in.
 COMB_CORRELATION = 0.2
 #: Range of the p-values that are combined: beyond it they are not accurate.
-_LEAST_P, _LARGEST_P = 1e-300, 0.999
+_ACCURATE_P = (1e-300, 0.999)
 
 
 def effective_number(
@@ -100,11 +100,12 @@ def combined_p_value(
 
 def p_value_score(p_values: ArrayLike) -> NDArray[Any]:
     """Return standard normal quantiles of p-values, which are limited to the accurate range."""
-    return ndtri(np.clip(p_values, _LEAST_P, _LARGEST_P))
+    return ndtri(np.clip(p_values, *_ACCURATE_P))
 
 
 def combined_score(
     mean: float, n_windows: float, correlation: float = P_VALUE_CORRELATION
 ) -> float:
     """Return the p-value of `n_windows` correlated windows with this mean of `p_value_score`."""
-    return float(ndtr(np.sqrt(effective_number(n_windows, correlation)) * mean))
+    n_independent = effective_number(n_windows, correlation)
+    return float(ndtr(np.sqrt(n_independent) * mean))

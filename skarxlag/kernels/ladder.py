@@ -138,7 +138,9 @@ def rung_scores(levels: NDArray[Any], cuts: NDArray[Any]) -> NDArray[Any]:
     """
     level = log_level(levels)[:, np.newaxis]
     bounds = np.concatenate([[_LOG_ZERO - 1], log_level(cuts), [_LOG_INFINITE]])
-    return np.minimum(level - bounds[:-1] - _TIE, bounds[1:] - level)
+    above_lower = level - bounds[:-1] - _TIE
+    below_upper = bounds[1:] - level
+    return np.minimum(above_lower, below_upper)
 
 
 def relative_scores(levels: NDArray[Any]) -> NDArray[Any]:
@@ -193,11 +195,14 @@ def confidence_scale(
         return 1.0
     counts = np.bincount(target, weights, minlength=n_classes)
     doubt = 1 / (counts[target] + 2)
-    smoothed = np.repeat((doubt / (n_classes - 1))[:, np.newaxis], n_classes, axis=1)
+    doubt_of_others = doubt / (n_classes - 1)
+    smoothed = np.repeat(doubt_of_others[:, np.newaxis], n_classes, axis=1)
     smoothed[np.arange(len(target)), target] = 1 - doubt
 
     def loss(log_factor):
         log_confidence = log_softmax(np.exp(log_factor) * scores, axis=1)
-        return -np.average(np.sum(smoothed * log_confidence, axis=1), weights=weights)
+        cross_entropy = -np.sum(smoothed * log_confidence, axis=1)
+        return np.average(cross_entropy, weights=weights)
 
-    return float(np.exp(minimize_scalar(loss, bounds=(-10, 10), method="bounded").x))
+    best = minimize_scalar(loss, bounds=(-10, 10), method="bounded")
+    return float(np.exp(best.x))

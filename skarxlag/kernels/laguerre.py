@@ -47,8 +47,12 @@ def laguerre_matrices(order: int, pole: float) -> tuple[NDArray[Any], NDArray[An
            [-0.375,  0.75 ,  0.5  ]])
     """
     powers = (-pole) ** np.arange(order)
-    column = np.concatenate(([pole], (1 - pole**2) * powers[: order - 1]))
-    return toeplitz(column, pole * np.eye(order)[0]), math.sqrt(1 - pole**2) * powers
+    below_diagonal = (1 - pole**2) * powers[: order - 1]
+    first_column = np.concatenate(([pole], below_diagonal))
+    first_row = pole * np.eye(order)[0]
+    A = toeplitz(first_column, first_row)
+    b = math.sqrt(1 - pole**2) * powers
+    return A, b
 
 
 def network_matrices(
@@ -77,11 +81,13 @@ def network_matrices(
     array([[1. , 0. ],
            [0. , 0.8]])
     """
-    matrices = [
-        laguerre_matrices(n, pole) for n, pole in zip(orders, poles, strict=True)
+    networks = [
+        laguerre_matrices(order, pole)
+        for order, pole in zip(orders, poles, strict=True)
     ]
-    A = block_diag(*[A for A, _ in matrices])
-    return A, block_diag(*[b[:, np.newaxis] for _, b in matrices])
+    A = block_diag(*[A for A, _ in networks])
+    B = block_diag(*[b[:, np.newaxis] for _, b in networks])
+    return A, B
 
 
 @inlined
@@ -126,10 +132,9 @@ def advance_block(
         for i in range(TILE * LANES):
             driven = histories[n - 1, i] - pole * histories[n - 1, i + LANES]
             histories[n, i + LANES] = pole * histories[n, i] + driven
+    last = histories[TOGETHER - 1]
     for i in range(TILE * LANES):
-        drive[i] = (
-            histories[TOGETHER - 1, i] - pole * histories[TOGETHER - 1, i + LANES]
-        )
+        drive[i] = last[i] - pole * last[i + LANES]
     for n in range(TOGETHER):
         for lane in range(LANES):
             states[n, lane] = histories[n, TILE * LANES + lane]
@@ -158,4 +163,5 @@ def settling_length(order: int, pole: float) -> int:
     >>> settling_length(64, 0.0), settling_length(32, -0.5)
     (64, 96)
     """
-    return math.ceil(order * (1 + abs(pole)) / (1 - abs(pole)) - 1e-9)
+    size = abs(pole)
+    return math.ceil(order * (1 + size) / (1 - size) - 1e-9)

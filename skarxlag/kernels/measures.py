@@ -49,9 +49,8 @@ def own_model(signals: NDArray[Any], segment: int, order: int) -> dict[str, Any]
     bands = max(segment // 2 - 1, 1)
     cells = -(-_LEAST_CELLS // bands)
     fine = autoregressive_log_spectrum(signals, order, bands * cells)
-    return {
-        "spectral_shape": np.einsum("wbc->wb", fine.reshape(-1, bands, cells)) / cells
-    }
+    sums = np.einsum("wbc->wb", fine.reshape(-1, bands, cells))
+    return {"spectral_shape": sums / cells}
 
 
 def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any]:
@@ -84,8 +83,12 @@ def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any
 
 
 #: The function that takes each measure.
-MEASURES: dict[str, Any] = {"spectral_shape": own_model}
-MEASURES |= dict.fromkeys(("power", "floor", "steadiness"), short_time)
+MEASURES: dict[str, Any] = {
+    "spectral_shape": own_model,
+    "power": short_time,
+    "floor": short_time,
+    "steadiness": short_time,
+}
 
 
 def measure(
@@ -113,7 +116,8 @@ def measure(
     >>> measure(noise, ["floor", "spectral_shape"], 128, 16).shape
     (2, 2, 63)
     """
-    found, signals = {}, unit_peak(signals)
+    scaled = unit_peak(signals)
+    log_spectra = {}
     for function in dict.fromkeys(MEASURES[name] for name in names):
-        found |= function(signals, segment, order)
-    return np.concatenate([found[name][:, np.newaxis] for name in names], axis=1)
+        log_spectra |= function(scaled, segment, order)
+    return np.stack([log_spectra[name] for name in names], axis=1)

@@ -89,6 +89,20 @@ def fit_errors(
     >>> float(round(error[0] * signal @ signal, 6))
     1.0
     """
+    sums = _sums_of_products(spectra, orders, poles)
+    gram = sums[:, :-1, :-1]
+    cross = sums[:, :-1, -1]
+    power = sums[:, -1, -1]
+    size = np.einsum("mii->m", gram) / gram.shape[-1]
+    ridge = alpha + 1e-12 * size + (size == 0)
+    gram += ridge[:, np.newaxis, np.newaxis] * np.eye(gram.shape[-1])
+    coef = np.linalg.solve(gram, cross[..., np.newaxis])[..., 0]
+    error = power - np.einsum("mi,mi->m", coef, cross)
+    return np.divide(error, power, out=np.zeros(len(power)), where=power > 0)
+
+
+def _sums_of_products(spectra, orders, poles):
+    """Return the sums of the products of all states and, last, of the output."""
     n_frequencies = spectra.shape[-1]
     z = np.exp(1j * np.linspace(0, np.pi, n_frequencies))
     weights = np.full(n_frequencies, 1 / (n_frequencies - 1))
@@ -99,23 +113,17 @@ def fit_errors(
         factors[0] = np.sqrt(1 - pole**2) / (z - pole)
         responses.append(np.multiply.accumulate(factors))
     # The output is the response of channel 0 to itself, behind all states.
-    filters = np.concatenate([*responses, np.ones((1, n_frequencies))])
+    responses.append(np.ones((1, n_frequencies)))
+    filters = np.concatenate(responses)
     channel = np.repeat([*range(len(orders)), 0], [*orders, 1])
     sums = np.empty((len(spectra), len(filters), len(filters)))
     for b in range(len(orders)):
         crossed = filters * (weights * spectra[:, channel, b])
+        of_channel = filters[channel == b]
         # Real and imaginary parts side by side: their product is the real part of the
         # sums.
-        sums[..., channel == b] = (
-            crossed.view(float) @ filters[channel == b].view(float).T
-        )
-    gram, cross, power = sums[:, :-1, :-1], sums[:, :-1, -1], sums[:, -1, -1]
-    size = np.einsum("mii->m", gram) / gram.shape[-1]
-    ridge = alpha + 1e-12 * size + (size == 0)
-    gram += ridge[:, np.newaxis, np.newaxis] * np.eye(gram.shape[-1])
-    coef = np.linalg.solve(gram, cross[..., np.newaxis])[..., 0]
-    error = power - np.einsum("mi,mi->m", coef, cross)
-    return np.divide(error, power, out=np.zeros(len(power)), where=power > 0)
+        sums[..., channel == b] = crossed.view(float) @ of_channel.view(float).T
+    return sums
 
 
 def search_poles(
@@ -148,14 +156,15 @@ def search_poles(
         The poles.
     """
     free = [channel for channel, pole in enumerate(poles) if pole is None]
-    found = np.array([0.0 if pole is None else pole for pole in poles])
-    length, orders = spectra.shape[-1] - 1, np.asarray(orders)
+    best = np.array([0.0 if pole is None else pole for pole in poles])
+    length = spectra.shape[-1] - 1
+    orders = np.asarray(orders)
     settled = (length - orders) / (length + orders)
     # The error varies evenly with artanh of the pole.
     limits = np.arctanh(np.clip(settled, 0, LARGEST_POLE))
 
     def error(places, channels):
-        tried = found.copy()
+        tried = best.copy()
         tried[channels] = np.tanh(places)
         return fit_errors(spectra, orders, tried, alpha).sum()
 
@@ -163,11 +172,12 @@ def search_poles(
         # There are about as many ripples as filters.
         places = np.linspace(-1, 1, 21 + orders[channel] // 2) * limits[channel]
         errors = [error(place, channel) for place in places]
-        found[channel] = np.tanh(places[np.argmin(errors)])
-    start, bounds = np.arctanh(found[free]), [(-limits[c], limits[c]) for c in free]
+        best[channel] = np.tanh(places[np.argmin(errors)])
+    start = np.arctanh(best[free])
+    bounds = [(-limits[channel], limits[channel]) for channel in free]
     options = {"ftol": 1e-12, "gtol": 1e-8, "eps": 1e-6}
     refined = optimize.minimize(
         error, start, (free,), "L-BFGS-B", bounds=bounds, options=options
     )
-    found[free] = np.tanh(refined.x)
-    return found
+    best[free] = np.tanh(refined.x)
+    return best

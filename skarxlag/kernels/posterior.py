@@ -21,26 +21,30 @@ from .speed_references import LEAST_DRIFT
 #: recorded. The others are those of another specimen, for the question whether there is
 #: a fault, and for the question at which location.
 RECORDED_EXPONENT = 32.0
-FAULT_EXPONENT, LOCATION_EXPONENT = 8.0, 4.0
+FAULT_EXPONENT = 8.0
+LOCATION_EXPONENT = 4.0
 #: Log odds of a recorded specimen for each neper by which the gap of the residuals
 #: exceeds that of noise. The gap is the logarithm of the second smallest residual over
 #: the smallest.
 GAP_ODDS = 5.0
 #: Least gap of noise that is assumed, in the questions about the fault and about its
 #: location.
-LEAST_FAULT_GAP, LEAST_PLACE_GAP = 0.4, 0.2
+LEAST_FAULT_GAP = 0.4
+LEAST_PLACE_GAP = 0.2
 #: Range of these log odds: a gap is never proof.
 _GAP_RANGE = (-6.0, 8.0)
 #: Log odds against a recorded specimen for each neper by which the smallest residual
 #: exceeds the second number.
-FAR_ODDS, FAR = 8.0, 1.6
+FAR_ODDS = 8.0
+FAR = 1.6
 #: Odds of an unknown condition against another specimen of a known one, if the row is
 #: no farther than other specimens are.
 UNKNOWN_SHARE = 0.2
 #: Log odds of an unknown condition for each neper by which the smallest residual
 #: exceeds the second number, at a training speed. The drift of another speed hides a
 #: part of the distance.
-UNKNOWN_ODDS, UNLIKE = 6.0, 3.2
+UNKNOWN_ODDS = 6.0
+UNLIKE = 3.2
 
 
 class Posterior(NamedTuple):
@@ -111,10 +115,12 @@ def recorded_log_odds(
     >>> recorded_log_odds(np.log([[1.0, 2.0], [1.0, 1.1], [2.0, 4.0]]), 0.2).round(1)
     array([ 2.5, -0.5,  0.7])
     """
-    smallest = np.sort(residuals, axis=1)[:, :2]
-    gap = smallest[:, -1] - smallest[:, 0]
+    two_smallest = np.sort(residuals, axis=1)[:, :2]
+    smallest = two_smallest[:, 0]
+    # There is no gap if there is one residual.
+    gap = two_smallest[:, -1] - smallest
     by_gap = np.clip(GAP_ODDS * (gap - noise_gap), *_GAP_RANGE)
-    distance = np.maximum(smallest[:, 0] - np.log(FAR), 0.0)
+    distance = np.maximum(smallest - np.log(FAR), 0.0)
     return logit(prior) + by_gap - FAR_ODDS * distance
 
 
@@ -152,10 +158,9 @@ def answer_log_probabilities(
     """
     of_recorded = _log_softmax(-RECORDED_EXPONENT * residuals)
     of_others = _log_softmax(-exponent * residuals)
-    return np.logaddexp(
-        log_expit(recorded)[:, np.newaxis] + of_recorded,
-        log_expit(-recorded)[:, np.newaxis] + of_others,
-    )
+    if_recorded = log_expit(recorded)[:, np.newaxis] + of_recorded
+    if_another = log_expit(-recorded)[:, np.newaxis] + of_others
+    return np.logaddexp(if_recorded, if_another)
 
 
 def _log_softmax(scores):
@@ -238,10 +243,11 @@ def question_gaps(
 
 def _nearest(residuals, locations):
     """Smallest residual of each location."""
-    of_locations = [
-        residuals[:, locations == p].min(axis=1) for p in range(locations.max() + 1)
+    nearest = [
+        residuals[:, locations == location].min(axis=1)
+        for location in range(locations.max() + 1)
     ]
-    return np.stack(of_locations, axis=1)
+    return np.stack(nearest, axis=1)
 
 
 def condition_log_probabilities(
@@ -320,13 +326,13 @@ def condition_log_probabilities(
         of_location[:, healthy] = answers[:, 0]
         of_location[:, is_fault] += answers[:, 1:]
         recorded = np.maximum(recorded, of_question)
-    found = np.empty((len(residuals), len(locations) + 1))
+    scores = np.empty((len(residuals), len(locations) + 1))
     for location in range(n_locations):
-        own = locations == location
-        among = _log_softmax(-RECORDED_EXPONENT * residuals[:, own])
-        found[:, :-1][:, own] = of_location[:, [location]] + among
-    found[:, -1] = unknown_log_odds(nearest.min(axis=1), recorded, drift)
-    return Posterior(_log_softmax(found), expit(recorded))
+        conditions = np.flatnonzero(locations == location)
+        among = _log_softmax(-RECORDED_EXPONENT * residuals[:, conditions])
+        scores[:, conditions] = of_location[:, [location]] + among
+    scores[:, -1] = unknown_log_odds(nearest.min(axis=1), recorded, drift)
+    return Posterior(_log_softmax(scores), expit(recorded))
 
 
 def decided_condition(
@@ -354,21 +360,18 @@ def decided_condition(
     >>> decided_condition(np.array([[0.4, 0.3, 0.3]]), np.array([0, 1, 2]), 0)
     array([1])
     """
-    of_locations = np.stack(
-        [
-            probability[:, locations == p].sum(axis=1)
-            for p in range(locations.max() + 1)
-        ],
-        axis=1,
-    )
+    sums = [
+        probability[:, locations == location].sum(axis=1)
+        for location in range(locations.max() + 1)
+    ]
+    of_locations = np.stack(sums, axis=1)
     if healthy >= 0:
         is_faulty = 2 * of_locations[:, healthy] < of_locations.sum(axis=1)
         of_locations[is_faulty, healthy] = -1.0
         of_locations[~is_faulty, healthy] = np.inf
-    chosen = of_locations.argmax(axis=1)
-    return np.where(locations == chosen[:, np.newaxis], probability, -1.0).argmax(
-        axis=1
-    )
+    decided_location = of_locations.argmax(axis=1)
+    is_there = locations == decided_location[:, np.newaxis]
+    return np.where(is_there, probability, -1.0).argmax(axis=1)
 
 
 def with_largest(probability: NDArray[Any], chosen: NDArray[np.intp]) -> NDArray[Any]:
@@ -397,23 +400,25 @@ def with_largest(probability: NDArray[Any], chosen: NDArray[np.intp]) -> NDArray
     array([[0.35, 0.35, 0.3 ],
            [0.1 , 0.8 , 0.1 ]])
     """
-    found = probability.copy()
+    changed = probability.copy()
     rows = np.flatnonzero(probability.argmax(axis=1) != chosen)
     if len(rows) == 0:
-        return found
+        return changed
     others = probability[rows]
     others[np.arange(len(rows)), chosen[rows]] = np.inf
     # The chosen one comes last.
     ascending = np.sort(others, axis=1)
     n_others = ascending.shape[1] - 1
-    below = np.cumsum(np.column_stack([np.zeros(len(rows)), ascending[:, :-1]]), axis=1)
+    sums = np.zeros(ascending.shape)
+    sums[:, 1:] = np.cumsum(ascending[:, :-1], axis=1)
     # The level if all but the first k of the others are limited.
-    levels = (1 - below) / (n_others - np.arange(n_others + 1) + 1)
+    n_limited = n_others - np.arange(n_others + 1)
+    levels = (1 - sums) / (n_limited + 1)
     first = (levels <= ascending).argmax(axis=1)
-    level = levels[np.arange(len(rows)), first][:, np.newaxis]
-    found[rows] = np.minimum(probability[rows], level)
-    found[rows, chosen[rows]] = level[:, 0] * (1 + 1e-6)
-    return found / found.sum(axis=1, keepdims=True)
+    level = levels[np.arange(len(rows)), first]
+    changed[rows] = np.minimum(probability[rows], level[:, np.newaxis])
+    changed[rows, chosen[rows]] = level * (1 + 1e-6)
+    return changed / changed.sum(axis=1, keepdims=True)
 
 
 def decided(
@@ -441,10 +446,14 @@ def decided(
         and the verdict is the largest; and "score", the logarithm of the probability,
         for two classes the second's less the first's.
     """
-    every = np.exp(log_probability)
-    chosen = decided_condition(every[:, :-1], locations, healthy)
-    shared = every[:, :-1] + every[:, -1:] / len(classes)
-    probability = with_largest(shared / shared.sum(axis=1, keepdims=True), chosen)
-    logs = np.log(probability)
-    score = logs[:, 1] - logs[:, 0] if len(classes) == 2 else logs
+    with_unknown = np.exp(log_probability)
+    of_classes = with_unknown[:, :-1]
+    of_unknown = with_unknown[:, -1:]
+    chosen = decided_condition(of_classes, locations, healthy)
+    shared = of_classes + of_unknown / len(classes)
+    shared /= shared.sum(axis=1, keepdims=True)
+    probability = with_largest(shared, chosen)
+    score = np.log(probability)
+    if len(classes) == 2:
+        score = score[:, 1] - score[:, 0]
     return {"probability": probability, "verdict": classes[chosen], "score": score}

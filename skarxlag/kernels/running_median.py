@@ -66,11 +66,11 @@ def _fill_medians(padded, lists, medians):
         for k in range(size + n_values - 1):
             leaves = padded[row, k - size] if k >= size else np.inf
             enters = padded[row, k]
-            before, after = lists[k % 2], lists[1 - k % 2]
+            before = lists[k % 2]
+            after = lists[1 - k % 2]
             for j in range(1, size + 1):
                 lower = before[j - 1] if before[j - 1] < leaves else before[j]
                 upper = before[j] if before[j] < leaves else before[j + 1]
-                upper = upper if upper < enters else enters
-                after[j] = lower if lower > upper else upper
+                after[j] = max(lower, min(upper, enters))
             if k >= size - 1:
                 medians[row, k - size + 1] = after[1 + size // 2]

@@ -49,7 +49,9 @@ class Distance(NamedTuple):
     def interpolate(self, known_values: NDArray[Any]) -> NDArray[Any]:
         """Interpolate values of the known speeds linearly, along the first axis."""
         share = self.share.reshape(-1, *(1,) * (known_values.ndim - 1))
-        return (1 - share) * known_values[self.lower] + share * known_values[self.upper]
+        below = known_values[self.lower]
+        above = known_values[self.upper]
+        return (1 - share) * below + share * above
 
 
 def speed_distance(log_speed: NDArray[Any], known_speeds: NDArray[Any]) -> Distance:
@@ -84,15 +86,12 @@ def speed_distance(log_speed: NDArray[Any], known_speeds: NDArray[Any]) -> Dista
     upper = np.searchsorted(known_speeds[1:-1], inside) + min(len(known_speeds) - 1, 1)
     lower = np.maximum(upper - 1, 0)
     step = known_speeds[upper] - known_speeds[lower]
-    # There is no step if only one speed is known.
-    share = np.divide(
-        inside - known_speeds[lower], step, out=np.zeros(len(inside)), where=step > 0
-    )
-    variance = share * (1 - share) * step
+    # There is no step if only one speed is known, and all shares are 0.
+    share = inside - known_speeds[lower]
+    np.divide(share, step, out=share, where=step > 0)
     beyond = log_speed - inside
-    return Distance(
-        lower, upper, share, (variance + np.abs(beyond)) / UNIT_DISTANCE, beyond
-    )
+    variance = share * (1 - share) * step + np.abs(beyond)
+    return Distance(lower, upper, share, variance / UNIT_DISTANCE, beyond)
 
 
 def drift_factor(variance: NDArray[Any]) -> NDArray[Any]:
@@ -146,7 +145,8 @@ def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
         if not lowest or value - lowest[-1] > SAME_LOG_SPEED:
             lowest.append(value)
     at = np.searchsorted(lowest, log_speed, side="right") - 1
-    return np.bincount(at, log_speed) / np.bincount(at), at
+    means = np.bincount(at, log_speed) / np.bincount(at)
+    return means, at
 
 
 def slope_against_speed(
@@ -186,8 +186,10 @@ def slope_against_speed(
     (1.0, 0.25)
     """
     weight = UNIT_DISTANCE / drift**2
-    precision = 1 / deviation**2 + weight * (known_speeds[-1] - known_speeds[0])
-    weighted = mean / deviation**2 + weight * (values[-1] - values[0])
+    speed_range = known_speeds[-1] - known_speeds[0]
+    rise = values[-1] - values[0]
+    precision = 1 / deviation**2 + weight * speed_range
+    weighted = mean / deviation**2 + weight * rise
     return float(weighted / precision), float(1 / precision)
 
 
@@ -215,13 +217,11 @@ def group_means(
     >>> group_means(np.array([1.0, 2.0, 5.0]), np.array([1, 0, 0]), np.array([1.0, 2.0, 1.0]))
     array([3., 1.])
     """
-    rows_of_groups = [group == number for number in range(group.max() + 1)]
-    return np.stack(
-        [
-            np.average(values[rows], axis=0, weights=weights[rows])
-            for rows in rows_of_groups
-        ]
-    )
+    means = []
+    for number in range(group.max() + 1):
+        rows = group == number
+        means.append(np.average(values[rows], axis=0, weights=weights[rows]))
+    return np.stack(means)
 
 
 def mean_by_speed(
@@ -299,7 +299,9 @@ def reference_weights(
     """
     weights = np.zeros((len(log_speed), *recorded.shape))
     variance = np.zeros(len(log_speed))
-    for pattern in map(np.array, set(map(tuple, recorded.T.tolist()))):
+    # Conditions that were recorded at the same speeds have the same weights.
+    patterns = {tuple(column) for column in recorded.T.tolist()}
+    for pattern in map(np.array, patterns):
         has_pattern = (recorded == pattern[:, np.newaxis]).all(axis=0)
         at = speed_distance(log_speed, known_speeds[pattern])
         of_speed = np.zeros((len(log_speed), len(known_speeds)))
@@ -338,12 +340,14 @@ def drift_learned(
     """
     differences = []
     for i, speed in enumerate(known_speeds):
-        others = recorded & (np.arange(len(known_speeds)) != i)[:, np.newaxis]
+        others = recorded.copy()
+        others[i] = False
         for c in np.flatnonzero(recorded[i] & others.any(axis=0)):
             rest = others[:, c]
             at = speed_distance(speed[np.newaxis], known_speeds[rest])
             difference = means[i, c] - at.interpolate(means[rest, c])[0]
-            differences.append(difference / np.sqrt(drift_factor(at.variance)[0]))
+            factor = drift_factor(at.variance)[0]
+            differences.append(difference / np.sqrt(factor))
     return np.array(differences).reshape(len(differences), *means.shape[2:])
 
 
