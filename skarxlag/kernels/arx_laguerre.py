@@ -55,14 +55,13 @@ def accumulate_sums(
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
     signals = windows[..., n_transient:]
     power = np.tensordot(weights, signals @ signals.transpose(0, 2, 1), axes=1)
-    states, driven = (
-        np.zeros((n_windows, orders.sum())),
-        np.zeros((n_channels, orders.sum())),
-    )
-    _sum_driven_states(
-        windows[..., :n_transient], weights, orders, poles, driven, states
-    )
-    first, driven[:] = states.copy(), 0.0
+    n_states = orders.sum()
+    states = np.zeros((n_windows, n_states))
+    driven = np.zeros((n_channels, n_states))
+    transient = windows[..., :n_transient]
+    _sum_driven_states(transient, weights, orders, poles, driven, states)
+    driven[:] = 0.0
+    first = states.copy()
     _sum_driven_states(signals, weights, orders, poles, driven, states)
     moved = (states.T * weights) @ states - (first.T * weights) @ first
     return power, driven, moved
@@ -120,10 +119,12 @@ def sums_of_products(
     """
     A, B = network_matrices(orders, poles)
     mixed = A @ driven.T @ B.T
-    states = linalg.solve_discrete_lyapunov(
-        A, mixed + mixed.T + B @ power @ B.T - moved
+    constant = mixed + mixed.T + B @ power @ B.T - moved
+    of_states = linalg.solve_discrete_lyapunov(A, constant)
+    with_output = driven[0]
+    return np.block(
+        [[of_states, with_output[:, np.newaxis]], [with_output, power[0, 0]]]
     )
-    return np.block([[states, driven[0][:, np.newaxis]], [driven[0], power[0, 0]]])
 
 
 def innovations(
@@ -161,14 +162,13 @@ def innovations(
     padded = np.zeros((-(-len(coef) // _MODELS) * _MODELS, filled.sum()))
     # The networks are driven by the signals themselves, so their gain is that of the
     # coefficients.
-    padded[: len(coef), np.concatenate(is_used)] = coef * np.repeat(
-        np.sqrt(1 - poles**2), orders
-    )
+    gains = np.repeat(np.sqrt(1 - poles**2), orders)
+    padded[: len(coef), np.concatenate(is_used)] = coef * gains
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
     states = aligned_zeros(filled.sum(), LANES)
     histories = aligned_zeros(TOGETHER, (TILE + 1) * LANES)
     blocks = aligned_zeros(1 + len(padded), TILE * LANES)
-    networks = filled, poles, padded
+    networks = (filled, poles, padded)
     _subtract_predictions(
         windows, *networks, n_transient, out, states, histories, blocks
     )
@@ -185,7 +185,8 @@ def _subtract_predictions(
     the fastest holds all but the states. The caller allocates them, because their
     allocation in here would take as long to compile as the rest of the function.
     """
-    drive, remaining = blocks[0], blocks[1:]
+    drive = blocks[0]
+    remaining = blocks[1:]
     n_windows, n_channels, n_samples = windows.shape
     _, n_models, _ = errors.shape
     for w in range(0, n_windows, LANES):
@@ -211,16 +212,19 @@ def _subtract_predictions(
 def _subtract_block(coef, n, histories, errors):
     """Subtract what some states add to the predictions."""
     for c in range(0, len(coef), _MODELS):
-        a0, a1, a2, a3 = coef[c, n], coef[c, n + 1], coef[c, n + 2], coef[c, n + 3]
-        b0, b1 = coef[c + 1, n], coef[c + 1, n + 1]
-        b2, b3 = coef[c + 1, n + 2], coef[c + 1, n + 3]
+        a0 = coef[c, n]
+        a1 = coef[c, n + 1]
+        a2 = coef[c, n + 2]
+        a3 = coef[c, n + 3]
+        b0 = coef[c + 1, n]
+        b1 = coef[c + 1, n + 1]
+        b2 = coef[c + 1, n + 2]
+        b3 = coef[c + 1, n + 3]
         for i in range(TILE * LANES):
-            x0, x1, x2, x3 = (
-                histories[0, i],
-                histories[1, i],
-                histories[2, i],
-                histories[3, i],
-            )
+            x0 = histories[0, i]
+            x1 = histories[1, i]
+            x2 = histories[2, i]
+            x3 = histories[3, i]
             errors[c, i] = errors[c, i] - a0 * x0 - a1 * x1 - a2 * x2 - a3 * x3
             errors[c + 1, i] = errors[c + 1, i] - b0 * x0 - b1 * x1 - b2 * x2 - b3 * x3
 

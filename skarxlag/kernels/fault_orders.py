@@ -142,19 +142,23 @@ def contrast_parts(
         long segments.
     """
     samples, period, rate = _without_high_frequencies(samples, period, rate)
-    longest = np.clip(_SECONDS * rate, *np.multiply(_REVOLUTIONS, np.mean(period)))
-    short = _segments(samples, period, longest)
-    long = [] if len(short) == 1 else _segments(samples, period, _LONG * longest)
+    fewest, most = np.multiply(_REVOLUTIONS, np.mean(period))
+    length = np.clip(_SECONDS * rate, fewest, most)
+    segments = _segments(samples, period, length)
     frame = 2 ** max(round(math.log2(_FRAME * rate)), 2)
-    n_bands = min(_N_BANDS, max(min(frame, len(short[0][0]) // 8) // 2 - 1, 1))
+    n_samples = len(segments[0][0])
+    n_bands = min(_N_BANDS, max(min(frame, n_samples // 8) // 2 - 1, 1))
     bands = (frame, n_bands, HIGHEST_ORDER)
     banded = [
-        mean_contrast(*envelopes_over_angle(*segment, *bands)) for segment in short
+        mean_contrast(*envelopes_over_angle(*segment, *bands)) for segment in segments
     ]
-    in_short = [mean_contrast(*prewhitened_envelope(*segment)) for segment in short]
-    in_long = [
-        mean_contrast(*prewhitened_envelope(*segment)) for segment in long
-    ] or in_short
+    in_short = [mean_contrast(*prewhitened_envelope(*segment)) for segment in segments]
+    in_long = in_short
+    if len(segments) > 1:
+        long_segments = _segments(samples, period, _LONG * length)
+        in_long = [
+            mean_contrast(*prewhitened_envelope(*segment)) for segment in long_segments
+        ]
     return np.stack([np.mean(part, axis=0) for part in (banded, in_short, in_long)])
 
 
@@ -175,11 +179,12 @@ def _segments(samples, period, longest):
     """Return samples and periods of equal segments, at least as long as given, or of all."""
     n_segments = max(int(len(samples) / longest + 1e-9), 1)
     length = len(samples) // n_segments
-    parts = [slice(i * length, (i + 1) * length) for i in range(n_segments)]
-    return [
-        (samples[part], period if np.ndim(period) == 0 else period[part])
-        for part in parts
-    ]
+    segments = []
+    for i in range(n_segments):
+        part = slice(i * length, (i + 1) * length)
+        of_part = period if np.ndim(period) == 0 else period[part]
+        segments.append((samples[part], of_part))
+    return segments
 
 
 def prewhitened_envelope(
@@ -202,9 +207,8 @@ def prewhitened_envelope(
     step : float
         Revolutions from one value to the next.
     """
-    squared = _squared_envelope(
-        samples, fft.next_fast_len(len(samples)), (0.0, 0.5), True
-    )
+    n_fft = fft.next_fast_len(len(samples))
+    squared = _squared_envelope(samples, n_fft, (0.0, 0.5), prewhiten=True)
     block = max(int(np.mean(period) / (2.5 * HIGHEST_ORDER)), 1)
     n_values = len(squared) // block
     envelopes = squared[: n_values * block].reshape(1, n_values, block).mean(axis=2)
@@ -233,14 +237,14 @@ def squared_envelope_spectrum(
         Power, with a Hann window, of the squared envelope over its mean; 0 for a
         constant signal.
     """
-    squared = _squared_envelope(samples, len(samples), band, prewhiten)
+    squared = _squared_envelope(samples, len(samples), band, prewhiten=prewhiten)
     mean = squared.mean()
     if mean > 0:
         squared = (squared / mean - 1) * hann_window(len(samples))
     return np.abs(fft.rfft(squared)) ** 2 * (4 / len(samples)) ** 2
 
 
-def _squared_envelope(samples, n_fft, band, prewhiten):
+def _squared_envelope(samples, n_fft, band, *, prewhiten):
     rows, _ = centred(samples[np.newaxis])
     spectrum = fft.rfft(rows[0], n_fft)
     if prewhiten:
@@ -278,17 +282,15 @@ def mean_contrast(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
     cell = 1 / (n_fft * step)
     spectra = spectra[:, : int((HIGHEST_ORDER + 1) / cell) + 2]
     power = spectra.real**2 + spectra.imag**2
-    floor = (
-        _LEAST_POWER * np.mean(envelopes**2, axis=1, keepdims=True)
-        + np.finfo(float).tiny
-    )
-    width = max(_FLOOR_WIDTH, _FLOOR_CELLS / (n_values * step))
+    mean_square = np.mean(envelopes**2, axis=1, keepdims=True)
+    floor = _LEAST_POWER * mean_square + np.finfo(float).tiny
     level = np.log(power + floor * n_values)
-    size = 2 * int(width / cell / 2) + 1
-    above = level - running_median(level, size, "edge") + _MEDIAN_OF_NOISE
+    width = max(_FLOOR_WIDTH, _FLOOR_CELLS / (n_values * step))
+    n_cells = 2 * int(width / cell / 2) + 1
+    above = level - running_median(level, n_cells, "edge") + _MEDIAN_OF_NOISE
     contrast = maximum_filter1d(np.maximum(above, 0), 3, axis=1).mean(axis=0)
-    cells = np.arange(N_ORDERS) * ORDER_STEP / cell
-    return np.interp(cells, np.arange(len(contrast)), contrast, right=0)
+    positions = np.arange(N_ORDERS) * ORDER_STEP / cell
+    return np.interp(positions, np.arange(len(contrast)), contrast, right=0)
 
 
 def fault_comb(
@@ -340,10 +342,8 @@ def fault_comb(
     first = np.array([orders[0], orders[1], 2 * orders[1], *orders[2:]])
     heights = _heights(contrast, first, shifts)
     slips = FACTOR_STEP * np.arange(-n_slip, n_slip + 1)
-    slipped = (
-        sliding_window_view(heights, len(slips), axis=1)
-        - _SLIP_COST * (slips / slip) ** 2
-    )
+    cost = _SLIP_COST * (slips / slip) ** 2
+    slipped = sliding_window_view(heights, len(slips), axis=1) - cost
     cage, spin, twice, inner, outer = slipped.max(axis=2)
     ball = (spin + twice) / 2 + cage_weight * np.minimum(cage, MOST_OF_CAGE)
     scores = np.stack([ball, inner, outer])
@@ -351,9 +351,11 @@ def fault_comb(
     median = np.sort(scores, axis=0)[1]
     fit = median - _SPEED_COST * (errors / slip) ** 2
     at = _nearest_best(fit, errors)
-    best_slips = [slips[_nearest_best(of_comb[at], slips)] for of_comb in slipped[1:]]
-    of_ball = best_slips[0] if spin[at] > twice[at] else best_slips[1]
-    factors = np.exp(errors[at] + np.array([of_ball, *best_slips[2:]]))
+    # The slip of a ball is that of the higher one of its two combs.
+    of_ball = 1 if spin[at] > twice[at] else 2
+    combs = slipped[[of_ball, 3, 4], at]
+    best_slips = [slips[_nearest_best(comb, slips)] for comb in combs]
+    factors = np.exp(errors[at] + np.array(best_slips))
     return Comb(scores[:, at], factors)
 
 

@@ -71,10 +71,10 @@ class HealthyRows(NamedTuple):
         """Return some of the rows, and the speeds that they have."""
         speeds, at = np.unique(self.at[is_taken], return_inverse=True)
         return HealthyRows(
-            self.rows.take(is_taken),
-            self.known_speeds[speeds],
-            at,
-            self.weights[is_taken],
+            rows=self.rows.take(is_taken),
+            known_speeds=self.known_speeds[speeds],
+            at=at,
+            weights=self.weights[is_taken],
         )
 
 
@@ -307,9 +307,8 @@ def log_p_values(
     # Blocks of one recording are not independent, however many speeds there are.
     freedom = min(limits.n_blocks, MOST_BLOCKS) - 1
     spread = limits.variances + drift[:, np.newaxis]
-    score = _cepstral_score(
-        rows, limits.axes, at.interpolate(limits.references), spread
-    )
+    references = at.interpolate(limits.references)
+    score = _cepstral_score(rows, limits.axes, references, spread)
     score = (score - limits.score_mean) / (limits.score_deviation * np.sqrt(more))
     tails = [stdtr(freedom, -score)]
     for j, prior in enumerate(SLOPES[: rows.values.shape[1]]):
@@ -365,7 +364,8 @@ def drift_scale(healthy: HealthyRows, limits: Limits) -> tuple[float, NDArray[An
             for rate in HELD_RATES
         )
 
-    scale = SAFETY * float(next(filter(holds, SCALES), SCALES[-1]))
+    smallest = next(filter(holds, SCALES), SCALES[-1])
+    scale = SAFETY * float(smallest)
     return scale, left_out_log_p_values(scale)
 
 
@@ -373,4 +373,5 @@ def flagged_shares(
     log_p_values: NDArray[Any], at: NDArray[Any], limit: float, weights: NDArray[Any]
 ) -> NDArray[Any]:
     """Return the share of the rows of each speed whose log p-value is below a limit."""
-    return np.bincount(at, weights * (log_p_values < limit)) / np.bincount(at, weights)
+    is_flagged = log_p_values < limit
+    return np.bincount(at, weights * is_flagged) / np.bincount(at, weights)

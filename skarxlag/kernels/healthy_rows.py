@@ -63,11 +63,9 @@ def log_spectra_cepstra(
     ndarray of shape (n_signals, n_features)
         Coefficients of spectral shape and of steadiness, in nepers of power.
     """
-    parts = (
-        spectra.cepstrum(spectral_shape)[:, :N_COEFFICIENTS],
-        spectra.cepstrum(steadiness),
-    )
-    return np.concatenate(parts, axis=1)
+    of_shape = spectra.cepstrum(spectral_shape)[:, :N_COEFFICIENTS]
+    of_steadiness = spectra.cepstrum(steadiness)
+    return np.concatenate([of_shape, of_steadiness], axis=1)
 
 
 def number_of_cepstra(window_length: int) -> int:
@@ -128,22 +126,24 @@ def measure_rows(signals: NDArray[Any], n_windows: int, *, with_level: bool) -> 
     unit, peak = centred(signals[:, : n_windows * length])
     windows = spectra.unit_peak(unit.reshape(-1, length))
     segment = min(SEGMENT, length)
-    n_cells = spectra.LOG_SPECTRUM_CELLS
     spectral_shape = spectra.autoregressive_log_spectrum(
-        windows, SPECTRUM_ORDER, n_cells
+        windows, SPECTRUM_ORDER, spectra.LOG_SPECTRUM_CELLS
     )
     mean, median = spectra.short_time_log_spectra(windows, segment, min(HOP, segment))
     steadiness = median - mean
     cepstra = log_spectra_cepstra(spectral_shape, steadiness)
-    shape = len(unit), n_windows, -1
-    mean_steadiness = steadiness.reshape(shape).mean(axis=1)
+
+    def by_row(features):
+        return features.reshape(len(unit), n_windows, features.shape[1])
+
+    mean_steadiness = by_row(steadiness).mean(axis=1)
     values = [log_impulsiveness(mean_steadiness)]
     if with_level:
         rms = np.maximum(root_mean_square(unit), np.finfo(np.float64).tiny)
         values.append(np.log(rms) + np.log(peak[:, 0]))
     return Rows(
-        spectral_shape=spectral_shape.reshape(shape).mean(axis=1),
+        spectral_shape=by_row(spectral_shape).mean(axis=1),
         steadiness=mean_steadiness,
-        cepstra=cepstra.reshape(shape),
+        cepstra=by_row(cepstra),
         values=np.column_stack(values),
     )

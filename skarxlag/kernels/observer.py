@@ -46,7 +46,8 @@ def observe(
     fault_estimate : ndarray of shape (n_windows, n_models, n_samples)
         The fault estimate at sample k, computed from the samples before k.
     """
-    error, fault_estimate = np.empty(innovations.shape), np.empty(innovations.shape)
+    error = np.empty(innovations.shape)
+    fault_estimate = np.empty(innovations.shape)
     _record_trajectories(innovations, loop, loop_histories(), error, fault_estimate)
     return error, fault_estimate
 
@@ -97,12 +98,14 @@ def observe_block(
     interleave(innovations, first, model, start, histories[INNOVATION])
     if exponent == 1.0:
         for i in range(TILE * LANES):
-            _close_loop(histories, i, _surface(histories, i, loop), loop)
+            surface = _surface(histories, i, loop)
+            _close_loop(histories, i, surface, loop)
     else:
         # A power in a loop, even one that is never taken, keeps it from running on
         # vectors.
         for i in range(TILE * LANES):
-            _close_loop(histories, i, _surface(histories, i, loop) ** exponent, loop)
+            surface = _surface(histories, i, loop) ** exponent
+            _close_loop(histories, i, surface, loop)
 
 
 @inlined
@@ -192,7 +195,8 @@ def common_lyapunov(slow: NDArray[Any], fast: NDArray[Any]) -> NDArray[Any] | No
     if spread == 0:
         P = linalg.solve_discrete_lyapunov(slow.T, np.eye(2))
     else:
-        enter, leave = np.array([[1.0], [0.0]]), np.array([[0.0], [1.0]])
+        enter = np.array([[1.0], [0.0]])
+        leave = np.array([[0.0], [1.0]])
         slack = 1e-9 * np.eye(2)
         try:
             P = -linalg.solve_discrete_are(
@@ -200,5 +204,8 @@ def common_lyapunov(slow: NDArray[Any], fast: NDArray[Any]) -> NDArray[Any] | No
             )
         except (linalg.LinAlgError, ValueError):
             return None
-    falls = [np.linalg.eigvalsh(A.T @ P @ A - P)[-1] < 0 for A in (slow, fast)]
-    return P if all(falls) else None
+    for A in (slow, fast):
+        change = A.T @ P @ A - P
+        if not np.linalg.eigvalsh(change)[-1] < 0:
+            return None
+    return P

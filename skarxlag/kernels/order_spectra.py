@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy import fft
 
@@ -71,8 +72,10 @@ def band_envelopes(
     floor = _FLOOR * frame * np.mean(rows**2)
     share = np.divide(1.0, mean + floor, out=np.zeros_like(mean), where=mean > 0)
     power *= share
-    bands = np.array_split(power, n_bands)
-    return np.stack([band.sum(axis=0) / max(len(band), 1) for band in bands])
+    envelopes = [
+        band.sum(axis=0) / max(len(band), 1) for band in np.array_split(power, n_bands)
+    ]
+    return np.stack(envelopes)
 
 
 def envelopes_over_angle(
@@ -112,10 +115,9 @@ def envelopes_over_angle(
     if frame < 4:
         return np.zeros((n_bands, 1)), 1.0
     hop = frame // 2
+    shortest_hop = max(frame // _MOST_OVERLAP, 1)
     # The highest frequency of the envelope is half a cycle a hop.
-    while (
-        hop > max(frame // _MOST_OVERLAP, 1) and np.mean(period) / (2 * hop) < max_order
-    ):
+    while hop > shortest_hop and np.mean(period) / (2 * hop) < max_order:
         hop //= 2
     envelopes = band_envelopes(samples, frame, hop, n_bands)
     if np.ndim(period) == 0:
@@ -146,11 +148,11 @@ def equal_angles(
     """
     centres = np.arange(envelopes.shape[1]) * hop + (frame - 1) / 2
     revolutions = np.interp(centres, np.arange(len(period)), np.cumsum(1 / period))
-    angles = np.linspace(revolutions[0], revolutions[-1], len(revolutions))
-    resampled = np.stack(
-        [np.interp(angles, revolutions, envelope) for envelope in envelopes]
-    )
-    return resampled, (revolutions[-1] - revolutions[0]) / max(len(revolutions) - 1, 1)
+    n_values = len(revolutions)
+    angles = np.linspace(revolutions[0], revolutions[-1], n_values)
+    resampled = [np.interp(angles, revolutions, envelope) for envelope in envelopes]
+    step = (revolutions[-1] - revolutions[0]) / max(n_values - 1, 1)
+    return np.stack(resampled), step
 
 
 def order_spectrum(
@@ -185,13 +187,12 @@ def order_spectrum(
     # As scipy.signal.welch, whose own checks and bookkeeping take longer than the
     # transforms.
     hop = math.ceil(n_segment / _OVERLAP)
-    segments = np.lib.stride_tricks.sliding_window_view(envelopes, n_segment, axis=1)[
-        :, ::hop
-    ]
+    segments = sliding_window_view(envelopes, n_segment, axis=1)[:, ::hop]
     window = hann_window(n_segment)
-    centred_segments = (segments - segments.mean(axis=2, keepdims=True)) * window
-    spectra = fft.rfft(centred_segments, n_fft)
-    power = (spectra.real**2 + spectra.imag**2).mean(axis=1) * (2 / (window @ window))
+    tapered = (segments - segments.mean(axis=2, keepdims=True)) * window
+    spectra = fft.rfft(tapered, n_fft)
+    power = np.mean(spectra.real**2 + spectra.imag**2, axis=1)
+    power *= 2 / (window @ window)
     power[:, [0, -1]] /= 2
     return np.log(power + _LEAST_POWER), 1 / n_fft / step
 
@@ -230,11 +231,10 @@ def at_orders(
     is_counted = inside[:, np.newaxis]
     ascending = np.sort(np.where(is_counted, spectra, np.inf), axis=2)
     count = inside.sum(axis=1)[:, np.newaxis, np.newaxis]
-    middle = [
-        np.take_along_axis(ascending, index // 2, axis=2)
-        for index in (count - 1, count)
-    ]
-    return np.where(is_counted, spectra - np.mean(middle, axis=0), 0.0), inside
+    lower = np.take_along_axis(ascending, (count - 1) // 2, axis=2)
+    upper = np.take_along_axis(ascending, count // 2, axis=2)
+    median = (lower + upper) / 2
+    return np.where(is_counted, spectra - median, 0.0), inside
 
 
 def distances(
@@ -322,24 +322,24 @@ def match(
     least = np.full(n_references, np.inf)
     factors = np.ones(n_references)
     closest = np.zeros_like(references)
+    deviation = max(deviation, np.finfo(float).tiny)
     widest = _MOST_DEVIATIONS * deviation
     n_groups = max(math.ceil(widest / _GROUP_WIDTH - 1e-9), 1)
     n_steps = int(widest / n_groups / _FACTOR_STEP + 1e-9)
     near = _FACTOR_STEP * np.arange(-n_steps, n_steps + 1)
     for group in range(n_groups):
         centre = widest * ((2 * group + 1) / n_groups - 1)
-        log_power, cell = order_spectrum(
-            envelopes, step * math.exp(centre), n_revolutions
-        )
+        step_at_centre = step * math.exp(centre)
+        log_power, cell = order_spectrum(envelopes, step_at_centre, n_revolutions)
         spectra, inside = at_orders(log_power, cell, orders, np.exp(near))
-        unlikely = ((centre + near) / max(deviation, np.finfo(float).tiny)) ** 2
-        residuals = np.hypot(
-            distances(spectra, inside, references, variances),
-            np.sqrt(unlikely / _INDEPENDENT_VALUES)[:, np.newaxis],
-        )
-        best = residuals.argmin(axis=0)
-        better = np.flatnonzero(residuals.min(axis=0) < least)
-        least[better] = residuals.min(axis=0)[better]
-        factors[better] = np.exp(centre + near[best[better]])
-        closest[better] = spectra[best[better]]
+        away = distances(spectra, inside, references, variances)
+        unlikely = ((centre + near) / deviation) ** 2
+        of_factor = np.sqrt(unlikely / _INDEPENDENT_VALUES)
+        residuals = np.hypot(away, of_factor[:, np.newaxis])
+        smallest = residuals.min(axis=0)
+        better = np.flatnonzero(smallest < least)
+        best = residuals.argmin(axis=0)[better]
+        least[better] = smallest[better]
+        factors[better] = np.exp(centre + near[best])
+        closest[better] = spectra[best]
     return least, factors, closest

@@ -89,11 +89,13 @@ def adapt_switching_gain(sizes: NDArray[Any], gain: NDArray[Any], step: float) -
     step : float
         Step of the logarithm, above 0.
     """
-    up, down = math.exp(step), math.exp(-step)
+    up = math.exp(step)
+    down = math.exp(-step)
     for k in range(len(sizes)):
         row = sizes[k]
         for signal in range(len(gain)):
-            size, k_s = row[signal], gain[signal]
+            size = row[signal]
+            k_s = gain[signal]
             # A selection, because branches that depend on noise are mispredicted.
             k_s *= up if size > k_s else (down if size < k_s else 1.0)
             gain[signal] = k_s
@@ -127,9 +129,11 @@ def power_levels(innovations: NDArray[Any], loop: tuple[Any, ...]) -> NDArray[An
     levels = np.empty(innovations.shape[:2])
     _fill_power_levels(innovations, loop, loop_histories(), levels)
     # Squares of extreme windows may have overflowed or underflowed.
-    extreme = np.flatnonzero(np.any(~((levels > 1e-140) & (levels < 1e140)), axis=1))
+    is_ordinary = (levels > 1e-140) & (levels < 1e140)
+    extreme = np.flatnonzero(~is_ordinary.all(axis=1))
     if len(extreme) > 0:
-        levels[extreme] = root_mean_square(observe(innovations[extreme], loop)[0])
+        error, _ = observe(innovations[extreme], loop)
+        levels[extreme] = root_mean_square(error)
     return levels
 
 

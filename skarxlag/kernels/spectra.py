@@ -63,7 +63,8 @@ def autoregressive_log_spectrum(
         return np.zeros((len(signals), n_frequencies))
     whitening = np.ones((len(signals), order + 1))
     whitening[:, 1:] = -predictors(signals, order, _RIDGE)
-    return -np.log(np.maximum(_midpoint_power(whitening, n_frequencies), _TINY))
+    power = _midpoint_power(whitening, n_frequencies)
+    return -np.log(np.maximum(power, _TINY))
 
 
 def _midpoint_power(coefficients, n):
@@ -102,13 +103,11 @@ def short_time_log_spectra(
     if segment < 4:
         return np.zeros((2, len(signals), 1))
     # A band without power is steady: what rounding leaves in it must not count.
-    floor = (
-        _ROUNDING * segment / signals.shape[1] * np.einsum("wk,wk->w", signals, signals)
-    )
+    energy = np.einsum("wk,wk->w", signals, signals)
+    floor = _ROUNDING * segment / signals.shape[1] * energy
     floor[floor == 0] = 1.0
-    return np.log(
-        band_levels(signals, hann_window(segment), hop, floor), dtype=np.float64
-    )
+    levels = band_levels(signals, hann_window(segment), hop, floor)
+    return np.log(levels, dtype=np.float64)
 
 
 def unit_peak(signals: NDArray[Any]) -> NDArray[Any]:
