@@ -27,7 +27,8 @@ from .validation import is_cross_validated, warn_of_lost_speeds
 _BATCH_BYTES = 2**22
 #: Rows of a batch, however long they are, while they take fewer bytes than the second
 #: number: the recursions process this many signals side by side.
-_ROWS_TOGETHER, _MOST_BYTES = LANES, 2**25
+_ROWS_TOGETHER = LANES
+_MOST_BYTES = 2**25
 #: Methods of the last step that `diagnose` calls, by the names of their results.
 _METHODS = {
     "verdict": "predict",

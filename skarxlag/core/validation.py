@@ -305,8 +305,8 @@ def check_sampling_rate(value: Any) -> None:
         "the sampling rate of the rows, in Hz",
     )
     check_real(value, "sampling_rate", **ABOVE_0)
-    wanted = f"at least {_LEAST_SAMPLING_RATE:g} Hz. For {value:g} kHz, give {1000 * value:g}"
-    expect(value >= _LEAST_SAMPLING_RATE, "sampling_rate", value, wanted)
+    expected = f"at least {_LEAST_SAMPLING_RATE:g} Hz. For {value:g} kHz, give {1000 * value:g}"
+    expect(value >= _LEAST_SAMPLING_RATE, "sampling_rate", value, expected)
 
 
 def check_count(value: Any, name: str, least: int = 1) -> Any:
@@ -322,7 +322,7 @@ def check_flag(value: Any, name: str) -> None:
 
 def warn_user(text: str) -> None:
     """Issue a UserWarning for the line that called this package, or scikit-learn about it."""
-    names = [each.frame.f_globals.get("__name__", "") for each in inspect.stack(0)]
+    names = [caller.frame.f_globals.get("__name__", "") for caller in inspect.stack(0)]
     ours = [
         n
         for n, name in enumerate(names, 1)
@@ -338,7 +338,8 @@ def is_cross_validated() -> bool:
 
 def _calling_modules():
     """Return the names of the modules whose functions are running."""
-    frame, modules = sys._getframe(), set()
+    modules = set()
+    frame = sys._getframe()
     while frame is not None:
         modules.add(frame.f_globals.get("__name__"))
         frame = frame.f_back

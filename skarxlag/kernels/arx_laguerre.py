@@ -7,12 +7,10 @@ then of channel 1, and so on. It is strictly causal: x(k) depends on samples bef
 only.
 """
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from .arrays import Array
 from .compiled import compiled, inlined
 from .laguerre import TOGETHER, advance, advance_block, network_matrices
 from .lanes import LANES, TILE, aligned_zeros, deinterleave, interleave
@@ -22,12 +20,12 @@ _MODELS = 2
 
 
 def accumulate_sums(
-    windows: NDArray[Any],
-    weights: NDArray[Any],
-    orders: NDArray[Any],
-    poles: NDArray[Any],
+    windows: Array,
+    weights: Array,
+    orders: Array,
+    poles: Array,
     n_transient: int,
-) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+) -> tuple[Array, Array, Array]:
     """Compute the weighted sums that `sums_of_products` needs, over samples after the transient.
 
     Parameters
@@ -86,12 +84,12 @@ def _sum_driven_states(windows, weights, orders, poles, driven, states):
 
 
 def sums_of_products(
-    power: NDArray[Any],
-    driven: NDArray[Any],
-    moved: NDArray[Any],
-    orders: NDArray[Any],
-    poles: NDArray[Any],
-) -> NDArray[Any]:
+    power: Array,
+    driven: Array,
+    moved: Array,
+    orders: Array,
+    poles: Array,
+) -> Array:
     r"""Compute the sums for least squares of y(k) on x(k).
 
     The sums D of the products of states need not be formed sample by sample. The
@@ -128,13 +126,13 @@ def sums_of_products(
 
 
 def innovations(
-    windows: NDArray[Any],
-    orders: NDArray[Any],
-    poles: NDArray[Any],
-    coef: NDArray[Any],
+    windows: Array,
+    orders: Array,
+    poles: Array,
+    coef: Array,
     n_transient: int,
-    out: NDArray[Any],
-) -> NDArray[Any]:
+    out: Array,
+) -> Array:
     """Compute the innovations, the prediction errors of each model: y(k) - coef_c . x(k).
 
     Parameters
@@ -159,7 +157,8 @@ def innovations(
     # Coefficients of zero for models and states that are not there fill the last pass.
     filled = -(-orders // TOGETHER) * TOGETHER
     is_used = [np.arange(n) < order for n, order in zip(filled, orders, strict=True)]
-    padded = np.zeros((-(-len(coef) // _MODELS) * _MODELS, filled.sum()))
+    n_filled = -(-len(coef) // _MODELS) * _MODELS
+    padded = np.zeros((n_filled, filled.sum()))
     # The networks are driven by the signals themselves, so their gain is that of the
     # coefficients.
     gains = np.repeat(np.sqrt(1 - poles**2), orders)
@@ -230,12 +229,12 @@ def _subtract_block(coef, n, histories, errors):
 
 
 def free_run(
-    windows: NDArray[Any],
-    orders: NDArray[Any],
-    poles: NDArray[Any],
-    coef: NDArray[Any],
+    windows: Array,
+    orders: Array,
+    poles: Array,
+    coef: Array,
     n_start: int,
-) -> NDArray[Any]:
+) -> Array:
     """Simulate the output from the inputs; after the first samples the model feeds on its output.
 
     Parameters
@@ -256,10 +255,12 @@ def free_run(
         Simulated output, coef_c . x(k).
     """
     A, B = network_matrices(orders, poles)
-    simulated = np.empty((len(windows), len(coef), windows.shape[-1]))
-    states = np.zeros((len(windows), *coef.shape))
-    signals = np.repeat(windows[:, np.newaxis], len(coef), axis=1)
-    for k in range(windows.shape[-1]):
+    n_windows, _, n_samples = windows.shape
+    n_models = len(coef)
+    simulated = np.empty((n_windows, n_models, n_samples))
+    states = np.zeros((n_windows, *coef.shape))
+    signals = np.repeat(windows[:, np.newaxis], n_models, axis=1)
+    for k in range(n_samples):
         simulated[..., k] = np.einsum("wcn,cn->wc", states, coef)
         if k >= n_start:
             signals[..., 0, k] = simulated[..., k]

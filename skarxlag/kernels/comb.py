@@ -1,11 +1,9 @@
 """Fundamental frequency near a given one, by a comb of harmonics."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
+from .arrays import Array
 from .running_median import running_median
 from .scaling import centred
 
@@ -20,7 +18,7 @@ _STEP = 1e-3
 
 
 def comb_frequency(
-    samples: NDArray[Any], fundamental: float, tolerance: float, n_harmonics: int
+    samples: Array, fundamental: float, tolerance: float, n_harmonics: int
 ) -> float:
     """Return the frequency whose multiples stand out most from the spectrum.
 

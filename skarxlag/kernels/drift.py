@@ -3,9 +3,9 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from .arrays import Array
 from .compiled import compiled
 from .healthy_rows import N_COEFFICIENTS, log_spectra_cepstra
 
@@ -23,7 +23,7 @@ _LOG_SHIFT = 0.1
 _NOISE_DB = (-20.0, -26.0)
 
 
-def smooth_variance(n_coefficients: int, smooth: float, rough: float) -> NDArray[Any]:
+def smooth_variance(n_coefficients: int, smooth: float, rough: float) -> Array:
     r"""Return the variance that a change of speed adds to each cepstral coefficient.
 
     A cepstral coefficient is a cosine coefficient of the log spectrum. Its variance is
@@ -50,7 +50,7 @@ def smooth_variance(n_coefficients: int, smooth: float, rough: float) -> NDArray
     return smooth / np.arange(1.0, n_coefficients + 1) ** 2 + rough
 
 
-def scaled_frequency(log_spectra: NDArray[Any]) -> NDArray[Any]:
+def scaled_frequency(log_spectra: Array) -> Array:
     r"""Compute the changes of log spectra when the frequency axis is scaled.
 
     Components that follow the shaft move along the frequency axis with the speed, and
@@ -82,7 +82,7 @@ def scaled_frequency(log_spectra: NDArray[Any]) -> NDArray[Any]:
     return np.array(changes)
 
 
-def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
+def raised_noise(log_spectra: Array) -> Array:
     r"""Compute the changes of log spectra when white noise is added, 20 and 26 dB below mean power.
 
     The emission of a bearing grows with the speed, and the noise of the sensor does
@@ -113,9 +113,7 @@ def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
     return np.concatenate(changes)
 
 
-def drift_covariance(
-    spectral_shape: NDArray[Any], steadiness: NDArray[Any]
-) -> NDArray[Any]:
+def drift_covariance(spectral_shape: Array, steadiness: Array) -> Array:
     """Compute the covariance of the change of cepstra when the speed changes by the unit distance.
 
     The model has three causes of change: smooth and rough drift over frequency, a
@@ -148,9 +146,7 @@ def drift_covariance(
     return change
 
 
-def joint_axes(
-    scatter: NDArray[Any], drift: NDArray[Any]
-) -> tuple[NDArray[Any], NDArray[Any]]:
+def joint_axes(scatter: Array, drift: Array) -> tuple[Array, Array]:
     """Compute coordinates in which the scatter is diagonal and the drift is the identity.
 
     Parameters
@@ -173,7 +169,7 @@ def joint_axes(
     return np.ascontiguousarray(axes), np.maximum(variances, 0.0)
 
 
-def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
+def along_axes(rows: Array, axes: Array) -> Array:
     """Multiply rows by axes, one by one, so that no product depends on the number of rows.
 
     Parameters
@@ -192,12 +188,12 @@ def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
 
 
 def squared_distances(
-    rows: NDArray[Any],
-    axes: NDArray[Any],
+    rows: Array,
+    axes: Array,
     references: Any,
     precisions: Any,
     indices: Any,
-) -> NDArray[Any]:
+) -> Array:
     r"""Compute the mean of :math:`p_k (V^T x - m)_k^2` over the axes k, for each row x and group.
 
     Parameters

@@ -1,11 +1,12 @@
 """Features of rows, where each row is a stretch that is cut into windows."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import spectra
+from .arrays import Array
 from .scaling import centred, root_mean_square
 
 #: Order of a window's own autoregressive model.
@@ -46,9 +47,7 @@ class Rows(NamedTuple):
         return Rows(*(part[is_taken] for part in self))
 
 
-def log_spectra_cepstra(
-    spectral_shape: NDArray[Any], steadiness: NDArray[Any]
-) -> NDArray[Any]:
+def log_spectra_cepstra(spectral_shape: Array, steadiness: Array) -> Array:
     """Compute the cosine coefficients of spectral shape and steadiness from the first on.
 
     Parameters
@@ -80,7 +79,7 @@ def number_of_cepstra(window_length: int) -> int:
     return N_COEFFICIENTS + n_bands - 1
 
 
-def log_impulsiveness(steadiness: NDArray[Any]) -> NDArray[Any]:
+def log_impulsiveness(steadiness: Array) -> Array:
     """Compute the log impulsiveness: how far bands deviate from steady Gaussian noise.
 
     Impulsiveness is the mean logarithm of mean over median power in short time, above
@@ -105,7 +104,7 @@ def log_impulsiveness(steadiness: NDArray[Any]) -> NDArray[Any]:
     return np.log(above + LEAST_IMPULSIVENESS)
 
 
-def measure_rows(signals: NDArray[Any], n_windows: int, *, with_level: bool) -> Rows:
+def measure_rows(signals: Array, n_windows: int, *, with_level: bool) -> Rows:
     """Compute the features of rows.
 
     Parameters

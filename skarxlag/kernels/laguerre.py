@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag, toeplitz
 
+from .arrays import Array
 from .compiled import inlined
 from .lanes import LANES, TILE
 
@@ -15,7 +15,7 @@ from .lanes import LANES, TILE
 TOGETHER = 4
 
 
-def laguerre_matrices(order: int, pole: float) -> tuple[NDArray[Any], NDArray[Any]]:
+def laguerre_matrices(order: int, pole: float) -> tuple[Array, Array]:
     r"""Return the state space of one Laguerre network, Eqs. (13)-(15).
 
     :math:`x(k+1) = A x(k) + b s(k)` realises the filters :math:`L_n(z) =
@@ -55,9 +55,7 @@ def laguerre_matrices(order: int, pole: float) -> tuple[NDArray[Any], NDArray[An
     return A, b
 
 
-def network_matrices(
-    orders: Sequence[int], poles: Any
-) -> tuple[NDArray[Any], NDArray[Any]]:
+def network_matrices(orders: Sequence[int], poles: Any) -> tuple[Array, Array]:
     """Return the state space of several parallel networks, Eq. (12).
 
     Parameters
@@ -102,9 +100,7 @@ def advance(states: Any, sample: Any, pole: Any) -> None:
 
 
 @inlined
-def advance_block(
-    states: NDArray[Any], drive: NDArray[Any], pole: float, histories: NDArray[Any]
-) -> None:
+def advance_block(states: Array, drive: Array, pole: float, histories: Array) -> None:
     r"""The same cascade on a block of signals, see `lanes`: the next `TOGETHER` all-passes.
 
     Each state n follows :math:`x_n(k+1) = \zeta x_n(k) + d_n(k)`, with the drive

@@ -1,17 +1,17 @@
 """Least squares from sums over windows, and windows that occur several times."""
 
 from hashlib import blake2b
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
+
+from .arrays import Array
 
 #: Samples by which windows are compared before all their samples are.
 _N_KEYS = 8
 
 
-def solve_sums(sums: NDArray[Any], alpha: float) -> tuple[NDArray[Any], float]:
+def solve_sums(sums: Array, alpha: float) -> tuple[Array, float]:
     r"""Solve ridge least squares from :math:`\sum [x; y][x; y]^T`.
 
     The coefficients minimise :math:`\sum (y - g^T x)^2 + \alpha |g|^2`. The recursion
@@ -49,8 +49,8 @@ def solve_sums(sums: NDArray[Any], alpha: float) -> tuple[NDArray[Any], float]:
 
 
 def distinct_windows(
-    windows: NDArray[Any], rows: NDArray[Any], weights: NDArray[Any]
-) -> tuple[NDArray[Any], NDArray[Any]]:
+    windows: Array, rows: Array, weights: Array
+) -> tuple[Array, Array]:
     """Return the rows of the distinct windows, and the weight of each.
 
     Sums in floating point depend on the order of the summands. If windows are repeated

@@ -12,11 +12,9 @@ by Schur's algorithm as generalised in T. Kailath and A. H. Sayed (1995), "Displ
 structure: theory and applications", SIAM Review 37(3), 297-386.
 """
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import Array
 from .compiled import compiled
 
 _EPS = np.finfo(np.float64).eps
@@ -26,7 +24,7 @@ _EPS = np.finfo(np.float64).eps
 _LANES = 16
 
 
-def predictors(signals: NDArray[Any], order: int, alpha: float) -> NDArray[Any]:
+def predictors(signals: Array, order: int, alpha: float) -> Array:
     r"""Compute g in :math:`s(k) \approx \sum_n g_n\,s(k - 1 - n)` by ridge regression.
 
     Parameters
@@ -192,5 +190,7 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
                     t0[lane] += row[lane] * values[lane]
             total = 0.0
             for lane in range(_LANES // 4):
-                total += (t0[lane] + t0[lane + 4]) + (t0[lane + 8] + t0[lane + 12])
+                first_pair = t0[lane] + t0[lane + 4]
+                second_pair = t0[lane + 8] + t0[lane + 12]
+                total += first_pair + second_pair
             solution[0] = (factor_row[order - a] - total) / factor_row[0]

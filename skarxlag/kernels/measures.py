@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import Array
 from .spectra import autoregressive_log_spectrum, short_time_log_spectra, unit_peak
 
 #: Frequencies at which a signal's own model is evaluated, at least. Their logarithms
@@ -22,7 +22,7 @@ _LEAST_CELLS = 252
 _OVERLAP = 8
 
 
-def own_model(signals: NDArray[Any], segment: int, order: int) -> dict[str, Any]:
+def own_model(signals: Array, segment: int, order: int) -> dict[str, Any]:
     """Compute the colour: the log spectrum of an autoregressive model identified on each signal.
 
     Parameters
@@ -53,7 +53,7 @@ def own_model(signals: NDArray[Any], segment: int, order: int) -> dict[str, Any]
     return {"spectral_shape": sums / cells}
 
 
-def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any]:
+def short_time(signals: Array, segment: int, order: Any) -> dict[str, Any]:
     """Compute the mean and the median power of each band over time, and their ratio.
 
     Parameters
@@ -91,9 +91,7 @@ MEASURES: dict[str, Any] = {
 }
 
 
-def measure(
-    signals: NDArray[Any], names: Sequence[str], segment: int, order: int
-) -> NDArray[Any]:
+def measure(signals: Array, names: Sequence[str], segment: int, order: int) -> Array:
     """Compute the log spectra of each signal by the named measures.
 
     Parameters

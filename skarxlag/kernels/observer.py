@@ -3,9 +3,9 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from .arrays import Array
 from .compiled import compiled, inlined
 from .lanes import LANES, TILE, aligned_zeros, deinterleave, interleave
 
@@ -13,9 +13,7 @@ from .lanes import LANES, TILE, aligned_zeros, deinterleave, interleave
 INNOVATION, ERROR, CORRECTION, INTEGRAL, ESTIMATE, POWER = range(6)
 
 
-def observe(
-    innovations: NDArray[Any], loop: tuple[Any, ...]
-) -> tuple[NDArray[Any], NDArray[Any]]:
+def observe(innovations: Array, loop: tuple[Any, ...]) -> tuple[Array, Array]:
     r"""Compute the output error and the fault estimate of the extended-state observer, Form A.
 
     The fault direction E and the output correction K_p of the full-state observer are
@@ -136,7 +134,7 @@ def carry_loop(histories: Any, n_samples: Any) -> None:
             histories[row, lane] = histories[row, n_samples * LANES + lane]
 
 
-def loop_matrix(pole: float, kp: float, ki: float, gain: float = 1.0) -> NDArray[Any]:
+def loop_matrix(pole: float, kp: float, ki: float, gain: float = 1.0) -> Array:
     """Return the closed-loop matrix of correction and integral, for a constant gain.
 
     Parameters
@@ -162,7 +160,7 @@ def loop_matrix(pole: float, kp: float, ki: float, gain: float = 1.0) -> NDArray
     return np.array([[pole - kp, gain], [-ki, 1.0]], dtype=np.float64)
 
 
-def common_lyapunov(slow: NDArray[Any], fast: NDArray[Any]) -> NDArray[Any] | None:
+def common_lyapunov(slow: Array, fast: Array) -> Array | None:
     r"""Find a quadratic Lyapunov function that two loops share, or None if there is none.
 
     The loops differ in the gain from integral to estimate. A common function

@@ -6,11 +6,9 @@ They compute in single precision. A fault estimate is the output of a filter wit
 poles, and the relative rounding error of this filter is less than 1e-5.
 """
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import Array
 from .compiled import compiled, inlined
 from .spectra import frequency_grid
 
@@ -34,9 +32,7 @@ _SMALLEST = 1e-9
 _LARGEST = 1e9
 
 
-def member_gains(
-    pole: float, n_members: int, bandwidth: float
-) -> tuple[NDArray[Any], NDArray[Any]]:
+def member_gains(pole: float, n_members: int, bandwidth: float) -> tuple[Array, Array]:
     r"""Compute the gains that give member m the closed-loop poles :math:`\rho\,e^{\pm j\omega_m}`.
 
     The matrix `observer.loop_matrix` has the characteristic polynomial
@@ -75,13 +71,13 @@ def member_gains(
 
 
 def bank_levels(
-    innovations: NDArray[Any],
+    innovations: Array,
     pole: float,
-    kp: NDArray[Any],
-    ki: NDArray[Any],
-    bound: NDArray[Any],
+    kp: Array,
+    ki: Array,
+    bound: Array,
     step: float,
-) -> tuple[NDArray[Any], NDArray[Any]]:
+) -> tuple[Array, Array]:
     r"""Compute the power and the switching gain of each member's fault estimate.
 
     A member has the error e, the integral p and the fault estimate d:
@@ -138,7 +134,8 @@ def bank_levels(
     # Vectors that lie in two cache lines take longer to store.
     work = work[-work.ctypes.data % 64 // 4 :]
     squares = work[n_states : n_states + n_squares].reshape(-1, _AT_ONCE * _TOGETHER)
-    ratios = np.exp(2 * step * np.array([1, -1, padding])).astype(np.float32)
+    logs_of_ratios = 2 * step * np.array([1, -1, padding])
+    ratios = np.exp(logs_of_ratios).astype(np.float32)
     levels = np.empty((3, n_windows, len(members), _TOGETHER))
     _fill_levels(
         innovations,

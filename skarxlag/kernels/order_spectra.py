@@ -1,13 +1,12 @@
 """Order spectra of a signal's envelopes, and their distance from references at any speed."""
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 from scipy import fft
 
+from .arrays import Array
 from .scaling import centred
 from .short_time import hann_window, windowed_segments
 
@@ -36,9 +35,7 @@ _GROUP_WIDTH = 0.2
 _OVERLAP = 4
 
 
-def band_envelopes(
-    samples: NDArray[Any], frame: int, hop: int, n_bands: int
-) -> NDArray[Any]:
+def band_envelopes(samples: Array, frame: int, hop: int, n_bands: int) -> Array:
     r"""Compute the power of a whitened signal over time, in bands of frequency.
 
     The short-time power :math:`P(t, f)` at each frequency is divided by its mean over
@@ -70,8 +67,9 @@ def band_envelopes(
     power = np.ascontiguousarray(spectra.real**2 + spectra.imag**2)
     mean = power.mean(axis=1, keepdims=True)
     floor = _FLOOR * frame * np.mean(rows**2)
-    share = np.divide(1.0, mean + floor, out=np.zeros_like(mean), where=mean > 0)
-    power *= share
+    factor = np.zeros_like(mean)
+    np.divide(1.0, mean + floor, out=factor, where=mean > 0)
+    power *= factor
     envelopes = [
         band.sum(axis=0) / max(len(band), 1) for band in np.array_split(power, n_bands)
     ]
@@ -79,12 +77,12 @@ def band_envelopes(
 
 
 def envelopes_over_angle(
-    samples: NDArray[Any],
-    period: float | NDArray[Any],
+    samples: Array,
+    period: float | Array,
     frame: int,
     n_bands: int,
     max_order: float,
-) -> tuple[NDArray[Any], float]:
+) -> tuple[Array, float]:
     """Compute the envelopes of a signal at equal steps of the shaft's angle.
 
     Parameters
@@ -126,8 +124,8 @@ def envelopes_over_angle(
 
 
 def equal_angles(
-    envelopes: NDArray[Any], period: NDArray[Any], frame: int, hop: int
-) -> tuple[NDArray[Any], float]:
+    envelopes: Array, period: Array, frame: int, hop: int
+) -> tuple[Array, float]:
     """Resample envelopes at equal steps of the shaft's angle, which is called order tracking.
 
     Parameters
@@ -147,7 +145,9 @@ def equal_angles(
         Revolutions from one value to the next.
     """
     centres = np.arange(envelopes.shape[1]) * hop + (frame - 1) / 2
-    revolutions = np.interp(centres, np.arange(len(period)), np.cumsum(1 / period))
+    samples = np.arange(len(period))
+    revolutions_of_samples = np.cumsum(1 / period)
+    revolutions = np.interp(centres, samples, revolutions_of_samples)
     n_values = len(revolutions)
     angles = np.linspace(revolutions[0], revolutions[-1], n_values)
     resampled = [np.interp(angles, revolutions, envelope) for envelope in envelopes]
@@ -156,8 +156,8 @@ def equal_angles(
 
 
 def order_spectrum(
-    envelopes: NDArray[Any], step: float, n_revolutions: float
-) -> tuple[NDArray[Any], float]:
+    envelopes: Array, step: float, n_revolutions: float
+) -> tuple[Array, float]:
     """Compute the log power spectra of envelopes over orders by Welch's method.
 
     Segments overlap by three quarters and have a Hann window; their spectra are
@@ -198,8 +198,8 @@ def order_spectrum(
 
 
 def at_orders(
-    log_power: NDArray[Any], step: float, orders: NDArray[Any], factors: NDArray[Any]
-) -> tuple[NDArray[Any], NDArray[Any]]:
+    log_power: Array, step: float, orders: Array, factors: Array
+) -> tuple[Array, Array]:
     """Interpolate spectra at orders of the shaft, for several hypotheses of its speed.
 
     Parameters
@@ -225,11 +225,13 @@ def at_orders(
     position = np.multiply.outer(factors, orders) / step
     inside = position <= n_frequencies - 1
     cells = np.arange(n_frequencies)
-    spectra = np.stack([np.interp(position, cells, band) for band in log_power], axis=1)
+    bands = [np.interp(position, cells, band) for band in log_power]
+    spectra = np.stack(bands, axis=1)
     # Sorting puts the orders outside last. A masked array would take most of the time
     # of `match`.
     is_counted = inside[:, np.newaxis]
-    ascending = np.sort(np.where(is_counted, spectra, np.inf), axis=2)
+    with_infinite = np.where(is_counted, spectra, np.inf)
+    ascending = np.sort(with_infinite, axis=2)
     count = inside.sum(axis=1)[:, np.newaxis, np.newaxis]
     lower = np.take_along_axis(ascending, (count - 1) // 2, axis=2)
     upper = np.take_along_axis(ascending, count // 2, axis=2)
@@ -238,11 +240,11 @@ def at_orders(
 
 
 def distances(
-    spectra: NDArray[Any],
-    inside: NDArray[Any],
-    references: NDArray[Any],
-    variances: NDArray[Any],
-) -> NDArray[Any]:
+    spectra: Array,
+    inside: Array,
+    references: Array,
+    variances: Array,
+) -> Array:
     """Compute the root-mean-square distance of order spectra from references.
 
     It is in standard deviations.
@@ -266,19 +268,21 @@ def distances(
     count = inside.sum(axis=1)[:, np.newaxis] * references.shape[1]
     away = (spectra[:, np.newaxis] - references) ** 2 / variances
     squares = np.einsum("frbo,fo->fr", away, inside)
-    mean = np.divide(squares, count, out=np.ones_like(squares), where=count > 0)
+    # Nothing is inside if the speed is far too high.
+    mean = np.ones_like(squares)
+    np.divide(squares, count, out=mean, where=count > 0)
     return np.sqrt(mean)
 
 
 def match(
-    envelopes: NDArray[Any],
+    envelopes: Array,
     step: float,
     n_revolutions: float,
-    orders: NDArray[Any],
+    orders: Array,
     deviation: float,
-    references: NDArray[Any],
-    variances: NDArray[Any],
-) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    references: Array,
+    variances: Array,
+) -> tuple[Array, Array, Array]:
     r"""Compute the distance of a stretch from each reference, at the best-fitting speed.
 
     The logarithm of the factor s, true speed over nominal speed, is taken to be

@@ -6,11 +6,11 @@ trying a pole does not depend on the amount of data.
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft, optimize
+
+from .arrays import Array
 
 #: Poles beyond this settle more slowly than any window lasts.
 LARGEST_POLE = 0.98
@@ -18,7 +18,7 @@ LARGEST_POLE = 0.98
 LONGEST_SEGMENT = 2**14
 
 
-def cross_spectra(windows: NDArray[Any]) -> NDArray[Any]:
+def cross_spectra(windows: Array) -> Array:
     """Sum the cross-spectra of the channels over the windows.
 
     Windows longer than `LONGEST_SEGMENT` are cut into segments of equal length, and the
@@ -46,16 +46,16 @@ def cross_spectra(windows: NDArray[Any]) -> NDArray[Any]:
     n_windows, n_channels, n_samples = windows.shape
     n_segments = -(-n_samples // LONGEST_SEGMENT)
     length = -(-n_samples // n_segments)
-    padded = np.pad(windows, [(0, 0), (0, 0), (0, n_segments * length - n_samples)])
-    spectra = fft.rfft(
-        padded.reshape(n_windows, n_channels, n_segments, length), 2 * length
-    )
+    n_missing = n_segments * length - n_samples
+    padded = np.pad(windows, [(0, 0), (0, 0), (0, n_missing)])
+    segments = padded.reshape(n_windows, n_channels, n_segments, length)
+    spectra = fft.rfft(segments, 2 * length)
     return np.einsum("wasf,wbsf->abf", spectra, spectra.conj())
 
 
 def fit_errors(
-    spectra: NDArray[Any], orders: Sequence[int], poles: Sequence[float], alpha: float
-) -> NDArray[Any]:
+    spectra: Array, orders: Sequence[int], poles: Sequence[float], alpha: float
+) -> Array:
     r"""Compute the least error of each model for given poles.
 
     With the frequency responses :math:`L_i` of all filters and the cross-spectra S, the
@@ -109,14 +109,16 @@ def _sums_of_products(spectra, orders, poles):
     weights[[0, -1]] /= 2
     responses = []
     for order, pole in zip(orders, poles, strict=True):
-        factors = np.tile((1 - pole * z) / (z - pole), (order, 1))
+        all_pass = (1 - pole * z) / (z - pole)
+        factors = np.tile(all_pass, (order, 1))
         factors[0] = np.sqrt(1 - pole**2) / (z - pole)
         responses.append(np.multiply.accumulate(factors))
     # The output is the response of channel 0 to itself, behind all states.
     responses.append(np.ones((1, n_frequencies)))
     filters = np.concatenate(responses)
+    n_filters = len(filters)
     channel = np.repeat([*range(len(orders)), 0], [*orders, 1])
-    sums = np.empty((len(spectra), len(filters), len(filters)))
+    sums = np.empty((len(spectra), n_filters, n_filters))
     for b in range(len(orders)):
         crossed = filters * (weights * spectra[:, channel, b])
         of_channel = filters[channel == b]
@@ -127,11 +129,11 @@ def _sums_of_products(spectra, orders, poles):
 
 
 def search_poles(
-    spectra: NDArray[Any],
+    spectra: Array,
     orders: Sequence[int],
     poles: Sequence[float | None],
     alpha: float,
-) -> NDArray[Any]:
+) -> Array:
     """Find the poles with the smallest prediction error, summed over the models.
 
     Each free channel moves to the best place of a grid, the others fixed; several free
@@ -170,7 +172,8 @@ def search_poles(
 
     for channel in free * min(len(free), 2):
         # There are about as many ripples as filters.
-        places = np.linspace(-1, 1, 21 + orders[channel] // 2) * limits[channel]
+        n_places = 21 + orders[channel] // 2
+        places = np.linspace(-1, 1, n_places) * limits[channel]
         errors = [error(place, channel) for place in places]
         best[channel] = np.tanh(places[np.argmin(errors)])
     start = np.arctanh(best[free])

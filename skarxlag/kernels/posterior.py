@@ -7,12 +7,13 @@ which location it has. For each question they mix two answers: that for a specim
 recorded, and that for another one.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit, log_expit, logit
 
+from .arrays import Array
 from .speed_references import LEAST_DRIFT
 
 #: Exponents of the residuals in the probabilities of the answers. They are chosen by
@@ -63,7 +64,7 @@ class Posterior(NamedTuple):
     recorded: NDArray[np.float64]
 
 
-def logarithms(residuals: NDArray[Any]) -> NDArray[np.float64]:
+def logarithms(residuals: Array) -> NDArray[np.float64]:
     """Compute the natural logarithms of residuals, also of 0.
 
     Parameters
@@ -76,14 +77,15 @@ def logarithms(residuals: NDArray[Any]) -> NDArray[np.float64]:
     ndarray of the same shape
         That of 0 is that of the smallest normal number.
     """
-    return np.log(np.maximum(residuals.astype(np.float64), np.finfo(float).tiny))
+    residuals = residuals.astype(np.float64)
+    return np.log(np.maximum(residuals, np.finfo(float).tiny))
 
 
 def recorded_log_odds(
-    residuals: NDArray[Any],
+    residuals: Array,
     noise_gap: float | NDArray[np.float64],
     prior: float = 0.5,
-) -> NDArray[Any]:
+) -> Array:
     r"""Compute the log odds that rows are of a specimen that was recorded.
 
     .. math::
@@ -125,8 +127,8 @@ def recorded_log_odds(
 
 
 def answer_log_probabilities(
-    residuals: NDArray[Any], exponent: float, recorded: NDArray[Any]
-) -> NDArray[Any]:
+    residuals: Array, exponent: float, recorded: Array
+) -> Array:
     r"""Compute the log probability of each answer to a question.
 
     .. math:: q\,\frac{r_a^{-32}}{\sum r^{-32}} + (1 - q)\,\frac{r_a^{-k}}{\sum r^{-k}}
@@ -170,9 +172,7 @@ def _log_softmax(scores):
     return below_largest - np.log(total)
 
 
-def unknown_log_odds(
-    smallest: NDArray[Any], recorded: NDArray[Any], drift: NDArray[Any]
-) -> NDArray[Any]:
+def unknown_log_odds(smallest: Array, recorded: Array, drift: Array) -> Array:
     r"""Compute the log odds of an unknown condition against all known ones.
 
     .. math::
@@ -208,9 +208,7 @@ def unknown_log_odds(
     return log_expit(-recorded) + logit(UNKNOWN_SHARE) + UNKNOWN_ODDS * beyond
 
 
-def question_gaps(
-    residuals: NDArray[Any], locations: NDArray[Any], healthy: int
-) -> NDArray[Any]:
+def question_gaps(residuals: Array, locations: Array, healthy: int) -> Array:
     """Compute the gaps between the two nearest answers to both questions.
 
     Parameters
@@ -231,13 +229,15 @@ def question_gaps(
     array([[0.69, 0.69]])
     """
     nearest = _nearest(residuals, locations)
-    of_faults = np.delete(nearest, [healthy] if healthy >= 0 else [], axis=1)
+    n_locations = nearest.shape[1]
+    of_faults = nearest[:, np.arange(n_locations) != healthy]
     gaps = np.zeros((len(residuals), 2))
     if of_faults.shape[1] > 1:
         smallest = np.sort(of_faults, axis=1)
         gaps[:, 1] = smallest[:, 1] - smallest[:, 0]
     if healthy >= 0 and of_faults.shape[1] > 0:
-        gaps[:, 0] = np.abs(nearest[:, healthy] - of_faults.min(axis=1))
+        of_nearest_fault = of_faults.min(axis=1)
+        gaps[:, 0] = np.abs(nearest[:, healthy] - of_nearest_fault)
     return gaps
 
 
@@ -251,10 +251,10 @@ def _nearest(residuals, locations):
 
 
 def condition_log_probabilities(
-    residuals: NDArray[Any],
-    locations: NDArray[Any],
+    residuals: Array,
+    locations: Array,
     healthy: int,
-    drift: NDArray[Any],
+    drift: Array,
     noise_gaps: tuple[float, float] = (0.0, 0.0),
     prior: float = 0.5,
     location_exponent: float = LOCATION_EXPONENT,
@@ -320,7 +320,8 @@ def condition_log_probabilities(
         answers = answer_log_probabilities(of_faults, location_exponent, recorded)
         of_location[:, is_fault] = answers
     if healthy >= 0 and of_faults.shape[1] > 0:
-        question = np.stack([nearest[:, healthy], of_faults.min(axis=1)], axis=1)
+        of_nearest_fault = of_faults.min(axis=1)
+        question = np.stack([nearest[:, healthy], of_nearest_fault], axis=1)
         of_question = recorded_log_odds(question, fault_gap, prior)
         answers = answer_log_probabilities(question, FAULT_EXPONENT, of_question)
         of_location[:, healthy] = answers[:, 0]
@@ -336,7 +337,7 @@ def condition_log_probabilities(
 
 
 def decided_condition(
-    probability: NDArray[Any], locations: NDArray[Any], healthy: int
+    probability: Array, locations: Array, healthy: int
 ) -> NDArray[np.intp]:
     """Return the condition that each row is decided for: healthy or not, location, condition.
 
@@ -374,7 +375,7 @@ def decided_condition(
     return np.where(is_there, probability, -1.0).argmax(axis=1)
 
 
-def with_largest(probability: NDArray[Any], chosen: NDArray[np.intp]) -> NDArray[Any]:
+def with_largest(probability: Array, chosen: NDArray[np.intp]) -> Array:
     r"""Return the nearest probabilities of which a chosen one is the largest in each row.
 
     Where another condition is more probable than the chosen one, both get the level t,
@@ -422,11 +423,11 @@ def with_largest(probability: NDArray[Any], chosen: NDArray[np.intp]) -> NDArray
 
 
 def decided(
-    log_probability: NDArray[Any],
-    classes: NDArray[Any],
-    locations: NDArray[Any],
+    log_probability: Array,
+    classes: Array,
+    locations: Array,
     healthy: int,
-) -> dict[str, NDArray[Any]]:
+) -> dict[str, Array]:
     """Return verdict, probability and score from the log probabilities of conditions.
 
     Parameters

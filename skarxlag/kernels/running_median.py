@@ -1,11 +1,11 @@
 """Median of each value of a signal and its neighbours."""
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from .arrays import Array
 from .compiled import compiled
 
 #: Most values in a median for which a sorted list is shifted value by value, with
@@ -14,8 +14,8 @@ _FEW = 151
 
 
 def running_median(
-    values: NDArray[Any], size: int, beyond: Literal["edge", "symmetric"]
-) -> NDArray[Any]:
+    values: Array, size: int, beyond: Literal["edge", "symmetric"]
+) -> Array:
     """Compute the median of each value and its neighbours.
 
     Parameters

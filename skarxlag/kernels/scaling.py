@@ -1,16 +1,15 @@
 """Centring and scaling of windows, which is also safe for huge, tiny and constant windows."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
+
+from .arrays import Array
 
 #: A channel whose largest and smallest value differ by less than twice this times the
 #: largest absolute value is rounding, not signal.
 ROUNDING = 8 * np.finfo(np.float64).eps
 
 
-def centred(signals: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+def centred(signals: Array) -> tuple[Array, Array]:
     """Subtract the mean of every row. A row that is constant up to rounding becomes zero.
 
     Parameters
@@ -39,14 +38,14 @@ def centred(signals: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     return unit, peak
 
 
-def largest(signals: NDArray[Any]) -> NDArray[Any]:
+def largest(signals: Array) -> Array:
     """Return the largest absolute value over the last axis, which is kept, without a copy."""
     highest = signals.max(axis=-1, keepdims=True)
     lowest = signals.min(axis=-1, keepdims=True)
     return np.maximum(highest, -lowest)
 
 
-def unit_rms_windows(windows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+def unit_rms_windows(windows: Array) -> tuple[Array, Array]:
     """Centre every channel of each window, and divide it by the root mean square of the output.
 
     All channels of a window are divided by the same number, so that a linear model
@@ -71,11 +70,12 @@ def unit_rms_windows(windows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]
     constant = rms == 0
     rms[constant] = 1.0
     peak[constant, 0] = 1.0
-    unit *= peak / peak[:, :1] / rms[:, np.newaxis, np.newaxis]
+    scale = peak / peak[:, :1]
+    unit *= scale / rms[:, np.newaxis, np.newaxis]
     return unit, rms * peak[:, 0, 0]
 
 
-def root_mean_square(signals: NDArray[Any]) -> NDArray[Any]:
+def root_mean_square(signals: Array) -> Array:
     """Return the root mean square over the last axis, without overflow or underflow of squares."""
     peak = largest(signals)
     peak[peak == 0] = 1.0
@@ -83,7 +83,7 @@ def root_mean_square(signals: NDArray[Any]) -> NDArray[Any]:
     return peak[..., 0] * np.sqrt(mean_square)
 
 
-def fit_percentage(output: NDArray[Any], predicted: NDArray[Any]) -> NDArray[Any]:
+def fit_percentage(output: Array, predicted: Array) -> Array:
     r"""Return one minus the normalised root mean square error, in percent.
 
     :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)` is the usual measure of fit in

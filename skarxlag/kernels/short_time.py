@@ -6,12 +6,11 @@ arithmetic is in single precision, whose rounding is 140 dB below the signal.
 """
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
+from .arrays import Array
 from .compiled import compiled, inlined
 
 #: Samples of a segment for which the transform is compiled. Two samples make one
@@ -28,9 +27,7 @@ _PHASES = -2 * np.pi * np.arange(_HALF) / LENGTH
 _REVOLUTIONS = np.array([np.cos(_PHASES), np.sin(_PHASES)], dtype=np.float32)
 
 
-def band_levels(
-    signals: NDArray[Any], window: NDArray[Any], hop: int, floor: NDArray[Any]
-) -> NDArray[Any]:
+def band_levels(signals: Array, window: Array, hop: int, floor: Array) -> Array:
     """Compute the mean and the median power of each band over the segments of each signal.
 
     Parameters
@@ -80,16 +77,14 @@ def band_levels(
 
 
 @lru_cache(maxsize=16)
-def hann_window(length: int) -> NDArray[Any]:
+def hann_window(length: int) -> Array:
     """Return a Hann window without the zeros at its ends; it cannot be written to."""
     window = np.hanning(length + 2)[1:-1]
     window.flags.writeable = False
     return window
 
 
-def windowed_segments(
-    signals: NDArray[Any], window: NDArray[Any], hop: int
-) -> NDArray[Any]:
+def windowed_segments(signals: Array, window: Array, hop: int) -> Array:
     """Cut signals into segments, and multiply each segment by a window.
 
     Parameters
@@ -218,7 +213,7 @@ def _fill_power(block, turns, floor, power):
 
 
 @inlined
-def sort_columns(rows: NDArray[Any], n_columns: int) -> None:
+def sort_columns(rows: Array, n_columns: int) -> None:
     """Sort each column in place, by merge exchange.
 
     The sequence of comparisons does not depend on the values, so all columns are sorted

@@ -6,10 +6,11 @@ Brownian motion. Variances are stated for a change of speed by the factor 1.3, w
 called the unit distance.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from .arrays import Array
 
 #: A change of log speed in which the drift has its stated variance.
 UNIT_DISTANCE = float(np.log(1.3))
@@ -46,15 +47,16 @@ class Distance(NamedTuple):
     variance: np.ndarray
     beyond: np.ndarray
 
-    def interpolate(self, known_values: NDArray[Any]) -> NDArray[Any]:
+    def interpolate(self, known_values: Array) -> Array:
         """Interpolate values of the known speeds linearly, along the first axis."""
-        share = self.share.reshape(-1, *(1,) * (known_values.ndim - 1))
+        n_further_axes = known_values.ndim - 1
+        share = self.share.reshape(-1, *[1] * n_further_axes)
         below = known_values[self.lower]
         above = known_values[self.upper]
         return (1 - share) * below + share * above
 
 
-def speed_distance(log_speed: NDArray[Any], known_speeds: NDArray[Any]) -> Distance:
+def speed_distance(log_speed: Array, known_speeds: Array) -> Distance:
     r"""Compute the position of speeds relative to the known speeds, and the variance of the drift.
 
     Let h be the distance between two neighbouring known speeds, and t the position
@@ -83,7 +85,8 @@ def speed_distance(log_speed: NDArray[Any], known_speeds: NDArray[Any]) -> Dista
     array([0. , 0.5, 1. ])
     """
     inside = np.clip(log_speed, known_speeds[0], known_speeds[-1])
-    upper = np.searchsorted(known_speeds[1:-1], inside) + min(len(known_speeds) - 1, 1)
+    first_upper = min(len(known_speeds) - 1, 1)
+    upper = np.searchsorted(known_speeds[1:-1], inside) + first_upper
     lower = np.maximum(upper - 1, 0)
     step = known_speeds[upper] - known_speeds[lower]
     # There is no step if only one speed is known, and all shares are 0.
@@ -94,7 +97,7 @@ def speed_distance(log_speed: NDArray[Any], known_speeds: NDArray[Any]) -> Dista
     return Distance(lower, upper, share, variance / UNIT_DISTANCE, beyond)
 
 
-def drift_factor(variance: NDArray[Any]) -> NDArray[Any]:
+def drift_factor(variance: Array) -> Array:
     """Return the factor on the prior drift of log spectra, from the variance of the motion.
 
     The prior is stated for a change of log speed by 0.4. At least 20 % of it remain at
@@ -119,7 +122,7 @@ def drift_factor(variance: NDArray[Any]) -> NDArray[Any]:
     return np.maximum(variance * (UNIT_DISTANCE / _SPECTRAL_DISTANCE), LEAST_DRIFT)
 
 
-def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+def group_speeds(log_speed: Array) -> tuple[Array, Array]:
     """Group the lowest speed and those up to 2 % above it, then the others in the same way.
 
     Parameters
@@ -150,8 +153,8 @@ def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def slope_against_speed(
-    values: NDArray[Any],
-    known_speeds: NDArray[Any],
+    values: Array,
+    known_speeds: Array,
     *,
     mean: float,
     deviation: float,
@@ -193,9 +196,7 @@ def slope_against_speed(
     return float(weighted / precision), float(1 / precision)
 
 
-def group_means(
-    values: NDArray[Any], group: NDArray[Any], weights: NDArray[Any]
-) -> NDArray[Any]:
+def group_means(values: Array, group: Array, weights: Array) -> Array:
     """Compute the weighted mean of each group of rows.
 
     Parameters
@@ -225,11 +226,11 @@ def group_means(
 
 
 def mean_by_speed(
-    values: NDArray[Any],
-    speed: NDArray[Any],
-    group: NDArray[Any],
-    weights: NDArray[Any],
-) -> tuple[NDArray[Any], NDArray[Any]]:
+    values: Array,
+    speed: Array,
+    group: Array,
+    weights: Array,
+) -> tuple[Array, Array]:
     """Compute the weighted mean of each group of rows at each speed.
 
     Parameters
@@ -260,13 +261,15 @@ def mean_by_speed(
     present, cell = np.unique(speed * n_groups + group, return_inverse=True)
     means = np.zeros((n_speeds * n_groups, *values.shape[1:]))
     means[present] = group_means(values, cell.reshape(-1), weights)
-    recorded = np.isin(np.arange(len(means)), present).reshape(n_speeds, n_groups)
-    return means.reshape(n_speeds, n_groups, *values.shape[1:]), recorded
+    recorded = np.zeros(len(means), dtype=bool)
+    recorded[present] = True
+    means = means.reshape(n_speeds, n_groups, *values.shape[1:])
+    return means, recorded.reshape(n_speeds, n_groups)
 
 
 def reference_weights(
-    log_speed: NDArray[Any], known_speeds: NDArray[Any], recorded: NDArray[Any]
-) -> tuple[NDArray[Any], NDArray[Any]]:
+    log_speed: Array, known_speeds: Array, recorded: Array
+) -> tuple[Array, Array]:
     r"""Compute the weights that interpolate the means of each condition at speeds.
 
     The mean of a condition is linear in the logarithm of the speed between two speeds
@@ -311,9 +314,7 @@ def reference_weights(
     return weights, variance
 
 
-def drift_learned(
-    known_speeds: NDArray[Any], means: NDArray[Any], recorded: NDArray[Any]
-) -> NDArray[Any]:
+def drift_learned(known_speeds: Array, means: Array, recorded: Array) -> Array:
     r"""Compute by how much each mean misses what the other training speeds predict.
 
     Each difference is divided by the standard deviation that the Brownian motion states
@@ -351,7 +352,7 @@ def drift_learned(
     return np.array(differences).reshape(len(differences), *means.shape[2:])
 
 
-def speeds_to_try(known_speeds: NDArray[Any]) -> NDArray[Any]:
+def speeds_to_try(known_speeds: Array) -> Array:
     """Return the training speeds and the middle of every two neighbours, as logarithms.
 
     Parameters

@@ -43,6 +43,12 @@ def test_windowed_segments_by_hand(segment, hop):
     np.testing.assert_array_equal(segments, literal)
 
 
+@pytest.mark.parametrize("length", [1, 4, 128])
+def test_hann_window_has_no_zeros_at_its_ends(length):
+    expected = signal.windows.hann(length + 2)[1:-1]
+    np.testing.assert_allclose(short_time.hann_window(length), expected, atol=1e-15)
+
+
 @pytest.mark.parametrize("segment", [4, 5, 32, 127, 128, 130])
 @pytest.mark.parametrize("hop", [1, 5, 16, 128, 200])
 @pytest.mark.parametrize("n_samples", [130, 131, 1200])
