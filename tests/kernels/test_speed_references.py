@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose
 from scipy import linalg
 
 from skarxlag.kernels import speed_references
@@ -46,9 +47,9 @@ def test_expectation_and_variance_are_those_of_brownian_motion(x, known):
     at = speed_distance(np.array([x]), known)
     weights, variance = kriging(x, known)
     expected = values[0] + (weights @ (values[1:] - values[0])).sum()
-    np.testing.assert_allclose(at.interpolate(values), expected, atol=1e-12)
-    np.testing.assert_allclose(at.variance, variance / UNIT_DISTANCE, atol=1e-12)
-    np.testing.assert_allclose(at.beyond, x - np.clip(x, known[0], known[-1]))
+    assert_allclose(at.interpolate(values), expected, atol=1e-12)
+    assert_allclose(at.variance, variance / UNIT_DISTANCE, atol=1e-12)
+    assert_allclose(at.beyond, x - np.clip(x, known[0], known[-1]))
 
 
 def test_a_group_spans_as_much_as_is_stated():
@@ -69,7 +70,7 @@ def test_drift_at_one_speed_is_9_percent_of_that_over_the_unit_distance():
     changes = np.sqrt([0.09, 1.09]).reshape(2, 1, 1)
     rows = Rows(one, one, changes, np.zeros((2, 0)))
     found = log_p_values(limits, rows, np.array([0.0, np.log(1.3)]), 1.0)
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-10)
+    assert_allclose(found[0], found[1], rtol=1e-10)
     assert found[0] < 0
 
 
@@ -85,9 +86,9 @@ def test_learned_drift_has_the_axes_of_the_means():
     # Between two speeds the prior holds for 0.4 of log speed, of which at least a fifth
     # counts.
     inside = means[1, 0] - (0.6 * means[0, 0] + 0.4 * means[2, 0])
-    np.testing.assert_allclose(found[1], inside / np.sqrt(0.2 * 0.3 / 0.5 / 0.4))
+    assert_allclose(found[1], inside / np.sqrt(0.2 * 0.3 / 0.5 / 0.4))
     outside = means[2, 1] - means[1, 1]
-    np.testing.assert_allclose(found[4], outside / np.sqrt(0.3 / 0.4))
+    assert_allclose(found[4], outside / np.sqrt(0.3 / 0.4))
 
 
 known_speeds = st.lists(st.integers(1, 60), min_size=1, max_size=5, unique=True).map(
@@ -104,7 +105,7 @@ def test_speeds_beside_known_ones(rng, known, places):
     factors = speed_references.drift_factor(at.variance)
     for row, x in enumerate(places):
         weights, variance, beyond = literal_motion(x, known)
-        np.testing.assert_allclose(interpolated[row], weights @ values, atol=1e-9)
+        assert_allclose(interpolated[row], weights @ values, atol=1e-9)
         assert at.variance[row] == pytest.approx(variance, abs=1e-9)
         assert at.beyond[row] == pytest.approx(beyond, abs=1e-12)
         assert factors[row] == pytest.approx(max(variance * math.log(1.3) / 0.4, 0.2))
@@ -122,18 +123,14 @@ def test_groups_of_speeds(numbers):
         else:
             groups.append([value])
     known, at = speed_references.group_speeds(np.array(log_speed))
-    np.testing.assert_allclose(
-        known, [math.fsum(g) / len(g) for g in groups], atol=1e-12
-    )
+    assert_allclose(known, [math.fsum(g) / len(g) for g in groups], atol=1e-12)
     assert all(
         value in groups[place] for value, place in zip(log_speed, at, strict=True)
     )
     middles = []
     for value, after in pairwise(known):
         middles += [value, (value + after) / 2]
-    np.testing.assert_allclose(
-        speed_references.speeds_to_try(known), [*middles, known[-1]]
-    )
+    assert_allclose(speed_references.speeds_to_try(known), [*middles, known[-1]])
 
 
 @some_examples
@@ -154,14 +151,14 @@ def test_means_of_groups(rng, n_speeds, n_groups, more):
             if group[i] == g
             for _ in range(numbers[i])
         ]
-        np.testing.assert_allclose(plain[g], np.mean(chosen, axis=0), atol=1e-12)
+        assert_allclose(plain[g], np.mean(chosen, axis=0), atol=1e-12)
         for s in range(n_speeds):
             own = [i for i in range(len(speed)) if group[i] == g and speed[i] == s]
             assert recorded[s, g] == bool(own)
             chosen = [values[i] for i in own for _ in range(numbers[i])] or [
                 np.zeros(2)
             ]
-            np.testing.assert_allclose(means[s, g], np.mean(chosen, axis=0), atol=1e-12)
+            assert_allclose(means[s, g], np.mean(chosen, axis=0), atol=1e-12)
 
 
 @some_examples
@@ -181,7 +178,7 @@ def test_references_at_speeds(rng, known, n_conditions):
                 scale = math.sqrt(max(moved * math.log(1.3) / 0.4, 0.2))
                 learned.append((means[place, c] - by @ means[rest, c]) / scale)
     found = speed_references.drift_learned(known, means, recorded)
-    np.testing.assert_allclose(found, learned, atol=1e-9)
+    assert_allclose(found, learned, atol=1e-9)
     for row, x in enumerate(log_speed):
         widest = 0.0
         for c in range(n_conditions):
@@ -189,7 +186,7 @@ def test_references_at_speeds(rng, known, n_conditions):
             by, moved, _ = literal_motion(x, known[own])
             expected = np.zeros(len(known))
             expected[own] = by
-            np.testing.assert_allclose(weights[row, :, c], expected, atol=1e-9)
+            assert_allclose(weights[row, :, c], expected, atol=1e-9)
             widest = max(widest, moved)
         assert variance[row] == pytest.approx(widest, abs=1e-9)
 
