@@ -6,50 +6,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from scipy import linalg
 
 from skarxlag.kernels import speed_references
 from skarxlag.kernels.healthy_limits import Limits, log_p_values
 from skarxlag.kernels.healthy_rows import Rows
 from skarxlag.kernels.speed_references import (
     SAME_LOG_SPEED,
-    UNIT_DISTANCE,
     drift_learned,
     group_speeds,
-    speed_distance,
 )
 
 from .literal import generators, literal_motion, many_examples, some_examples
-
-
-def kriging(x, known, drift_free=False):
-    """Mean weights and variance of Brownian motion at x, by conditioning on the known values."""
-    # Brownian motion with an unknown start: differences from the first known value.
-    ends = known - known[0]
-
-    def covariance(a, b):
-        a, b = np.subtract.outer(a, 0.0), b
-        same = np.sign(a)[:, None] == np.sign(b)[None, :]
-        return np.where(same, np.minimum(np.abs(a)[:, None], np.abs(b)[None, :]), 0.0)
-
-    at = np.atleast_1d(x - known[0])
-    rest = ends[1:]
-    cross, own = covariance(at, rest), covariance(at, at)
-    inverse = linalg.inv(covariance(rest, rest)) if len(rest) else np.empty((0, 0))
-    return cross @ inverse, float(np.diag(own - cross @ inverse @ cross.T)[0])
-
-
-@pytest.mark.parametrize("x", [-0.5, 0.0, 0.05, 0.2, 0.31, 0.7, 1.4])
-@pytest.mark.parametrize("known", [[0.0], [0.0, 0.3], [0.0, 0.3, 0.7, 1.0]])
-def test_expectation_and_variance_are_those_of_brownian_motion(x, known):
-    known = np.array(known)
-    values = np.random.default_rng(0).normal(size=len(known))
-    at = speed_distance(np.array([x]), known)
-    weights, variance = kriging(x, known)
-    expected = values[0] + (weights @ (values[1:] - values[0])).sum()
-    assert_allclose(at.interpolate(values), expected, atol=1e-12)
-    assert_allclose(at.variance, variance / UNIT_DISTANCE, atol=1e-12)
-    assert_allclose(at.beyond, x - np.clip(x, known[0], known[-1]))
 
 
 def test_a_group_spans_as_much_as_is_stated():
