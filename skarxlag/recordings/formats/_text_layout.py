@@ -11,8 +11,8 @@ from itertools import chain
 import numpy as np
 
 from ._contents import ContentError
-from ._facts import SECONDS, names_times, seconds_of_dates
-from ._fields import distinct, is_number, number, unit_in_name
+from ._facts import SECONDS, names_times
+from ._fields import distinct, is_number, number, seconds_of_date, unit_in_name
 
 _LINES = 200
 UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -244,7 +244,7 @@ def _kind(field, decimal):
         return ""
     if is_number(field, decimal):
         return "number"
-    return "text" if np.isnan(seconds_of_dates([field])[0]) else "date"
+    return "text" if np.isnan(seconds_of_date(field)) else "date"
 
 
 def _is_text(kinds):

@@ -36,7 +36,7 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
     with h5py.File(path, "r") as file:
         arrays = NamedArrays(file.__getitem__, separator)
         for name, node in _nodes("", file, file, is_matlab, set(), count()):
-            arrays.add_numbers(name, node.attrs)
+            arrays.add_properties(name, node.attrs)
             if not isinstance(node, h5py.Dataset) or not _is_signal(node):
                 continue
             if node.external or node.is_virtual:
