@@ -252,9 +252,22 @@ class SensorStream:
 
     def _folder(self, path):
         args = self._args
-        files = ListedRecording(
+        return from_folder(
+            path,
+            self._entry_of,
+            self.model.can,
+            args.settle,
+            args.timed_files,
+            self.say,
+            self._position,
+        )
+
+    def _entry_of(self, path):
+        """Return a file of a folder with its channels, and print remarks that are new."""
+        args = self._args
+        recording = ListedRecording(
             None,
-            "",
+            path.name,
             path,
             channel=args.channel,
             dtype=args.dtype,
@@ -262,18 +275,6 @@ class SensorStream:
             pulses_per_revolution=self._pulses,
             **args.rpm,
         )
-        return from_folder(
-            files,
-            self.model.can,
-            args.settle,
-            args.timed_files,
-            self.say,
-            self._position,
-            prepare=self._with_channel,
-        )
-
-    def _with_channel(self, recording):
-        """Return a file of a folder with its channels, and print remarks that are new."""
         chosen = self.model.with_channel(recording)
         self._say_of_channels(self.model.channel_remarks(chosen, recording.channel))
         return chosen
