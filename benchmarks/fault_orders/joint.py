@@ -24,12 +24,8 @@ from benchmarks.fault_orders.rigs import RIGS, recordings
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import FaultOrderClassifier, make_diagnoser
 from skarxlag.core.fault_locations import FAULT_LOCATIONS
-from skarxlag.decisions.comb_probabilities import (
-    ODDS,
-    VISIBLE,
-    WITHOUT_COMB,
-    comb_evidence,
-)
+from skarxlag.decisions.comb_limits import WITHOUT_COMB
+from skarxlag.decisions.comb_probabilities import ODDS, VISIBLE, comb_evidence
 
 #: Log odds for each neper, and probability of a visible comb.
 SETTINGS = list(product([3.0, 5.0, 8.0, 12.0], [0.05, 0.1, 0.2, 0.4]))

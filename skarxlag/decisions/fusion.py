@@ -17,12 +17,12 @@ from sklearn.utils.metaestimators import available_if
 from ..core.base import SignalEstimator
 from ..core.capabilities import capabilities, unfolded_steps
 from ..core.diagnosing_classifier import DiagnosingClassifier
-from ..core.fault_locations import HEALTHY
 from ..core.pipelines import as_diagnosis_pipeline
 from ..core.state import expect, is_fitted, uses_fitted
 from ..core.validation import check_count, validate_signals
 from ..kernels.evidence import SMALLEST_PROBABILITY
 from ..kernels.posterior import decided
+from .condition_locations import location_answers, location_numbers
 
 #: Parameters of detectors that are shares of rows.
 _RATES = ("false_alarm_rate", "false_rejection_rate")
@@ -396,15 +396,8 @@ class SensorFusion(SignalEstimator, BaseEstimator):
 def _locations_of(fusion):
     """Number of the location of each condition, and that of the healthy one."""
     described = capabilities(fusion)
-    locations = described.locations or len(described.conditions) * [None]
-    # A condition without a location is one of its own.
-    keys = [
-        location or (condition,)
-        for location, condition in zip(locations, described.conditions, strict=True)
-    ]
-    order = list(dict.fromkeys(keys))
-    healthy = order.index(HEALTHY) if HEALTHY in order else -1
-    return np.array([order.index(key) for key in keys]), healthy
+    names = described.locations or [None] * len(described.conditions)
+    return location_answers(location_numbers(names))
 
 
 def _channels(X, s, n_outputs):

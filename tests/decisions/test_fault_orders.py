@@ -14,7 +14,7 @@ from skarxlag import (
 )
 from skarxlag.core.capabilities import capabilities
 from skarxlag.core.fault_locations import NOT_IDENTIFIABLE
-from skarxlag.decisions.comb_probabilities import limit_elsewhere
+from skarxlag.decisions.comb_limits import limit_elsewhere
 
 RATE = 10_000.0
 ORDERS = bearing_orders("6205")
@@ -104,7 +104,6 @@ def test_diagnose_is_what_the_methods_return(rows, classes):
         "score": fitted.decision_function,
         "probability": fitted.predict_proba,
         "verdict": fitted.predict,
-        "p_value": fitted.p_values,
     }.items():
         np.testing.assert_array_equal(found[name], method(rows, rpm=900))
 
