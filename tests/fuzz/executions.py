@@ -12,32 +12,21 @@ from skarxlag import load_diagnoser, read_recording
 from skarxlag.recordings.formats._isolation import end_readers
 
 #: Seconds that a file may take, and bytes that the process may grow by.
-LONGEST, MOST_BYTES = 100.0, 2 * 2**30
+LONGEST = 100.0
+MOST_BYTES = 2 * 2**30
 #: Exit status of a child whose file was handled as promised, and of one that broke a
 #: promise.
-GOOD, BAD = 0, 9
+GOOD = 0
+BAD = 9
 #: What a child writes for each file that was handled as promised.
 _HANDLED = b"\0"
 
 
 def handle(path):
-    """Read a recording, or load a model and ask it.
+    """Read a recording, or load a model and use it, and return "read" or "refused".
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    str
-        "read" or "refused".
-
-    Raises
-    ------
-    AssertionError
-        If it ends otherwise than promised: arrays of finite shape, or an error of one
-        of the stated types whose message names the file.
+    Any other end than promised is an AssertionError: arrays of finite shape, or an
+    error of one of the stated types whose message names the file.
     """
     try:
         with warnings.catch_warnings():
@@ -50,11 +39,11 @@ def handle(path):
     except (ValueError, OSError) as error:
         assert path.name in str(error), f"{error!r} does not name the file"
         return "refused"
-    _ask(diagnoser)
+    _predict(diagnoser)
     return "read"
 
 
-def _ask(diagnoser):
+def _predict(diagnoser):
     shape = tuple(diagnoser[0].window_shape_.tolist())
     if np.prod(shape) > 1e6:
         return
@@ -70,36 +59,16 @@ def _ask(diagnoser):
 
 
 def run_apart(path):
-    """`handle` in a process of its own.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    str or None
-        What went wrong; None if nothing did.
-    """
+    """Handle a file in a process of its own, and return the problem, None without one."""
     _, problem = run_until_failure([path])
     return problem
 
 
 def run_until_failure(paths):
-    """`handle` with one file after another, in one process that may die of any of them.
+    """Handle files in one process that may die of any of them.
 
-    Parameters
-    ----------
-    paths : list of Path
-        The files.
-
-    Returns
-    -------
-    n_handled : int
-        Files that were handled as promised before one that was not.
-    problem : str or None
-        What went wrong with that one; None if all were handled.
+    Returns the number of files that were handled as promised before one that was not,
+    and the problem with that one, None without one.
     """
     report, write = os.pipe()
     child = os.fork()
@@ -117,7 +86,8 @@ def run_until_failure(paths):
             end_readers()
             os._exit(status)
     os.close(write)
-    output, is_late = b"", False
+    output = b""
+    is_late = False
     while True:
         ready, _, _ = select.select([report], [], [], LONGEST)
         if not ready:
@@ -135,9 +105,8 @@ def run_until_failure(paths):
         return n_handled, None
     if is_late:
         return n_handled, f"took more than {LONGEST:g} s"
-    return n_handled, output[n_handled:].decode(
-        errors="replace"
-    ) or f"it died: status {status}"
+    problem = output[n_handled:].decode(errors="replace")
+    return n_handled, problem or f"it died: status {status}"
 
 
 def _bound_memory(n_bytes):
