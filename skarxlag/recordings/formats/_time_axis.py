@@ -139,24 +139,20 @@ def _axis(contents, name, n_probed=_N_PROBED):
     changed = changes(times)
     steps = np.diff(times[changed])
     is_constant = len(steps) == 0
-    rate = None
-    resolution = 0.0
-    tolerance = np.inf
-    if not is_constant:
-        if max(np.mean(steps > 0), np.mean(steps < 0)) < _ONE_WAY:
-            return None
-        resolution = float(np.abs(steps).min())
-        rate, tolerance = _rate_of_times(times, timed, changed)
+    if not is_constant and max(np.mean(steps > 0), np.mean(steps < 0)) < _ONE_WAY:
+        return None
+    rate, tolerance = _rate_of_times(times, timed, changed)
     if tolerance >= RATE_TOLERANCE and len(times) == n_probed < _N_COARSE:
         return _axis(contents, name, _N_COARSE)
     if is_constant:
         # A letter may stand for another quantity, such as a torque.
         if letters(name) == "t":
             return None
-        return TimeAxis(name, channel.length, None, None, resolution, None)
+        return TimeAxis(name, channel.length, None, None, 0.0, None)
     if tolerance > _COARSE_TOLERANCE:
         return None
     start = float(times[changed[0]] - changed[0] / rate) if is_date else None
+    resolution = float(np.abs(steps).min())
     return TimeAxis(name, channel.length, rate, start, resolution, unit)
 
 
@@ -167,6 +163,8 @@ def _rate_of_times(times, timed, changed):
     differs from the one before.
     """
     steps = np.diff(times[changed])
+    if len(steps) == 0:
+        return np.nan, np.inf
     n_between = np.diff(changed)
     usual = np.median(steps / n_between)
     resolution = np.abs(steps).min()
