@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 
 from skarxlag import ConditionMonitor
-from skarxlag.recordings.formats._contents import ContentError
 from skarxlag.recordings.live_text import TextSamples
 from skarxlag.recordings.live_times import StreamTimes
 from tests.commands.watching import (
@@ -164,7 +163,7 @@ def test_times_that_go_backwards(watch):
 @pytest.mark.parametrize("size", [10**9, 777])
 def test_times_that_are_none(times, message, size):
     """They would hide every gap."""
-    with pytest.raises(ContentError, match=message):
+    with pytest.raises(ValueError, match=message):
         stated_times(parser(), timed(times, np.ones(len(times))), size)
 
 
@@ -226,7 +225,7 @@ def test_columns_of_times_belong_to_lines(run, models, tmp_path):
 def test_a_unit_that_is_none():
     data = b"time;acc\nweeks;g\n0.1;1\n0.2;2\n"
     message = "column 'time' is in 'weeks', expected one of"
-    with pytest.raises(ContentError, match=message):
+    with pytest.raises(ValueError, match=message):
         stated_times(parser("time"), data)
     assert stated_times(parser(), data) == []
 
