@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._clock import Clock, changes
-from ._contents import Channel, ContentError, Contents
+from ._contents import ContentError, Contents
 from ._facts import RATE_TOLERANCE, SECONDS, letters, names_times, rounded
 from ._fields import number, seconds_of_date, unit_in_name
 
@@ -28,7 +28,7 @@ _SHORTEST = 100
 
 @dataclass(frozen=True)
 class TimeAxis:
-    """Channel of times.
+    """Channel of times. They are those of all channels of its length.
 
     Attributes
     ----------
@@ -52,10 +52,6 @@ class TimeAxis:
     start: float | None
     resolution: float
     unit: str | None
-
-    def covers(self, name: str, channel: Channel) -> bool:
-        """Return whether the times belong to another channel."""
-        return name != self.name and channel.length == self.length
 
 
 class EvenTimes:
