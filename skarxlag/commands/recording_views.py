@@ -107,7 +107,7 @@ def spectrum_figure(
     unit = "1/sample" if stretch.sampling_rate is None else "Hz"
     x = Axis(f"Frequency ({unit})", 0.0, float(frequencies[-1]) or 1.0)
     references = [np.interp(frequencies, *power_spectrum(other)) for other in healthy]
-    y = Axis.around("Power density (dB)", level, *references)
+    y = Axis.around(f"Power density ({_decibel(stretch)})", level, *references)
     marks = [_peaks(frequencies, level, x, y, "this recording")]
     note = ""
     if references:
@@ -121,6 +121,13 @@ def spectrum_figure(
         speeds = {other.mean_rpm for other in healthy if other.rpm is not None}
         note = f"Healthy recordings at {listed(sorted(speeds))} rpm." if speeds else ""
     return Figure("Spectrum", x, y, marks, note=note)
+
+
+def _decibel(stretch):
+    """Return the unit of a power density, as far as that of the samples is known."""
+    if stretch.unit is None or stretch.sampling_rate is None:
+        return "dB"
+    return f"dB re 1 ({stretch.unit})²/Hz"
 
 
 def _column_starts(ascending):
@@ -170,12 +177,18 @@ def orders_figure(stretch: Stretch, orders: dict[str, float] | None) -> Figure |
         highest = min(max(_MULTIPLES_OF_INNER * orders["inner"], 10.0), HIGHEST_ORDER)
     shown = NEPER_IN_DB * contrast[: int(highest / ORDER_STEP) + 1]
     x = Axis("Shaft order", 0.0, highest)
-    y = Axis("Contrast (dB)", 0.0, max(1.1 * float(shown.max()), 1.0))
+    y = Axis(
+        "Contrast (dB over the surroundings)", 0.0, max(1.1 * float(shown.max()), 1.0)
+    )
     at = ORDER_STEP * np.arange(len(shown))
     rules = [] if orders is None else _fault_lines(contrast, orders, x)
     note = f"Mean speed {stretch.mean_rpm:.5g} rpm."
     if rules:
-        note += " Each line stands where it fits best, within the error of the speed and slip."
+        note += (
+            " Each line stands where it fits best, within the error of the speed and "
+            "slip. A comb is the mean contrast of the lines of a fault, less a cost of "
+            "slip."
+        )
     return Figure(title, x, y, [_peaks(at, shown, x, y, "contrast")], rules, note)
 
 

@@ -58,8 +58,11 @@ def test_a_log_of_weeks_is_drawn_with_its_events(page_of, tmp_path):
     text = text_of(page)
     assert "522 rows of watch.jsonl" in text
     assert captions(page) == [
-        "Verdicts and alarm", "Alarm level", "p-value (power of ten)", "Probability of the verdict"
-    ]  # fmt: skip
+        "Verdicts and alarm",
+        "Alarm level (1 raises the alarm)",
+        "p-value (power of ten)",
+        "Probability of the verdict",
+    ]
     assert "good: 499 of 521" in text and "worn: 22 of 521" in text
     assert "alarm: 20 of 521" in text
     newest_first = [
@@ -87,7 +90,9 @@ def test_the_log_of_the_command_watch_is_read(run, models, piped, page_of, tmp_p
     page = page_of(path)
     assert f"{len(signal) // 200} rows" in page
     assert "&lt;b&gt;pump" in page and "<b>pump" not in page
-    assert {"Alarm level", "Probability of the verdict"} < {*captions(page)}
+    assert {"Alarm level (1 raises the alarm)", "Probability of the verdict"} < {
+        *captions(page)
+    }
 
 
 def test_sensors_have_a_section_each_and_alarms_come_first(page_of, tmp_path):
