@@ -6,6 +6,9 @@ import numpy as np
 from scipy.signal import lfilter
 
 from skarxlag import ConditionMonitor
+from skarxlag.core.capabilities import Capabilities
+from skarxlag.recordings.listing import ListedRecording
+from skarxlag.recordings.live import from_folder
 from skarxlag.recordings.live_text import TextSamples
 from skarxlag.recordings.live_times import StreamTimes
 
@@ -66,6 +69,12 @@ def drained(blocks, between=lambda look: None, n_looks=6):
         between(n_empty)
         n_empty += 1
     return found
+
+
+def blocks_of(folder, warn, place=None, settle=1e-6):
+    """Blocks from the files of a folder, in windows of 5 samples."""
+    files = ListedRecording(None, "", folder, sampling_rate=1.0)
+    return from_folder(files, Capabilities(window_length=5), settle, False, warn, place)
 
 
 def text_samples(channel=None):
