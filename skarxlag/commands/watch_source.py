@@ -138,28 +138,29 @@ class SensorSource:
 
     def _folder(self, position) -> Blocks:
         args = self._args
-        files = ListedRecording(
-            None,
-            "",
+        return from_folder(
             self._path,
+            self._entry_of,
+            self.model.can,
+            args.settle,
+            args.timed_files,
+            self._say,
+            position,
+        )
+
+    def _entry_of(self, path):
+        """Return a file of a folder with its channels, and print remarks that are new."""
+        args = self._args
+        recording = ListedRecording(
+            None,
+            path.name,
+            path,
             channel=args.channel,
             dtype=args.dtype,
             sampling_rate=self._rate,
             pulses_per_revolution=self._pulses,
             **args.rpm,
         )
-        return from_folder(
-            files,
-            self.model.can,
-            args.settle,
-            args.timed_files,
-            self._say,
-            position,
-            prepare=self._with_channel,
-        )
-
-    def _with_channel(self, recording):
-        """Return a file of a folder with its channels, and print remarks that are new."""
         chosen = self.model.with_channel(recording)
         self._note(self.model.channel_remarks(chosen, recording.channel))
         return chosen
