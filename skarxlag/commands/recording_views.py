@@ -59,10 +59,10 @@ def signal_figure(view: Overview) -> Figure:
     x = Axis(_time_label(rate), 0.0, view.duration / (rate or 1.0))
     y = Axis.around(f"Signal ({unit})", *view.signal)
     n_columns = len(view.signal[0])
-    at = (np.arange(n_columns) + 0.5) / n_columns
-    marks = [Mark(area(at, *map(y.share, view.signal)), "signal", "signal", True)]
+    across = (np.arange(n_columns) + 0.5) / n_columns
+    marks = [Mark(area(across, *map(y.share, view.signal)), "signal", "signal", True)]
     if np.isfinite(view.unpredicted[0]).any():
-        around = area(at, *map(y.share, view.unpredicted))
+        around = area(across, *map(y.share, view.unpredicted))
         marks.append(Mark(around, "rest", "not predicted by the model", True))
     return Figure("Signal: smallest and largest values", x, y, marks)
 
@@ -114,9 +114,9 @@ def spectrum_figure(
         lowest, highest = extremes(
             np.min(references, axis=0), np.max(references, axis=0)
         )
-        at = x.share(_column_starts(frequencies))
+        across = x.share(_column_starts(frequencies))
         label = f"{reason}: {counted(len(healthy), 'recording')}"
-        around = area(at, y.share(lowest), y.share(highest))
+        around = area(across, y.share(lowest), y.share(highest))
         marks.insert(0, Mark(around, "reference", label, True))
         speeds = {other.mean_rpm for other in healthy if other.rpm is not None}
         note = f"Healthy recordings at {listed(sorted(speeds))} rpm." if speeds else ""
@@ -180,7 +180,7 @@ def orders_figure(stretch: Stretch, orders: dict[str, float] | None) -> Figure |
     y = Axis(
         "Contrast (dB over the surroundings)", 0.0, max(1.1 * float(shown.max()), 1.0)
     )
-    at = ORDER_STEP * np.arange(len(shown))
+    shown_orders = ORDER_STEP * np.arange(len(shown))
     rules = [] if orders is None else _fault_lines(contrast, orders, x)
     note = f"Mean speed {stretch.mean_rpm:.5g} rpm."
     if rules:
@@ -189,7 +189,9 @@ def orders_figure(stretch: Stretch, orders: dict[str, float] | None) -> Figure |
             "slip. A comb is the mean contrast of the lines of a fault, less a cost of "
             "slip."
         )
-    return Figure(title, x, y, [_peaks(at, shown, x, y, "contrast")], rules, note)
+    return Figure(
+        title, x, y, [_peaks(shown_orders, shown, x, y, "contrast")], rules, note
+    )
 
 
 def _fault_lines(contrast, orders, x):

@@ -101,8 +101,8 @@ def _text(time):
 
 def _figures(rows: pd.DataFrame) -> list[Any]:
     """Return figures of one sensor; a quantity that is not known has none."""
-    x, at = _time_axis(rows["time"])
-    rows = rows.assign(share=x.share(at))[rows["kind"] == "verdict"]
+    x, moments = _time_axis(rows["time"])
+    rows = rows.assign(share=x.share(moments))[rows["kind"] == "verdict"]
     n_parts = min(_MOST_PARTS, len(rows))
     part = np.minimum((rows["share"] * n_parts).astype(int), n_parts - 1).to_numpy()
     healthy = rows["healthy"].iloc[-1]
@@ -123,11 +123,11 @@ def _figures(rows: pd.DataFrame) -> list[Any]:
 def _time_axis(times: pd.Series) -> tuple[Axis, Any]:
     """Return the axis of some times, and their positions on it."""
     if isinstance(times.iloc[0], pd.Timestamp):
-        at = times.astype("datetime64[ns, UTC]").astype("int64").to_numpy() / 1e9
-        end = at[0] + max(at[-1] - at[0], 60.0)
-        return DateAxis("Time (UTC)", at[0], end), at
-    at = times.to_numpy(dtype=float)
-    return Axis("Number of the recording", at[0] - 0.5, at[-1] + 0.5), at
+        moments = times.astype("datetime64[ns, UTC]").astype("int64").to_numpy() / 1e9
+        end = moments[0] + max(moments[-1] - moments[0], 60.0)
+        return DateAxis("Time (UTC)", moments[0], end), moments
+    moments = times.to_numpy(dtype=float)
+    return Axis("Number of the recording", moments[0] - 0.5, moments[-1] + 0.5), moments
 
 
 def _ranges(extremes: pd.DataFrame) -> list[Mark]:

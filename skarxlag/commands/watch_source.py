@@ -113,7 +113,8 @@ class SensorSource:
         samples = block.samples
         rpm = block.rpm if self.is_folder else self._args.rpm.get("rpm")
         if self._speed_column is not None:
-            samples, rpm = samples[:-1], samples[-1]
+            rpm = samples[-1]
+            samples = samples[:-1]
             if self._tacho is not None:
                 rpm = self._tacho.speeds(rpm)
         n_channels = self.model.n_channels
