@@ -1,4 +1,4 @@
-"""Places of faults by the orders of the bearing: right, wrong and abstained, rig by rig.
+"""Fault locations by the orders of the bearing: right, wrong and abstained, rig by rig.
 
 Run ``python -m benchmarks.fault_orders`` from the root of the repository.
 """
@@ -102,7 +102,7 @@ def whole(name, rig, method):
     Returns
     -------
     DataFrame
-        ``rig``, ``method``, ``recording``, ``place``, a score for each place, and
+        ``rig``, ``method``, ``recording``, ``location``, a score for each location, and
         ``ms`` of processor time for each second of signal.
     """
     rows = []
@@ -114,10 +114,12 @@ def whole(name, rig, method):
             "rig": name,
             "method": method,
             "recording": recording.name,
-            "place": recording.place,
+            "location": recording.location,
         }
-        of_place = dict(zip(FAULT_LOCATIONS, scores, strict=True))
-        rows.append(facts | of_place | {"ms": (process_time() - clock) * 1e3 / seconds})
+        of_location = dict(zip(FAULT_LOCATIONS, scores, strict=True))
+        rows.append(
+            facts | of_location | {"ms": (process_time() - clock) * 1e3 / seconds}
+        )
     return pd.DataFrame(rows)
 
 
@@ -134,8 +136,8 @@ def stretches(name, rig):
     Returns
     -------
     DataFrame
-        ``rig``, ``recording``, ``place``, ``rpm``, ``second`` and a score for each
-        place.
+        ``rig``, ``recording``, ``location``, ``rpm``, ``second`` and a score for each
+        location.
     """
     frames = []
     for recording in rig:
@@ -147,7 +149,7 @@ def stretches(name, rig):
         facts = {
             "rig": name,
             "recording": recording.name,
-            "place": recording.place,
+            "location": recording.location,
             "rpm": recording.rpm,
             "second": np.arange(len(X)),
         }
@@ -171,7 +173,9 @@ def settings_left_out(rigs):
     """
     accuracy = {}
     for name, rig in rigs.items():
-        faulty = [recording for recording in rig if recording.place in FAULT_LOCATIONS]
+        faulty = [
+            recording for recording in rig if recording.location in FAULT_LOCATIONS
+        ]
         right = np.zeros((len(_SETTINGS), len(faulty)))
         for column, recording in enumerate(faulty):
             turn = 60 * recording.rate / recording.rpm
@@ -179,7 +183,9 @@ def settings_left_out(rigs):
             for row, (weights, cage, slip) in enumerate(_SETTINGS):
                 contrast = np.array(weights) / sum(weights) @ parts
                 scores = fault_comb(contrast, recording.orders, 0.1, slip, cage).scores
-                right[row, column] = FAULT_LOCATIONS[scores.argmax()] == recording.place
+                right[row, column] = (
+                    FAULT_LOCATIONS[scores.argmax()] == recording.location
+                )
         accuracy[name] = right.mean(axis=1)
     frame = pd.DataFrame(accuracy)
     default = _SETTINGS.index(((1, 1, 0.4), 0.6, 0.03))
@@ -206,7 +212,7 @@ def visible_left_out(recorded, seconds):
     Parameters
     ----------
     recorded, seconds : DataFrame
-        ``rig``, ``place`` and a score for each place, of recordings and of stretches.
+        ``rig``, ``location`` and a score for each location, of recordings and of stretches.
 
     Returns
     -------
@@ -226,23 +232,23 @@ def visible_left_out(recorded, seconds):
             of_parts = []
             for rows in parts:
                 beyond = rows[list(FAULT_LOCATIONS)].to_numpy() - limit
-                found = comb_evidence(beyond, np.arange(4), visible=visible)
-                true = rows["place"].map([*FAULT_LOCATIONS, HEALTHY].index)
-                of_parts.append(-found[np.arange(len(rows)), true].mean())
+                evidence = comb_evidence(beyond, np.arange(4), visible=visible)
+                true = rows["location"].map([*FAULT_LOCATIONS, HEALTHY].index)
+                of_parts.append(-evidence[np.arange(len(rows)), true].mean())
             losses[rig, visible] = np.mean(of_parts)
     table = pd.Series(losses).unstack(0)
     best = {rig: table.drop(columns=rig).mean(axis=1).idxmin() for rig in table}
-    found = [
+    lines = [
         (rig, v, table.loc[v, rig], table.loc[VISIBLE_ALONE, rig])
         for rig, v in best.items()
     ]
     return pd.DataFrame(
-        found, columns=["rig left out", "visible", "loss", "loss in use"]
+        lines, columns=["rig left out", "visible", "loss", "loss in use"]
     )
 
 
 def verdicts(scores, **options):
-    """Return places and verdicts that the classifier derives from scores.
+    """Return locations and verdicts that the classifier derives from scores.
 
     Parameters
     ----------
@@ -276,21 +282,21 @@ def area_under_curve(faulty, healthy):
 
 
 def counted(rows):
-    """Return right, wrong and abstained by rig and place, and right without abstaining."""
+    """Count right, wrong and abstained by rig and location, and right without abstaining."""
     scores = rows[list(FAULT_LOCATIONS)].to_numpy()
     rows = rows.assign(
         forced=[FAULT_LOCATIONS[i] for i in scores.argmax(axis=1)],
         verdict=verdicts(scores),
     )
-    found = []
-    for (rig, place), group in rows.groupby(["rig", "place"], sort=False):
+    lines = []
+    for (rig, location), group in rows.groupby(["rig", "location"], sort=False):
         named = group[~group["verdict"].isin(["healthy", NOT_IDENTIFIABLE])]
-        line = {"rig": rig, "place": place, "recordings": len(group)}
-        if place == "healthy":
+        line = {"rig": rig, "location": location, "recordings": len(group)}
+        if location == "healthy":
             right = (group["verdict"] == "healthy").sum()
             wrong = len(named)
         else:
-            right = (named["verdict"] == place).sum()
+            right = (named["verdict"] == location).sum()
             wrong = len(named) - right
         line |= {
             "right": right,
@@ -298,38 +304,40 @@ def counted(rows):
             "abstained": len(group) - right - wrong,
         }
         forced = (
-            "" if place == "healthy" else f"{(group['forced'] == place).mean():.2f}"
+            ""
+            if location == "healthy"
+            else f"{(group['forced'] == location).mean():.2f}"
         )
-        found.append(line | {"right without abstaining": forced})
-    return pd.DataFrame(found)
+        lines.append(line | {"right without abstaining": forced})
+    return pd.DataFrame(lines)
 
 
-def mean_accuracy(rows, places=FAULT_LOCATIONS):
+def mean_accuracy(rows, locations=FAULT_LOCATIONS):
     """Return the share of right locations on each rig, without abstaining."""
-    faulty = rows[rows["place"].isin(places)]
+    faulty = rows[rows["location"].isin(locations)]
     best = faulty[list(FAULT_LOCATIONS)].to_numpy().argmax(axis=1)
     right = pd.Series(
-        np.array(FAULT_LOCATIONS)[best] == faulty["place"], index=faulty.index
+        np.array(FAULT_LOCATIONS)[best] == faulty["location"], index=faulty.index
     )
     return right.groupby(faulty["rig"], sort=False).mean()
 
 
 def compared(rows):
     """Each method: right on the mean of rigs, races, and races above all healthy recordings."""
-    found = []
+    lines = []
     for method, group in rows.groupby("method", sort=False):
         by_rig = mean_accuracy(group)
         best = group[list(FAULT_LOCATIONS)].max(axis=1)
-        healthy = best[group["place"] == "healthy"].max()
-        races = group[group["place"].isin(_RACES)]
+        healthy = best[group["location"] == "healthy"].max()
+        races = group[group["location"].isin(_RACES)]
         named = (
             np.array(FAULT_LOCATIONS)[
                 races[list(FAULT_LOCATIONS)].to_numpy().argmax(axis=1)
             ]
-            == races["place"]
+            == races["location"]
         )
         above = (best[races.index] > healthy) & named
-        found.append(
+        lines.append(
             {
                 "method": method,
                 "mean of rigs": by_rig.mean(),
@@ -339,7 +347,7 @@ def compared(rows):
                 "ms for 1 s": group["ms"].median(),
             }
         )
-    return pd.DataFrame(found).sort_values("mean of rigs", ascending=False)
+    return pd.DataFrame(lines).sort_values("mean of rigs", ascending=False)
 
 
 def with_reference(rows, rate=0.02):
@@ -348,8 +356,8 @@ def with_reference(rows, rate=0.02):
     The first half of each healthy recording calibrates, the second half is tested; or
     recordings of all speeds but one calibrate, and the last speed is tested.
     """
-    found = []
-    for rig, group in rows[rows["place"] == "healthy"].groupby("rig", sort=False):
+    lines = []
+    for rig, group in rows[rows["location"] == "healthy"].groupby("rig", sort=False):
         half = group.groupby("recording")["second"].transform("max") / 2
         early = group[group["second"] < half]
         late = group[group["second"] >= half]
@@ -357,8 +365,8 @@ def with_reference(rows, rate=0.02):
             _alarms(group[group["rpm"] != rpm], group[group["rpm"] == rpm], rate)
             for rpm in group["rpm"].unique()
         ]
-        races = rows[(rows["rig"] == rig) & rows["place"].isin(_RACES)]
-        found.append(
+        races = rows[(rows["rig"] == rig) & rows["location"].isin(_RACES)]
+        lines.append(
             {
                 "rig": rig,
                 "healthy stretches": len(group),
@@ -372,7 +380,7 @@ def with_reference(rows, rate=0.02):
                 ),
             }
         )
-    return pd.DataFrame(found)
+    return pd.DataFrame(lines)
 
 
 def _alarms(reference, tested, rate):
@@ -384,8 +392,10 @@ def _alarms(reference, tested, rate):
         fitted._calibrate(
             reference[list(FAULT_LOCATIONS)].to_numpy(), reference["rpm"].to_numpy()
         )
-    found = _matched(tested[list(FAULT_LOCATIONS)].to_numpy(), tested["rpm"].to_numpy())
-    return fitted._judge(found).alarm.mean()
+    matched = _matched(
+        tested[list(FAULT_LOCATIONS)].to_numpy(), tested["rpm"].to_numpy()
+    )
+    return fitted._judge(matched).alarm.mean()
 
 
 def _matched(scores, rpm):
@@ -397,7 +407,7 @@ def _matched(scores, rpm):
 def blocks(recorded, seconds, chosen):
     """Return the Markdown blocks of the page by name."""
     ours = recorded[recorded["method"] == _OURS]
-    found = {
+    texts = {
         "named": "Whole recordings, nominal speed, nothing trained, stated rates of .02. "
         "Abstained: healthy or not identifiable.\n\n" + markdown(counted(ours)),
         "methods": "Right locations without abstaining. Every method has the bearing and the "
@@ -409,13 +419,13 @@ def blocks(recorded, seconds, chosen):
         + markdown(with_reference(seconds)),
     }
     if chosen is not None:
-        found["settings"] = (
+        texts["settings"] = (
             f"{len(_SETTINGS)} settings were scored. For each rig, the settings that are best on "
             "the mean of all other rigs: weights of the contrasts (bands : prewhitened : "
             "prewhitened, long segments), weight of the cage, and slip. The mean of the column "
             f"is {chosen['right'].mean():.3f}.\n\n" + markdown(chosen)
         )
-    return {BLOCK.format(name): text for name, text in found.items()}
+    return {BLOCK.format(name): text for name, text in texts.items()}
 
 
 def cost_of_one_second():
@@ -457,7 +467,7 @@ def main(arguments=None):
     seconds = pd.concat(seconds, ignore_index=True)
     chosen = settings_left_out(rigs) if options.settings else None
     if options.null:
-        healthy = seconds[seconds["place"] == "healthy"]
+        healthy = seconds[seconds["location"] == "healthy"]
         location, scale = gumbel_r.fit(healthy[list(FAULT_LOCATIONS)].max(axis=1))
         print(f"healthy stretches: location {location:.3f}, scale {scale:.3f} nepers")
     if options.visible:

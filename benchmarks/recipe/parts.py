@@ -72,8 +72,8 @@ def _of_length(recordings):
         if variant not in accuracy.index:
             continue
         earned = (accuracy.loc[RECIPE] - accuracy.loc[variant]).map("{:+.3f}".format)
-        found = draws(real[real.method.isin([RECIPE, variant])])[_MEAN]
-        limits = interval(found[RECIPE] - found[variant])
+        mean_draws = draws(real[real.method.isin([RECIPE, variant])])[_MEAN]
+        limits = interval(mean_draws[RECIPE] - mean_draws[variant])
         lines.append({"part": part} | earned.to_dict() | {"90 % interval": limits})
     table = pd.DataFrame(lines).fillna("")
     columns = ["part", _MEAN, "90 % interval", *accuracy.columns[1:]]

@@ -100,9 +100,9 @@ def measure(n_recordings=200, n_listed=10_000):
         folder = Path(folder)
         model, path = _fitted(folder, n_recordings)
         tasks = [partial(diagnose_file, each, model.load) for each in list_files(path)]
-        found = tasks[0]()
-        if found.error is not None:
-            raise RuntimeError(found.error)
+        diagnosis = tasks[0]()
+        if diagnosis.error is not None:
+            raise RuntimeError(diagnosis.error)
         listed = steps(model, path / "0.npy", n_listed)
         used = (
             "recordings of a table",
@@ -122,11 +122,11 @@ def measure(n_recordings=200, n_listed=10_000):
             lists=sum(listed[name] for name in used) / n_listed,
             start=_seconds_of_children() - started,
             worker=worker,
-            verdict=_bytes_in_memory(found),
+            verdict=_bytes_in_memory(diagnosis),
             file=(path / "0.npy").stat().st_size,
             result=(path / str(n_listed) / "results.json").stat().st_size / n_listed,
             sent=len(pickle.dumps(tasks[0])),
-            returned=len(pickle.dumps(found)),
+            returned=len(pickle.dumps(diagnosis)),
         )
 
 

@@ -12,7 +12,7 @@ from benchmarks.another_bearing import (
     metrics,
     protocol,
 )
-from benchmarks.another_bearing.methods import METHODS, by_place
+from benchmarks.another_bearing.methods import METHODS, by_location
 from benchmarks.recipe.rigs import Recording, Rig
 from skarxlag.core.fault_locations import FAULT_LOCATIONS
 from skarxlag.kernels import posterior
@@ -39,7 +39,7 @@ def rig(name="CWRU drive end", loads=(None,)):
     return Rig(name, RATE, recordings)
 
 
-def test_folds_leave_one_specimen_of_each_place_out():
+def test_folds_leave_one_specimen_of_each_location_out():
     assert protocol.left_out_sets(rig()) == [{"IR2", "OR2"}, {"IR5", "OR5"}]
     found = list(protocol.folds(rig()))
     # All specimens, then two folds, at two speeds each.
@@ -53,7 +53,7 @@ def test_folds_leave_one_specimen_of_each_place_out():
     assert set(other.train.rpm) == {1200.0}
     assert list(other.tests) == [protocol.ANOTHER, protocol.ANOTHER_SPEED]
     for rows in other.tests.values():
-        assert set(rows.condition) == {"IR2", "OR2"} and set(rows.place) == {
+        assert set(rows.condition) == {"IR2", "OR2"} and set(rows.location) == {
             "inner",
             "outer",
         }
@@ -89,12 +89,12 @@ def test_a_bearing_is_a_specimen_if_it_is_stated():
 
 
 def table_of(right, stated=0.95):
-    """Probabilities of places, of which some are right."""
+    """Probabilities of locations, of which some are right."""
     frame = pd.DataFrame(0.0, index=range(len(right)), columns=list(FAULT_LOCATIONS))
     frame["inner"] = np.where(right, stated, 1 - stated)
     frame["outer"] = np.where(right, 1 - stated, stated)
     return frame.assign(
-        place="inner", specimen=[f"s{i % 4}" for i in range(len(right))]
+        location="inner", specimen=[f"s{i % 4}" for i in range(len(right))]
     )
 
 
@@ -106,14 +106,14 @@ def test_measures_by_hand():
     assert found["error"] == pytest.approx(0.2)
     expected = -np.log(np.where(right, 0.95, 0.05)).mean()
     assert found["log loss"] == pytest.approx(expected)
-    # Fewer than 30 stated rows have no share, and one place has no area.
+    # Fewer than 30 stated rows have no share, and one location has no area.
     few = metrics.measured(table_of(right[:8]))
     assert np.isnan(few["of these"]) and np.isnan(few["AUROC"])
     low, high = metrics.interval(right, np.arange(40) % 4)
     assert low < 0.75 < high
 
 
-def test_methods_return_probabilities_of_places():
+def test_methods_return_probabilities_of_locations():
     fold = list(protocol.folds(rig()))[2]
     for name, method in METHODS.items():
         for key, probability in method(rig(), fold.train, fold.tests):
@@ -124,7 +124,7 @@ def test_methods_return_probabilities_of_places():
             assert (probability >= 0).all() and (
                 probability.sum(axis=1) < 1 + 1e-9
             ).all()
-    found = by_place(
+    found = by_location(
         np.array([[0.1, 0.2, 0.7]]), np.array(["inner", "inner", "healthy"])
     )
     np.testing.assert_allclose(found, [[0, 0.3, 0, 0.7]])

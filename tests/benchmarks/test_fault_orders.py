@@ -18,24 +18,24 @@ from skarxlag.bearings import SKF_6205, bearing_orders
 RATE = 10_000
 
 
-def recording(place, seed, seconds=3):
+def recording(location, seed, seconds=3):
     rng = np.random.default_rng(seed)
     signal = rng.normal(size=seconds * RATE)
-    if place != "healthy":
-        interval = RATE / (15 * bearing_orders(SKF_6205)[place])
+    if location != "healthy":
+        interval = RATE / (15 * bearing_orders(SKF_6205)[location])
         strikes = np.cumsum(
             interval * rng.normal(1, 0.01, size=int(len(signal) / interval))
         )
         signal[strikes[strikes < len(signal)].astype(int)] += 10
     return Recording(
-        "rig", f"{place}{seed}", place, 900.0, float(RATE), SKF_6205, signal
+        "rig", f"{location}{seed}", location, 900.0, float(RATE), SKF_6205, signal
     )
 
 
 @pytest.fixture(scope="module")
 def rig():
-    places = ("healthy", "inner", "outer")
-    return [recording(place, seed) for seed, place in enumerate(places)]
+    locations = ("healthy", "inner", "outer")
+    return [recording(location, seed) for seed, location in enumerate(locations)]
 
 
 def test_tables_of_a_rig(rig):
@@ -58,13 +58,13 @@ def test_wrong_names_and_abstaining_are_counted():
     rows = pd.DataFrame(
         {
             "rig": "a",
-            "place": ["inner", "inner", "outer", "healthy"],
+            "location": ["inner", "inner", "outer", "healthy"],
             "ball": 0.0,
             "inner": [3.0, 1.0, 4.0, 3.0],
             "outer": [1.0, 0.5, 1.0, 2.95],
         }
     )
-    table = counted(rows).set_index("place")
+    table = counted(rows).set_index("location")
     assert table.loc["inner", ["right", "wrong", "abstained"]].tolist() == [1, 0, 1]
     assert table.loc["outer", ["right", "wrong", "abstained"]].tolist() == [0, 1, 0]
     assert table.loc["healthy", ["right", "wrong", "abstained"]].tolist() == [0, 0, 1]

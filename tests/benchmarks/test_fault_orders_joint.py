@@ -24,15 +24,15 @@ def recordings(rig, seed):
     return [
         Recording(
             rig,
-            f"{place}_{rpm}",
-            place,
+            f"{location}_{rpm}",
+            location,
             rpm,
             float(RATE),
             SKF_6205,
             np.concatenate([strikes(order, rpm, [seed, i]) for i in range(4)]),
-            place,
+            location,
         )
-        for place, order in ORDERS.items()
+        for location, order in ORDERS.items()
         for rpm in (900.0, 1200.0)
     ]
 
@@ -53,11 +53,11 @@ def test_protocols_of_a_rig(rigs):
         "remounted strongly",
         "other rig",
     ]
-    assert found["place, both"].min() == 1
+    assert found["location, both"].min() == 1
     chosen = settings_left_out(
         [*parts, *(("other", protocol, part) for _, protocol, part in parts)]
     )
-    assert chosen["place"].tolist() == [1, 1]
+    assert chosen["location"].tolist() == [1, 1]
 
 
 def test_verdict_is_that_of_the_diagnoser(rigs):
@@ -71,8 +71,8 @@ def test_verdict_is_that_of_the_diagnoser(rigs):
     expected = diagnoser.predict_proba(tested.X, rpm=tested.rpm)
     part = compare(diagnoser, tested, SKF_6205)
     # An unknown condition shows no comb, as a healthy one.
-    places = np.append(part.class_locations, 3)
-    evidence = comb_evidence(part.scores, places, *SETTINGS[IN_USE])
+    locations = np.append(part.class_locations, 3)
+    evidence = comb_evidence(part.scores, locations, *SETTINGS[IN_USE])
     joint = softmax(part.log_probability + evidence, axis=1)
     n_classes = len(part.class_locations)
     shared = joint[:, :n_classes] + joint[:, n_classes:] / n_classes

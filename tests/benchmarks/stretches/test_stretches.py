@@ -13,7 +13,7 @@ from benchmarks.stretches.methods import (
     TooFew,
     WindowsVote,
 )
-from benchmarks.stretches.rigs import places
+from benchmarks.stretches.rigs import locations
 from skarxlag import bearing_orders, make_alpio
 from skarxlag.bearings import SKF_6205
 
@@ -69,23 +69,24 @@ def test_methods_name_conditions_at_the_other_speed(rig, make):
         [900, 700],
     ]
     assert (
-        pairs["accuracy"].min() >= 6 / 9 and (pairs["place"] >= pairs["accuracy"]).all()
+        pairs["accuracy"].min() >= 6 / 9
+        and (pairs["location"] >= pairs["accuracy"]).all()
     )
 
 
 @pytest.mark.parametrize("make", [LargestPeak, PyBearing])
-def test_rules_name_the_place_by_the_geometry(rig, make):
+def test_rules_name_the_location_by_the_geometry(rig, make):
     if make is PyBearing:
         pytest.importorskip("pybearing.analysis.envelope_analysis")
     pairs = pd.DataFrame(
-        command.speed_pairs(lambda: make(RATE, ORDERS), rig, of_place=True)
+        command.speed_pairs(lambda: make(RATE, ORDERS), rig, of_location=True)
     )
-    assert pairs["accuracy"].isna().all() and pairs["place"].min() >= 5 / 9
+    assert pairs["accuracy"].isna().all() and pairs["location"].min() >= 5 / 9
 
 
-def test_places_of_compound_faults_are_unknown():
+def test_locations_of_compound_faults_are_unknown():
     expected = ["inner", "outer", "ball", "healthy", None]
-    assert places(["IR5", "O", "B", "N", "IR-OR"]).tolist() == expected
+    assert locations(["IR5", "O", "B", "N", "IR-OR"]).tolist() == expected
 
 
 @pytest.mark.slow
@@ -149,7 +150,7 @@ def test_tables_of_real_and_simulated_rigs_and_of_training():
         ("simulated, 3 mm", 1.0, ours, 21, 0.7), ("simulated, 3 mm", 1.0, ours, 22, 1.0),
     ]  # fmt: skip
     pairs = pd.DataFrame(rows, columns=["rig", "seconds", "method", "seed", "accuracy"])
-    blocks = command.blocks(pairs.assign(place=1.0))
+    blocks = command.blocks(pairs.assign(location=1.0))
     assert list(blocks) == [
         f"stretches {name}" for name in ("overview", "training", "simulated")
     ]
