@@ -10,9 +10,7 @@ from benchmarks.fault_orders.command import (
     whole,
     with_reference,
 )
-from benchmarks.fault_orders.methods import largest_peaks
 from benchmarks.fault_orders.rigs import Recording
-from skarxlag import envelope_spectrum
 from skarxlag.bearings import SKF_6205, bearing_orders
 
 RATE = 10_000
@@ -74,8 +72,3 @@ def test_wrong_names_and_abstaining_are_counted():
 def test_settings_are_chosen_without_the_rig(rig):
     found = settings_left_out({"one": rig, "other": rig})
     assert found["right"].tolist() == [1, 1]
-
-
-def test_largest_peaks_find_the_race(rig):
-    spectrum = envelope_spectrum(rig[2].samples, RATE, prewhiten=False)
-    assert np.argmax(largest_peaks(*spectrum, rig[2])) == 2

@@ -79,16 +79,6 @@ def test_verdict_is_that_of_the_diagnoser(rigs):
     np.testing.assert_allclose(shared, expected, rtol=1e-5)
 
 
-def test_rows_of_one_speed_are_campaigns_by_load():
-    rig = [
-        recording._replace(rpm=900.0, name=f"x_{i}")
-        for i, recording in enumerate(recordings("a", 0))
-    ]
-    rows = rows_of(rig)
-    assert rows.X.shape == (16, RATE) and rows.is_first_half.sum() == 8
-    assert np.unique(rows.campaign).tolist() == ["0", "1", "2", "3"]
-
-
 def test_remounting_filters_and_adds_noise():
     X = np.random.default_rng(0).normal(size=(2, 4000))
     moved = remounted(X, 1.0, 0.0, 0)

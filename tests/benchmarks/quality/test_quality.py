@@ -2,10 +2,9 @@
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from benchmarks.quality import __main__ as command
-from benchmarks.quality import rigs, treatments
+from benchmarks.quality import treatments
 from benchmarks.recipe.rigs import Recording, Rig
 
 NOISE = np.random.default_rng(0).normal(size=(3, 12_000))
@@ -42,37 +41,3 @@ def test_shares_are_in_percent():
     assert table.to_numpy().tolist() == [["a", "33.4", "33.4"]]
     table = command.refused(found[:2], "rig", "group")
     assert table.to_numpy().tolist() == [["a", "0", "0"]]
-
-
-def test_the_tables_are_printed(tmp_path, capsys):
-    arguments = [
-        "--seconds",
-        "1",
-        "--output",
-        str(tmp_path),
-        "--data-home",
-        str(tmp_path),
-    ]
-    command.main(arguments)
-    printed = capsys.readouterr().out
-    assert "| simulated, 1 s | 0 |" in printed
-    good = pd.read_csv(tmp_path / "good.csv")
-    assert (good["quality"] == "good").all()
-
-
-def test_rigs_are_read_from_a_folder(tmp_path):
-    folder = tmp_path / "mfpt"
-    folder.mkdir()
-    facts = {
-        "acceleration": NOISE[0].astype(np.float32),
-        "sampling_rate": 8000.0,
-        "rpm": 900.0,
-    }
-    np.savez(folder / "inner_load1.npz", **facts)
-    (rig,) = rigs.all_rigs(tmp_path)
-    assert (rig.name, rig.sampling_rate, rig.recordings[0].rpm) == (
-        "MFPT",
-        8000.0,
-        900.0,
-    )
-    assert rig.recordings[0].samples == pytest.approx(NOISE[0], abs=1e-6)
