@@ -214,7 +214,7 @@ def test_notebook_runs(name, monkeypatch):
     pyplot.close("all")
     assert not any(cell["outputs"] for cell in cells)
     if name == "real_recordings":
-        assert names["places"].tolist() == names["rig"].target.tolist()
+        assert names["locations"].tolist() == names["rig"].target.tolist()
     else:
         assert len(names["verdicts"]) == len(names["conditions"])
 

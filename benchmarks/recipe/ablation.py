@@ -43,15 +43,18 @@ NO_DRIFT = {"smooth_drift": 0.0, "rough_drift": TINY, "frequency_drift": 0.0}
 #: Changed parameters of `LogSpectra` and of `SpectralDistance` in `make_diagnoser`.
 PARTS = {
     "product of groups alone": ({}, {"joint_weight": 0.0}),
-    "joint distance of colour and steadiness alone": ({}, {"joint_weight": 1.0}),
+    "joint distance of spectral shape and impulsiveness alone": (
+        {},
+        {"joint_weight": 1.0},
+    ),
     "joint distance of all groups alone": (
         {},
         {"joint_weight": 1.0, "joint_groups": None},
     ),
-    "colour alone": ({"measures": ("spectral_shape",)}, {"joint_groups": None}),
+    "spectral shape alone": ({"measures": ("spectral_shape",)}, {"joint_groups": None}),
     "floor alone": ({"measures": ("floor",)}, {"joint_groups": None}),
-    "steadiness alone": ({"measures": ("steadiness",)}, {"joint_groups": None}),
-    "without steadiness": (
+    "impulsiveness alone": ({"measures": ("steadiness",)}, {"joint_groups": None}),
+    "without impulsiveness": (
         {"measures": ("spectral_shape", "floor")},
         {"joint_groups": None},
     ),
@@ -59,7 +62,10 @@ PARTS = {
         {"measures": ("spectral_shape", "steadiness")},
         {"joint_groups": None},
     ),
-    "without colour": ({"measures": ("floor", "steadiness")}, {"joint_groups": None}),
+    "without spectral shape": (
+        {"measures": ("floor", "steadiness")},
+        {"joint_groups": None},
+    ),
     "smooth drift 0": ({}, {"smooth_drift": 0.0}),
     f"rough drift {TINY:g}": ({}, {"rough_drift": TINY}),
     "frequency drift 0": ({}, {"frequency_drift": 0.0}),

@@ -14,9 +14,9 @@ WITHOUT = {
     "model of the signal": f"{RECIPE}, plain windows, no model",
     "measured inputs": f"{RECIPE}, measured inputs left out",
     "expected change with speed": f"{RECIPE}, no drift at all",
-    "colour of the spectrum": f"{RECIPE}, without colour",
+    "spectral shape": f"{RECIPE}, without spectral shape",
     "floor between impacts": f"{RECIPE}, without floor",
-    "steadiness": f"{RECIPE}, without steadiness",
+    "impulsiveness": f"{RECIPE}, without impulsiveness",
     "joint distance, next to the product of distances": f"{RECIPE}, product of groups alone",
     "short-time spectra, in place of a bank of observers": PROPOSAL,
 }
