@@ -31,12 +31,13 @@ from skarxlag import (
     SpectralDistance,
     ThresholdLadder,
     make_alpio,
-    make_detector,
     make_diagnoser,
     make_extended_state_pio,
 )
 from skarxlag.core.registry import ESTIMATORS as REGISTRY
 from skarxlag.models.observers import RESIDUAL_EVALUATIONS
+
+from .estimators import ESTIMATORS, labels, outputs, signals
 
 #: Sampling noise of few rows: what the detector says of its calibration.
 pytestmark = [
@@ -49,29 +50,6 @@ pytestmark = [
         "rpm is not given",
         "y has .* labels .* but all rows count as healthy",
     )
-]
-#: Parameters of estimators that are tested with other ones than the defaults.
-VARIANTS = {
-    "ARXLaguerre": [
-        {},
-        {"pole": "optimise", "order": 4},
-        {"bank": False, "unit_rms": False},
-    ],
-    "PIObserver": [{"evaluation": name} for name in RESIDUAL_EVALUATIONS],
-    "ExtendedStatePIObserver": [{"evaluation": name} for name in RESIDUAL_EVALUATIONS],
-    "ExtendedStatePIObserverBank": [{"n_members": 8}],
-    "SpectralDistance": [{}, {"joint_weight": 0.5}],
-    "FaultOrderClassifier": [
-        {"bearing": "6205", "sampling_rate": 100.0, "speed_range": (2000.0, 2600.0)}
-    ],
-    "SensorFusion": [{"estimator": make_diagnoser()}, {"estimator": make_detector()}],
-}
-# A Pipeline cannot be checked without its steps; those of the makers are, below.
-ESTIMATORS = [
-    getattr(skarxlag, name)(**parameters)
-    for name in REGISTRY
-    if name != "DiagnosisPipeline"
-    for parameters in VARIANTS.get(name, [{}])
 ]
 
 
@@ -90,26 +68,6 @@ TABLES = [e for e in CHECKED if e in TRANSFORMERS and not isinstance(e, THREE_AX
 #: Checks that scikit-learn 1.6.1 and 1.9 make of an estimator of each type, at least.
 LEAST = {"classifier": 45, "outlier_detector": 45, None: 47}
 RAN = Counter()
-
-
-def signals(shape, seed=0):
-    return np.random.default_rng(seed).normal(size=shape)
-
-
-def labels(n):
-    return np.arange(n) % 2
-
-
-def outputs(estimator, X):
-    """Everything that a fitted estimator says of X."""
-    methods = (
-        "transform",
-        "predict",
-        "decision_function",
-        "predict_proba",
-        "score_samples",
-    )
-    return [getattr(estimator, m)(X) for m in methods if hasattr(estimator, m)]
 
 
 def assert_same(one, other):

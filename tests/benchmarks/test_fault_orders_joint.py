@@ -17,7 +17,7 @@ from skarxlag import make_diagnoser
 from skarxlag.bearings import SKF_6205
 from skarxlag.decisions.comb_probabilities import comb_evidence
 
-from ..distances.test_orders import ORDERS, RATE, strikes
+from ..impacts import ORDERS, RATE, strikes
 
 
 def recordings(rig, seed):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.paper import test_errata_tables as tables
+from .printed import WRONG_AVERAGES, differing_cells
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "paper" / "errata.md").read_text("utf-8")
@@ -86,12 +86,10 @@ def test_listed_averages_are_those_that_the_rows_contradict():
         table, method, crack = where.split(", ")
         key = (table.lower().replace(" ", ""), method, int(crack.removesuffix(" mm")))
         listed[key] = tuple(map(float, figures))
-    assert listed == tables.WRONG_AVERAGES
+    assert listed == WRONG_AVERAGES
 
 
 def test_listed_cells_are_those_that_differ():
     (section,) = (each for each in SECTIONS if "Cells with two values" in each)
     listed = cells(section)
-    assert listed == [
-        list(map(str, cell.values())) for cell in tables.differing_cells()
-    ]
+    assert listed == [list(map(str, cell.values())) for cell in differing_cells()]

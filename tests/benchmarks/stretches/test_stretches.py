@@ -15,7 +15,7 @@ from benchmarks.stretches.rigs import locations
 from skarxlag import bearing_orders, make_alpio
 from skarxlag.bearings import SKF_6205
 
-from ...distances.test_orders import RATE, strikes
+from ...impacts import RATE, strikes
 
 ORDERS = bearing_orders(SKF_6205)
 
