@@ -2,15 +2,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.fault_orders.command import (
-    compared,
-    counted,
-    settings_left_out,
-    stretches,
-    whole,
-    with_reference,
-)
+from benchmarks.fault_orders.choices import settings_left_out
+from benchmarks.fault_orders.command import stretches, whole
 from benchmarks.fault_orders.rigs import Recording
+from benchmarks.fault_orders.tables import compared, counted, with_reference
 from skarxlag.bearings import SKF_6205, bearing_orders
 
 RATE = 10_000
