@@ -41,8 +41,8 @@ from .estimators import ESTIMATORS, labels, outputs, signals
 
 #: Sampling noise of few rows: what the detector says of its calibration.
 pytestmark = [
-    pytest.mark.filterwarnings(f"ignore:{said}:UserWarning")
-    for said in (
+    pytest.mark.filterwarnings(f"ignore:{message}:UserWarning")
+    for message in (
         ".* healthy rows are too few",
         ".* rows of condition .* are too few",
         "Conditions with one row at each speed",
@@ -131,8 +131,8 @@ def of_any_pipeline():
 )
 def test_diagnosers_fail_no_check_that_a_pipeline_can_pass(make, of_any_pipeline):
     inevitable, number = of_any_pipeline
-    found, n_checks = failures(make())
-    assert found <= inevitable
+    failed, n_checks = failures(make())
+    assert failed <= inevitable
     assert len(inevitable) <= 2
     assert n_checks >= 50 and n_checks == number
 
@@ -203,8 +203,8 @@ class TestEveryEstimator:
         X, y = signals((12, 40)), labels(12)
         fitted = clone(estimator).fit(X, y)
         # Parts compare by what they are made of.
-        found, given = (each.get_params() for each in (clone(fitted), estimator))
-        assert {k: repr(v) for k, v in found.items()} == {
+        of_clone, given = (each.get_params() for each in (clone(fitted), estimator))
+        assert {k: repr(v) for k, v in of_clone.items()} == {
             k: repr(v) for k, v in given.items()
         }
         assert_same(outputs(pickle.loads(pickle.dumps(fitted)), X), outputs(fitted, X))
@@ -243,8 +243,8 @@ class TestEveryEstimator:
         expected = outputs(clone(estimator).fit(X, y), X)
         for other in (X.copy(), strided, np.asfortranarray(X)):
             other.flags.writeable = other is strided
-            found = outputs(clone(estimator).fit(other, y), other)
-            for a, b in zip(found, expected, strict=True):
+            results = outputs(clone(estimator).fit(other, y), other)
+            for a, b in zip(results, expected, strict=True):
                 np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-12)
             np.testing.assert_array_equal(other, X)
 
@@ -278,9 +278,11 @@ class TestEveryEstimator:
         fitted = clone(estimator).fit(X, y)
         mixed, others = X.copy(), np.ones(12, dtype=bool)
         mixed[[2, 5]], others[[2, 5]] = [[0.0], [5.0]], False
-        found = outputs(fitted, mixed)
-        assert_same([o[others] for o in found], [o[others] for o in outputs(fitted, X)])
-        assert all(np.isfinite(o).all() for o in found)
+        of_mixed = outputs(fitted, mixed)
+        assert_same(
+            [o[others] for o in of_mixed], [o[others] for o in outputs(fitted, X)]
+        )
+        assert all(np.isfinite(o).all() for o in of_mixed)
         for value in (0.0, 5.0):
             constant = np.full((4, 40), value)
             of_constants = clone(estimator).fit(constant, labels(4))
@@ -313,7 +315,7 @@ def test_scale(estimator, factor):
         X = X[:, np.newaxis]
         assert np.isfinite(clone(estimator).fit(X * factor).transform(X * factor)).all()
         return
-    found = clone(estimator).fit(X * factor, y).transform(X * factor)
+    levels = clone(estimator).fit(X * factor, y).transform(X * factor)
     expected = clone(estimator).fit(X, y).transform(X)
     evaluation = RESIDUAL_EVALUATIONS.get(getattr(estimator, "evaluation", None))
     if (evaluation and evaluation.trajectory) or getattr(
@@ -321,7 +323,7 @@ def test_scale(estimator, factor):
     ) is False:
         expected = expected * factor
     np.testing.assert_allclose(
-        found, expected, rtol=1e-5, atol=1e-9 * np.abs(expected).max()
+        levels, expected, rtol=1e-5, atol=1e-9 * np.abs(expected).max()
     )
 
 

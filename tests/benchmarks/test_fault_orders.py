@@ -65,5 +65,5 @@ def test_wrong_names_and_abstaining_are_counted():
 
 
 def test_settings_are_chosen_without_the_rig(rig):
-    found = settings_left_out({"one": rig, "other": rig})
-    assert found["right"].tolist() == [1, 1]
+    table = settings_left_out({"one": rig, "other": rig})
+    assert table["right"].tolist() == [1, 1]

@@ -46,14 +46,14 @@ def rigs():
 def test_protocols_of_a_rig(rigs):
     name = next(iter(rigs))
     parts = [(name, protocol, part) for protocol, part in scored(name, rigs)]
-    found = table(parts)
-    assert found.index.get_level_values("protocol").tolist() == [
+    accuracies = table(parts)
+    assert accuracies.index.get_level_values("protocol").tolist() == [
         "other speed",
         "remounted mildly",
         "remounted strongly",
         "other rig",
     ]
-    assert found["location, both"].min() == 1
+    assert accuracies["location, both"].min() == 1
     chosen = settings_left_out(
         [*parts, *(("other", protocol, part) for _, protocol, part in parts)]
     )

@@ -50,8 +50,8 @@ def numbers(section):
 
 
 def test_numbers_run_through_the_page():
-    found = [number for section in SECTIONS for number in numbers(section)]
-    assert found == list(range(1, len(found) + 1))
+    listed = [number for section in SECTIONS for number in numbers(section)]
+    assert listed == list(range(1, len(listed) + 1))
 
 
 @pytest.mark.parametrize("section", SECTIONS, ids=lambda section: section[:3])
@@ -63,17 +63,17 @@ def test_entry_is_complete_and_its_tests_exist(section):
     labels = re.findall(r"^- (\w+): \S", section, flags=re.M)
     if len(numbers(section)) == 1:
         assert labels in (
-            wanted := ["Printed", "Problem", "Instead"],
-            [*wanted, "Doubt"],
+            required := ["Printed", "Problem", "Instead"],
+            [*required, "Doubt"],
         )
 
 
 def test_stated_counts_are_those_of_the_entries():
-    found = [
+    statements = [
         STATEMENT.search(section) for section in SECTIONS for _ in numbers(section)
     ]
-    assert counts("severity") == Counter(each[1] for each in found)
-    assert counts("check") == Counter(each[2] for each in found)
+    assert counts("severity") == Counter(each[1] for each in statements)
+    assert counts("check") == Counter(each[2] for each in statements)
 
 
 def test_listed_averages_are_those_that_the_rows_contradict():

@@ -18,11 +18,11 @@ from .printed import (
 
 
 def mean_over(method, cracks=(3, 6), speeds=SPEEDS, source="by speed", printed=False):
-    found = [
+    columns = [
         column(rpm, method, crack, source) for rpm, crack in product(speeds, cracks)
     ]
     return np.mean(
-        [average if printed else values.mean() for values, average, _ in found]
+        [average if printed else values.mean() for values, average, _ in columns]
     )
 
 
@@ -154,14 +154,17 @@ def test_precision_and_recall_are_swapped(name):
     assert table["printed_row_label"] == "Predict Class"
     assert set(windows.sum(axis=1)) == {CLAIMS["windows"]}
     assert set(windows.sum(axis=0)) != {CLAIMS["windows"]}
-    found = np.diag(windows)
-    recall, precision = found / windows.sum(axis=1), found / windows.sum(axis=0)
+    right_windows = np.diag(windows)
+    recall, precision = (
+        right_windows / windows.sum(axis=1),
+        right_windows / windows.sum(axis=0),
+    )
     np.testing.assert_allclose(right["values"], 100 * recall)
     np.testing.assert_allclose(below["values"], 100 * precision, atol=0.1)
     # Table 3 gives the same figures as the share of each condition that is found.
     values, _, rows = column(400, "proposed", table["crack_mm"])
     by_name = dict(zip(rows, values, strict=True))
-    assert [by_name[each] for each in table["classes"]] == list(found)
+    assert [by_name[each] for each in table["classes"]] == list(right_windows)
 
 
 def test_overall_accuracy_of_table_6_is_impossible():

@@ -27,10 +27,10 @@ def rig():
 def test_known_delay_is_found_and_taken_out(lag):
     true = np.random.default_rng(0).normal(size=(3, 500))
     estimate = np.roll(true, lag, axis=1)
-    found, correlation = metrics.delay(2 * estimate + 5, true)
-    assert found == lag
+    delay, correlation = metrics.delay(2 * estimate + 5, true)
+    assert delay == lag
     assert correlation == pytest.approx(1 - abs(lag) / 500, abs=0.03)
-    moved, kept = metrics.aligned(estimate, true, found)
+    moved, kept = metrics.aligned(estimate, true, delay)
     assert moved.shape == (3, 500 - abs(lag))
     np.testing.assert_array_equal(moved, kept)
 
@@ -91,8 +91,10 @@ def test_output_response_is_that_of_the_model(healthy, rig):
 def test_truth_of_a_bearing_fault_is_what_its_own_signal_adds(healthy, rig):
     fault = signals.bearing_fault(healthy, rig, "OR", 6.0)
     rows = (rig.target == "OR") & (rig.crack_mm == 6)
-    own = (rig.fault[rows] - rig.fault[rows].mean(axis=1, keepdims=True)) / healthy.rms
-    seen = lfilter(healthy.output_response(own.shape[1]), 1.0, own)
+    centred = (
+        rig.fault[rows] - rig.fault[rows].mean(axis=1, keepdims=True)
+    ) / healthy.rms
+    seen = lfilter(healthy.output_response(centred.shape[1]), 1.0, centred)
     expected = signals.disturbance(seen)[:, -fault.true.shape[1] :]
     np.testing.assert_allclose(fault.true, expected, atol=1e-9)
     assert fault.innovations.shape[1] == fault.true.shape[1] + 1

@@ -10,15 +10,15 @@ LENGTH = 1200
 def recordings(angle_of):
     """Recordings of two conditions at three speeds, each with one resonance."""
     rng = np.random.default_rng(0)
-    found = []
+    of_conditions = []
     for rpm in (600.0, 900.0, 1200.0):
         for condition in ("a", "b"):
             angle = angle_of(condition, rpm)
             poles = 0.9 * np.exp(1j * angle * np.array([1, -1]))
             noise = rng.standard_normal(16 * LENGTH)
             samples = lfilter([1.0], np.poly(poles).real, noise)
-            found.append(Recording(samples, condition, rpm))
-    return found
+            of_conditions.append(Recording(samples, condition, rpm))
+    return of_conditions
 
 
 def test_orders_of_the_shaft_are_compared_at_another_speed():
