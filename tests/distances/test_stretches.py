@@ -21,7 +21,7 @@ from skarxlag.decisions.comb_probabilities import comb_evidence
 from skarxlag.decisions.order_comparison import order_comparison
 from skarxlag.distances.stretches import window_comparison
 
-from .test_orders import ORDERS, RATE, stretches
+from ..impacts import ORDERS, RATE, stretches
 
 
 @pytest.fixture(scope="module")
