@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,6 +39,10 @@ from .labelled_rows import locate_labels
 _ORDERS = itemgetter("cage", "spin", "inner", "outer")
 #: Why there is no verdict on a row.
 _NO_COMBS = "combs need a plausible speed, and two revolutions of the shaft in a row"
+
+
+def _has_conditions(classifier):
+    return classifier.conditions is not None
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -315,7 +319,7 @@ class FaultOrderClassifier(DiagnosingClassifier):
         judged.update(contrasts=matches.contrasts, rpm=matches.rpm)
         return judged
 
-    join = available_if(lambda classifier: classifier.conditions is not None)(
+    join: ClassVar[Callable[..., Bunch]] = available_if(_has_conditions)(
         DiagnosingClassifier.join
     )
 

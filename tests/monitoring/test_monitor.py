@@ -397,7 +397,7 @@ def test_state_of_a_calibrated_monitor_keeps_the_calibration(make):
             lambda s: s.update(seen=[9, 2, 2, 3]),
             "expected as many windows as exceed, or more",
         ),
-        (lambda s: s["settings"].update(n_rows=3), "n_rows == 3, expected 2"),
+        (lambda s: s["settings"].update(n_channels=2), "n_channels == 2, expected 1"),
         (lambda s: s["settings"].update(train_rpm=[50.0]), "train_rpm == "),
         (lambda s: s["settings"].update(rate=0.3), "rate == 0.3, expected 0.05"),
         (lambda s: s["stream"].update(rest=[[0.0] * 150] * 3), "that fit each other"),
