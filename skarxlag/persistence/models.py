@@ -19,7 +19,7 @@ from .._version import __version__
 from ..core.capabilities import Capabilities, capabilities, offers
 from ..core.files import read_members, write_atomically
 from ..core.registry import ESTIMATORS
-from ..core.state import Values, check_model_state, estimators_within, expect
+from ..core.state import check_model_state, check_number, estimators_within, expect
 from ..decisions.fault_detector import FaultDetector
 from ..decisions.fusion import SensorFusion
 from ..decisions.known_conditions import KnownConditions
@@ -78,19 +78,19 @@ _LARGEST_STATE = 100 * 2**20
 #: Models that are saved next to the diagnoser, and the field of `Capabilities` that each
 #: must have.
 _COMPANIONS = {"known_conditions": "none_of_these", "detector": "healthy_p_value"}
-#: Facts with a meaning to the commands, by their type or range. Any of them but
+#: Facts with a meaning to the commands, by their type, or range and type. Any of them but
 #: `conditions` may be None.
 _KNOWN_FACTS: dict[str, Any] = {
     **dict.fromkeys(("diagnoser", "rows", "saved", "healthy", "bearing", "unit"), str),
-    **dict.fromkeys(("window_length", "n_channels"), Values((), "at least 1", "i")),
-    "sampling_rate": Values((), "above 0"),
-    "false_alarm_rate": Values((), (lambda v, e: 0 < v < 1, "a number in (0, 1)")),
+    **dict.fromkeys(("window_length", "n_channels"), ("at least 1", int)),
+    "sampling_rate": ("above 0", float),
+    "false_alarm_rate": ("above 0 and below 1", float),
 }
 #: The same of facts that are lists. No row was recorded of some locations of faults.
 _KNOWN_LISTS: dict[str, Any] = {
-    **dict.fromkeys(("n_windows", "n_recordings"), Values((), "at least 0", "i")),
+    **dict.fromkeys(("n_windows", "n_recordings"), ("at least 0", int)),
     **{"conditions": object, "channels": str | None, "channel_names": str},
-    "train_rpm": Values((), "above 0"),
+    "train_rpm": ("above 0", float),
 }
 
 
@@ -313,8 +313,8 @@ def _check_facts(facts: dict[str, Any], can: Capabilities) -> None:
             "a list" if name in _KNOWN_LISTS else "one value",
         )
         for each in entries:
-            if isinstance(known[name], Values):
-                known[name].check(None, name, each)
+            if isinstance(known[name], tuple):
+                check_number(name, each, *known[name])
             else:
                 expect(isinstance(each, known[name]), name, each, "a text")
     for name, own in {
