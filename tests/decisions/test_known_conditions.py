@@ -7,6 +7,7 @@ import pytest
 import sklearn
 from scipy import stats
 from sklearn.base import clone
+from sklearn.model_selection import cross_val_score
 
 from skarxlag import (
     FaultDetector,
@@ -131,6 +132,21 @@ def test_without_labels_all_rows_are_of_one_condition():
     known = fit(KnownConditions(false_rejection_rate=RATE), X, rpm=1000)
     assert known.classes_.tolist() == ["known"]
     assert known.p_values(X, rpm=1000).shape == (40, 1)
+    check_state(known)
+
+
+def test_speeds_that_cross_validation_does_not_pass_on_are_warned_of(fitted, data):
+    X, y, rpm = data
+
+    def share_rejected(model, X, _):
+        return (model.predict(X) == -1).mean()
+
+    options = {"params": {"rpm": rpm}, "scoring": share_rejected, "cv": 2}
+    with pytest.warns(UserWarning, match="was fitted with rpm, but sklearn"):
+        cross_val_score(fitted, X, y, **options)
+    with pytest.warns(UserWarning) as caught:
+        cross_val_score(fitted, X, y, **options | {"params": None})
+    assert not any("was fitted with rpm" in str(w.message) for w in caught)
 
 
 FEW_GOOD = "rows of condition good are too few"
