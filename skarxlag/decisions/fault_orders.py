@@ -136,13 +136,11 @@ class FaultOrderClassifier(DiagnosingClassifier):
         Orders of the cage (FTF), the spin of an element (BSF), the inner race (BPFI)
         and the outer race (BPFO), in multiples of the bearing's shaft.
     reference_ : ndarray of shape (3,)
-        Mean scores of healthy rows at the ball, the inner and the outer race; 0 without
-        such rows.
+        Mean scores of healthy rows at ball, inner and outer race; 0 without such rows.
     limit_ : float
         Limit above the reference in nepers, at the speeds of the healthy rows.
     healthy_scores_, healthy_speeds_ : ndarray of shape (n_healthy,)
-        Largest scores above the reference, and speeds of the healthy rows, each
-        ascending.
+        Largest scores above the reference, and speeds of healthy rows, ascending.
     conditions_ : ConditionClassifier or None
         The fitted `conditions`. None if `y` has one condition or is not given.
     n_models_, n_features_in_ : int

@@ -345,7 +345,7 @@ def test_a_slope_may_be_certain(fitted):
     check_state(changed(fitted, slopes_=fitted.slopes_ * [1.0, 0.0]))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
     shift=st.floats(-2, 2),
