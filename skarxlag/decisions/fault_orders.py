@@ -16,7 +16,6 @@ from sklearn.utils.metaestimators import available_if
 
 from ..bearings import BearingLike, bearing_orders, listed
 from ..core.capabilities import training_speeds
-from ..core.diagnosing_classifier import DiagnosingClassifier
 from ..core.fault_locations import FAULT_LOCATIONS, FAULTS, HEALTHY, check_locations
 from ..core.speeds import samples_per_revolution, speeds_of_rows
 from ..core.state import expect, uses_fitted
@@ -35,6 +34,7 @@ from .comb_probabilities import evidence_beside_spectra, verdicts_by_combs
 from .comb_search import CombSearch
 from .comb_sentences import comb_sentences
 from .labelled_rows import locate_labels
+from .signal_classifier import SignalClassifier
 
 _ORDERS = itemgetter("cage", "spin", "inner", "outer")
 #: Why there is no verdict on a row.
@@ -46,7 +46,7 @@ def _has_conditions(classifier):
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class FaultOrderClassifier(DiagnosingClassifier):
+class FaultOrderClassifier(SignalClassifier):
     r"""Classifier that names the location of a bearing fault without recordings of faults.
 
     A fault of a race or a rolling element causes impacts at orders of the shaft that
@@ -300,7 +300,7 @@ class FaultOrderClassifier(DiagnosingClassifier):
         return judged
 
     join: ClassVar[Callable[..., Bunch]] = available_if(_has_conditions)(
-        DiagnosingClassifier.join
+        SignalClassifier.join
     )
 
     def _joined(self, evidence, n_rows):

@@ -163,7 +163,7 @@ def test_rows_are_cut_into_windows(detector):
 
     def n_windows(**options):
         model = fit(clone(detector).set_params(**options), noise, rpm=800)
-        return model._detectors()[0].n_windows_
+        return getattr(model, "detectors_", [model])[0].n_windows_
 
     assert (n_windows(), n_windows(window_length=1200)) == (2, 8)
     assert n_windows(window_length=20_000) == 1
