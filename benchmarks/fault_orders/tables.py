@@ -154,7 +154,7 @@ def _alarms(reference, tested, rate):
     )
     fitted.fit(np.ones((1, 9)))
     if reference is not None:
-        fitted._calibrate(
+        fitted._set_healthy(
             reference[list(FAULT_LOCATIONS)].to_numpy(), reference["rpm"].to_numpy()
         )
     matched = _matched(

@@ -13,7 +13,6 @@ from sklearn.base import clone
 from sklearn.utils import Bunch
 
 from ..core.capabilities import capabilities, requests, training_speeds
-from ..core.diagnosing_classifier import DiagnosingClassifier
 from ..core.fault_locations import FAULT_LOCATIONS, check_locations
 from ..core.speeds import log_speeds, with_plausible_speeds
 from ..core.state import expect, uses_fitted
@@ -32,13 +31,14 @@ from .condition_locations import (
     location_names,
 )
 from .left_out_specimens import location_exponent, specimens_of_rows
+from .signal_classifier import SignalClassifier
 
 #: Log probability of an unknown condition in rows that name none.
 _NEVER = -700.0
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class ConditionClassifier(DiagnosingClassifier):
+class ConditionClassifier(SignalClassifier):
     r"""Classifier of conditions by residuals, with a probability of an unknown condition.
 
     A diagnoser is trained on some specimens, such as bearings, and is used on others.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
 from typing import Any, ClassVar
@@ -16,7 +16,6 @@ from sklearn.utils.metaestimators import available_if
 
 from ..bearings import BearingLike, bearing_orders, listed
 from ..core.capabilities import training_speeds
-from ..core.diagnosing_classifier import DiagnosingClassifier
 from ..core.fault_locations import FAULT_LOCATIONS, FAULTS, HEALTHY, check_locations
 from ..core.speeds import samples_per_revolution, speeds_of_rows
 from ..core.state import expect, uses_fitted
@@ -35,14 +34,19 @@ from .comb_probabilities import evidence_beside_spectra, verdicts_by_combs
 from .comb_search import CombSearch
 from .comb_sentences import comb_sentences
 from .labelled_rows import locate_labels
+from .signal_classifier import SignalClassifier
 
 _ORDERS = itemgetter("cage", "spin", "inner", "outer")
 #: Why there is no verdict on a row.
 _NO_COMBS = "combs need a plausible speed, and two revolutions of the shaft in a row"
 
 
+def _has_conditions(classifier):
+    return classifier.conditions is not None
+
+
 @dataclass(kw_only=True, eq=False, repr=False)
-class FaultOrderClassifier(DiagnosingClassifier):
+class FaultOrderClassifier(SignalClassifier):
     r"""Classifier that names the location of a bearing fault without recordings of faults.
 
     A fault of a race or a rolling element causes impacts at orders of the shaft that
@@ -132,13 +136,11 @@ class FaultOrderClassifier(DiagnosingClassifier):
         Orders of the cage (FTF), the spin of an element (BSF), the inner race (BPFI)
         and the outer race (BPFO), in multiples of the bearing's shaft.
     reference_ : ndarray of shape (3,)
-        Mean scores of healthy rows at the ball, the inner and the outer race; 0 without
-        such rows.
+        Mean scores of healthy rows at ball, inner and outer race; 0 without such rows.
     limit_ : float
         Limit above the reference in nepers, at the speeds of the healthy rows.
     healthy_scores_, healthy_speeds_ : ndarray of shape (n_healthy,)
-        Largest scores above the reference, and speeds of the healthy rows, each
-        ascending.
+        Largest scores above the reference, and speeds of healthy rows, ascending.
     conditions_ : ConditionClassifier or None
         The fitted `conditions`. None if `y` has one condition or is not given.
     n_models_, n_features_in_ : int
@@ -297,9 +299,9 @@ class FaultOrderClassifier(DiagnosingClassifier):
         judged.update(contrasts=matches.contrasts, rpm=matches.rpm)
         return judged
 
-    join: ClassVar[Any] = available_if(
-        lambda classifier: classifier.conditions is not None
-    )(DiagnosingClassifier.join)
+    join: ClassVar[Callable[..., Bunch]] = available_if(_has_conditions)(
+        SignalClassifier.join
+    )
 
     def _joined(self, evidence, n_rows):
         by_spectra, by_combs = np.split(evidence, 2, axis=1)

@@ -352,7 +352,7 @@ def fault_comb(
     fit = median - _SPEED_COST * (errors / slip) ** 2
     at = _nearest_best(fit, errors)
     best_slips = [slips[_nearest_best(of_comb[at], slips)] for of_comb in slipped[1:]]
-    of_ball = best_slips[0] if spin[at] > twice[at] else best_slips[1]
+    of_ball = best_slips[np.argmax([spin[at], twice[at]])]
     factors = np.exp(errors[at] + np.array([of_ball, *best_slips[2:]]))
     return Comb(scores[:, at], factors)
 

@@ -1,5 +1,8 @@
+import copy
+
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from sklearn.base import clone
 
 from skarxlag import (
@@ -216,10 +219,7 @@ def test_evidence_doubts_the_speed_beyond_the_slip(rows, slip, is_doubted):
     ("options", "message"),
     [
         ({"bearing": None}, "bearing must be a name, .* got None"),
-        (
-            {"sampling_rate": None},
-            "sampling_rate is missing, expected the sampling rate",
-        ),
+        ({"sampling_rate": None}, "sampling_rate is missing, expected the sampling r"),
         ({"bearing": "6205x"}, "bearing '6205x' is not known"),
         ({"bearing": []}, "bearing == .., expected at least one bearing"),
         ({"false_alarm_rate": 0}, "false_alarm_rate"),
@@ -271,6 +271,19 @@ def joint(healthy):
     X = np.concatenate([healthy[:10], [row("outer", seed=seed) for seed in range(10)]])
     y = ["healthy"] * 10 + ["outer"] * 10
     return make_diagnoser(sampling_rate=RATE, bearing="6205").fit(X, y, rpm=900)
+
+
+def test_adapt_moves_the_spectra_of_a_new_speed(joint, healthy):
+    X = lfilter([1], [1, -0.5], healthy[10:20])
+    moved = copy.deepcopy(joint).adapt(X, ["healthy"] * 10, rpm=1200)
+    expected = copy.deepcopy(joint)
+    innovations = expected["identify"].transform(X)
+    expected["decide"].conditions_.adapt(innovations, ["healthy"] * 10, rpm=1200)
+    probability = moved.predict_proba(X, rpm=1200)
+    np.testing.assert_array_equal(probability, expected.predict_proba(X, rpm=1200))
+    assert not np.allclose(probability, joint.predict_proba(X, rpm=1200))
+    without = classifier().fit(healthy)
+    assert not hasattr(without, "adapt") and not hasattr(without, "join")
 
 
 def test_rows_of_fit_have_two_revolutions_and_one_model(rows):
