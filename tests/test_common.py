@@ -35,7 +35,7 @@ from skarxlag import (
     make_extended_state_pio,
 )
 from skarxlag.core.registry import ESTIMATORS as REGISTRY
-from skarxlag.models.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
 
 from .estimators import ESTIMATORS, labels, outputs, signals
 

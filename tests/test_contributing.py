@@ -112,7 +112,7 @@ def test_each_change_is_one_piece_and_one_line_of_a_list(tmp_path):
         path.write_text(
             head + f"\n{imported}" + (mark + rest).replace(line, longer), "utf-8"
         )
-    path = tmp_path / "skarxlag" / "models" / "observers.py"
+    path = tmp_path / "skarxlag" / "models" / "residual_evaluations.py"
     before, listed, after = path.read_text("utf-8").partition(
         "RESIDUAL_EVALUATIONS = {\n"
     )

@@ -18,7 +18,7 @@ import skarxlag
 from skarxlag import datasets, kernels, plotting
 from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import Rig
-from skarxlag.models.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
 
 ROOT = Path(__file__).parents[1]
 # Written by a build of the site.

@@ -28,7 +28,7 @@ from skarxlag import (
     make_diagnoser,
 )
 from skarxlag.core.fault_locations import location_of_label
-from skarxlag.models.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
 
 EVALUATIONS = {name: name.replace("_", " ") for name in RESIDUAL_EVALUATIONS}
 OBSERVERS = {

@@ -193,10 +193,8 @@ class GroupTransformer(
             One name for each entry along axis 1 of the output. With several models,
             each name begins with the name of its model.
         """
-        prefixes, groups = (
-            self._model_prefixes(input_features, least=2),
-            self._group_names(),
-        )
+        prefixes = self._model_prefixes(input_features, least=2)
+        groups = self._group_names()
         return np.array(
             [prefix + group for prefix in prefixes for group in groups], dtype=object
         )

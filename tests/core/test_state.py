@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 from sklearn.base import clone
 
 from skarxlag import (
@@ -164,7 +165,7 @@ def test_parameters_that_no_fit_accepts_are_refused_or_not_used(estimator):
         except (ValueError, TypeError):
             found = expected
         for one, other in zip(found, expected, strict=True):
-            np.testing.assert_array_equal(one, other)
+            assert_array_equal(one, other)
         fitted.set_params(**{name: value})
 
 

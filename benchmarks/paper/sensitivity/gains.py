@@ -13,7 +13,7 @@ from benchmarks.paper.sensitivity.protocol import (
     standard_rig,
 )
 from skarxlag import ARXLaguerre, ExtendedStatePIObserver, PIObserver, ThresholdLadder
-from skarxlag.models.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
 
 KP = (-0.3, 0.0, 0.1, 0.3, 0.6, 1.2)
 KI = (0.0, 0.01, 0.05, 0.2, 0.6, 1.2)
