@@ -11,16 +11,18 @@ import pandas as pd
 
 from ..bearings import bearing_orders
 from ..core.capabilities import unfolded_steps
+from ..core.validation import output_of_windows
 from ..models.identification import ARXLaguerre
 from ..plotting._fitted import chosen_model
 from ..recordings.listing import ListedRecording
 from ..recordings.rates import rates_agree
-from ..verdicts.names import NO_SIGNAL
+from ..verdicts.names import NO_SIGNAL, NO_VERDICT
 from . import recording_views as views
 from .diagnosis import Diagnosis
 from .messages import CommandError, counted, percent
 from .model_references import order_references_figure, shape_reference_figure
 from .pages import render
+from .recording_overview import STRETCH, Stretch, overview
 from .results import agreement, records
 
 #: Recordings with figures, the most severe first.
@@ -70,6 +72,8 @@ def html_report(
     severity = np.select([is_unclear, is_healthy], ["unclear", "healthy"], "fault")
     rows = rows.assign(
         verdict=verdicts,
+        # The section of a recording has the reason, too.
+        label=verdicts.where(rows["error"] == "", NO_VERDICT),
         severity=pd.Categorical(severity, _SEVERITIES, ordered=True),
         remarks=[diagnosis.remarks for diagnosis in diagnoses],
         has_alarm=rows["alarm"] == "yes",
@@ -82,9 +86,9 @@ def html_report(
     entries = records(ranked)
     n_drawn = min(len(entries), MOST_DRAWN)
     drawing = RunFigures(model, recordings, diagnoses, rows, resample, bearing)
-    for place, entry in zip(ranked.index[:n_drawn], entries, strict=False):
-        entry["figures"] = drawing.of_recording(place)
-    counts = Counter((entry["verdict"], entry["severity"]) for entry in entries)
+    for number, entry in zip(ranked.index[:n_drawn], entries, strict=False):
+        entry["figures"] = drawing.of_recording(number)
+    counts = Counter((entry["label"], entry["severity"]) for entry in entries)
     return render(
         "report",
         model=model,
@@ -144,38 +148,42 @@ class RunFigures:
         # A healthy recording is compared with several others.
         self._healthy_stretch = lru_cache(MOST_DRAWN)(self._read_healthy_stretch)
 
-    def of_recording(self, place: int) -> list[Any]:
+    def of_recording(self, number: int) -> list[Any]:
         """Return figures, and sentences on those that cannot be drawn.
 
         There are none if the recording has no result, or cannot be read again.
+
+        Parameters
+        ----------
+        number : int
+            Position of the recording in the run.
         """
-        windows = self._diagnoses[place].windows
+        windows = self._diagnoses[number].windows
         if windows is None:
             return []
         with suppress(*_READING_ERRORS):
-            return [*self._figures(place, windows)]
+            return [*self._figures(number, windows)]
         return []
 
-    def _figures(self, place: int, windows: pd.DataFrame) -> Iterator[Any]:
-        verdict = self._diagnoses[place].verdict["verdict"]
+    def _figures(self, number: int, windows: pd.DataFrame) -> Iterator[Any]:
+        verdict = self._diagnoses[number].verdict["verdict"]
         typical = np.flatnonzero(windows["verdict"].astype(str) == str(verdict))
         middle = typical[len(typical) // 2] if len(typical) else 0
-        view, stretch = self._read(place, int(windows["start"].iloc[middle]))
-        rate = stretch.sampling_rate
-        yield views.signal_figure(view, rate, stretch.unit)
-        length = int(windows["start"].diff().iloc[-1]) if len(windows) > 1 else 0
-        strips = views.windows_figure(windows, length, rate, self._model.healthy)
-        if strips is not None:
-            yield strips
+        start = int(windows["start"].iloc[middle])
+        view = self._read(number, start)
+        stretch = view.stretch
+        yield views.signal_figure(view)
+        if len(windows) > 1:
+            rate = stretch.sampling_rate
+            yield views.windows_figure(windows, rate, self._model.healthy)
         if verdict != NO_SIGNAL:
             yield views.orders_figure(stretch, self._orders)
-            references = self._references(place, stretch)
-            n_before = int(windows["start"].iloc[middle]) - view.first
-            has_references = len(references) > 0
-            yield from self._learned(view.row, stretch, n_before, has_references)
+            references = self._references(number, stretch)
+            n_before = start - view.first
+            yield from self._learned(view.row, stretch, n_before, not references)
             yield views.spectrum_figure(stretch, references, self._reason)
 
-    def _learned(self, row, stretch, n_before, has_references):
+    def _learned(self, row, stretch, n_before, is_alone):
         """Yield figures of a row next to what the model learned, if it compares them."""
         healthy = self._model.healthy
         rate = stretch.sampling_rate
@@ -189,20 +197,20 @@ class RunFigures:
         # Most models compare no order spectra.
         with suppress(ValueError):
             yield order_references_figure(diagnoser, row, speed, healthy)
-        if not has_references:
+        if is_alone:
             with suppress(ValueError):
                 yield shape_reference_figure(
                     diagnoser, row, stretch.mean_rpm, healthy, rate
                 )
 
-    def _read(self, place, at):
-        """Read a recording as the model does: its overview, and a stretch around a sample."""
-        model = self._model
-        recording = model.with_channel(self._recordings[place])
-        blocks, rate = model.windows(recording, self._resample)
-        rate = self._diagnoses[place].sampling_rate or rate or model.sampling_rate
-        view = views.overview(blocks, self._predictor(rate), at)
-        return view, views.stretch_of(view, recording, rate)
+    def _read(self, number, at):
+        """Read a recording as the model does, with a stretch around a sample."""
+        recording = self._model.with_channel(self._recordings[number])
+        blocks, rate = self._model.windows(recording, self._resample)
+        rate = (
+            self._diagnoses[number].sampling_rate or rate or self._model.sampling_rate
+        )
+        return overview(recording, blocks, rate, self._predictor(rate), at)
 
     def _predictor(self, rate):
         """Return the predictions of the model's first step, if it is one that predicts."""
@@ -217,31 +225,25 @@ class RunFigures:
 
         return predict
 
-    def _references(self, place, stretch):
+    def _references(self, number, stretch):
         """Return stretches of the healthy recordings of the nearest speeds."""
-        others = [other for other in self._healthy if other != place]
+        others = self._healthy[self._healthy != number]
         if stretch.rpm is not None:
-            speeds = {other: self._recordings[other].rpm for other in others}
-            others.sort(
-                key=lambda other: abs(
-                    np.log((speeds[other] or np.inf) / stretch.mean_rpm)
-                )
-            )
-        stretches = map(self._healthy_stretch, others[:_MOST_HEALTHY])
+            speeds = [self._recordings[other].rpm or np.inf for other in others]
+            distances = np.abs(np.log(np.array(speeds) / stretch.mean_rpm))
+            others = others[np.argsort(distances, kind="stable")]
         return [
             healthy
-            for healthy in stretches
+            for healthy in map(self._healthy_stretch, others[:_MOST_HEALTHY])
             if healthy is not None
             and rates_agree(healthy.sampling_rate, stretch.sampling_rate)
         ]
 
-    def _read_healthy_stretch(self, place):
+    def _read_healthy_stretch(self, number):
         """Return the first stretch of a healthy recording; None if it cannot be read again."""
+        recording = self._recordings[number]
         with suppress(*_READING_ERRORS):
-            recording = self._recordings[place]
             blocks, rate = self._model.windows(recording, self._resample)
-            X = next(blocks)
-            samples = (X if X.ndim == 2 else X[:, 0]).ravel()[: views.STRETCH]
-            rate = rate or self._model.sampling_rate
-            return views.Stretch(samples, rate, recording.rpm, None)
+            samples = output_of_windows(next(blocks)).ravel()[:STRETCH]
+            return Stretch(samples, rate or self._model.sampling_rate, recording.rpm)
         return None

@@ -254,8 +254,9 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         self._check_parameters()
         log_speed = log_speeds(rpm, len(X))
         rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
-        self.classes_, target = np.unique(y, return_inverse=True)
-        self.speeds_ = np.empty(0)
+        classes, target = np.unique(y, return_inverse=True)
+        self.classes_: NDArray[Any] = classes
+        self.speeds_: NDArray[Any] = np.empty(0)
         if rpm is not None:
             self.speeds_ = np.exp(group_speeds(log_speed[rows])[0])
             rpm = speeds_of_rows(rpm, len(X))[rows]

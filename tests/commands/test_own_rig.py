@@ -8,8 +8,7 @@ import pytest
 from scipy.signal import lfilter
 from sklearn.utils import Bunch
 
-from skarxlag.commands import evaluate
-from skarxlag.datasets import simulate_rig
+from skarxlag.datasets import FETCHERS, simulate_rig
 
 RATE, N = 8_000, 6_000
 
@@ -163,7 +162,7 @@ def test_a_rig_of_one_channel_is_evaluated_with_figures(run, tmp_path, monkeypat
         )
         return rig | {"data": rig.data[:, 0].copy()}
 
-    monkeypatch.setitem(evaluate.FETCHERS, "uestc", lambda **o: Bunch(**one_channel()))
+    monkeypatch.setitem(FETCHERS, "uestc", lambda **o: Bunch(**one_channel()))
     arguments = (
         "evaluate",
         "--rig",

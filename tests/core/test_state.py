@@ -18,7 +18,7 @@ from skarxlag import (
     make_extended_state_pio,
 )
 from skarxlag.core.state import check_model_state, check_state
-from tests.test_common import ESTIMATORS, labels, outputs, signals
+from tests.estimators import ESTIMATORS, labels, outputs, signals
 
 #: One of each class is enough where the class decides.
 OF_EACH_CLASS = list({type(e): e for e in ESTIMATORS}.values())

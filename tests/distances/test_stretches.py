@@ -17,11 +17,12 @@ from skarxlag import (
 )
 from skarxlag.core.capabilities import capabilities
 from skarxlag.core.state import check_model_state
-from skarxlag.decisions.comb_probabilities import WITHOUT_COMB, comb_evidence
+from skarxlag.decisions.comb_limits import WITHOUT_COMB
+from skarxlag.decisions.comb_probabilities import comb_evidence
 from skarxlag.decisions.order_comparison import order_comparison
 from skarxlag.distances.stretches import window_comparison
 
-from .test_orders import ORDERS, RATE, stretches
+from ..impacts import ORDERS, RATE, stretches
 
 
 @pytest.fixture(scope="module")

@@ -65,7 +65,7 @@ def gains(seeds, n_samples):
     varies.
     """
     chosen = [(*setting, is_refused(setting[-1])) for setting in _settings()]
-    found = []
+    rows = []
     for seed in seeds:
         rig = standard_rig(seed, n_samples)
         for crack_mm in CRACKS:
@@ -82,7 +82,7 @@ def gains(seeds, n_samples):
                         levels[train], target[train]
                     )
                     score = percentage(ladder.predict(levels[~train]) == target[~train])
-                found.append(
+                rows.append(
                     {
                         "grid": grid,
                         **varied,
@@ -91,4 +91,4 @@ def gains(seeds, n_samples):
                         "accuracy": score,
                     }
                 )
-    return pd.DataFrame(found)
+    return pd.DataFrame(rows)
