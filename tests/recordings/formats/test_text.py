@@ -101,12 +101,6 @@ def test_files_without_a_line(write, text):
         read_recording(write(text))
 
 
-def test_names_that_are_too_few(write):
-    message = r"run.csv: 2 names for the 3 fields of a sample"
-    with pytest.raises(ValueError, match=message):
-        read_recording(write("a;b\n" + "1;2;3\n" * 9))
-
-
 def test_long_lines(write):
     names = [f"channel {i}" for i in range(4000)]
     row = ",".join(["0.5"] * len(names))
