@@ -12,7 +12,8 @@ from sklearn.pipeline import Pipeline
 
 from ..core.state import expect
 from ..kernels.ladder import log_level
-from ..models.observers import RESIDUAL_EVALUATIONS, Observer
+from ..models.observers import Observer
+from ..models.residual_evaluations import RESIDUAL_EVALUATIONS
 from ._fitted import chosen_model, known_conditions, ordered_conditions
 from ._style import Axes, color_of, ink, legend_beside
 from ._thresholds import ThresholdDisplay, isolation_thresholds

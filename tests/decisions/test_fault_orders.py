@@ -9,8 +9,6 @@ from skarxlag import (
     ARXLaguerre,
     BearingGeometry,
     DiagnosisPipeline,
-    FaultOrderClassifier,
-    bearing_orders,
     load_diagnoser,
     make_diagnoser,
     save_diagnoser,
@@ -19,22 +17,10 @@ from skarxlag.core.capabilities import capabilities
 from skarxlag.core.fault_locations import NOT_IDENTIFIABLE
 from skarxlag.decisions.comb_limits import limit_elsewhere
 
-RATE = 10_000.0
-ORDERS = bearing_orders("6205")
+from ..bearing_rows import ORDERS, RATE, classifier, row
+
 NAMES = ["healthy", "outer", "inner"]
 GEOMETRY = BearingGeometry(9, 7.94, 39.04)
-
-
-def row(place, rpm=900, amplitude=10.0, seed=0):
-    """One second of noise, with impacts of a fault location that scatter by 1 %."""
-    rng = np.random.default_rng(seed)
-    signal = rng.normal(size=int(RATE))
-    if place != "healthy":
-        interval = 60 * RATE / (rpm * ORDERS[place])
-        intervals = interval * rng.normal(1, 0.01, size=int(1.2 * RATE / interval))
-        impacts = np.cumsum(intervals)
-        signal[impacts[impacts < RATE].astype(int)] += amplitude
-    return signal
 
 
 def contrast(**heights):
@@ -44,11 +30,6 @@ def contrast(**heights):
         orders = 100 * ORDERS[location] * np.arange(1, 4)
         lines[np.r_[np.floor(orders), np.ceil(orders)].astype(int)] = height
     return lines
-
-
-def classifier(**options):
-    settings = {"bearing": "6205", "sampling_rate": RATE} | options
-    return FaultOrderClassifier(**settings)
 
 
 @pytest.fixture(scope="module")

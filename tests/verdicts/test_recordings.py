@@ -30,9 +30,9 @@ from skarxlag.verdicts.limits import FEW_HEALTHY
 from skarxlag.verdicts.names import check_conditions, no_verdict
 from skarxlag.verdicts.windows import HOLD
 
-from ..decisions.test_fault_orders import classifier
-from ..decisions.test_fault_orders import row as signal_of
-from ..distances.test_orders import ORDERS, RATE, stretches
+from ..bearing_rows import classifier
+from ..bearing_rows import row as signal_of
+from ..impacts import ORDERS, RATE, stretches
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 SPEEDS = np.repeat([900.0, 1200.0], 100)
