@@ -60,8 +60,7 @@ class ConditionMonitor:
     window_length : int, default=1200
         Samples in a window of `fit`.
     hop : int or None, default=None
-        Samples from the start of one window to the start of the next. None:
-        `window_length`.
+        Samples from one window to the next. None: `window_length`.
     half_life : float, default=10.0
         Seconds in which the weight of evidence halves, above 0; infinity for no fading.
     false_alarm_interval : float, default=1000.0
