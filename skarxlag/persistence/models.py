@@ -72,7 +72,7 @@ TRUSTED_TYPES = {
 }
 #: Largest size of a schema in bytes. A model of ten conditions needs 30 kB.
 _LONGEST_SCHEMA = 10 * 2**20
-_FORMAT, _STATE_FORMAT = "skarxlag diagnoser 1", "skarxlag monitor 9"
+_FORMAT, _STATE_FORMAT = "skarxlag diagnoser 1", "skarxlag monitor 10"
 #: Largest file of a state. That of one window of a million samples is smaller.
 _LARGEST_STATE = 100 * 2**20
 #: Models that are saved next to the diagnoser, and the field of `Capabilities` that each

@@ -14,9 +14,8 @@ Y = np.random.default_rng(0).normal(size=len(TIME))
 
 
 def pulses(rpm, pulses_per_revolution=1):
-    return (np.sin(2 * np.pi * pulses_per_revolution * rpm / 60 * TIME) > 0.95).astype(
-        float
-    )
+    angle = 2 * np.pi * pulses_per_revolution * rpm / 60 * TIME
+    return (np.sin(angle) > 0.95).astype(float)
 
 
 @pytest.fixture
@@ -47,12 +46,10 @@ def test_a_pulse_in_each_turn_is_the_default(folder):
 
 
 def test_a_log_of_recordings(folder):
-    (folder / "speeds.csv").write_text(
-        "Recording;RPM;note\na.npz;601,5;x\nb;899;\nc;5;\n"
-    )
-    listed = list_recordings(
-        table(folder, *(f"{n}.npz,{n},y,speeds.csv" for n in "ab"))
-    )
+    log = "Recording;RPM;note\na.npz;601,5;x\nb;899;\nc;5;\n"
+    (folder / "speeds.csv").write_text(log)
+    rows = [f"{name}.npz,{name},y,speeds.csv" for name in "ab"]
+    listed = list_recordings(table(folder, *rows))
     assert [entry.with_speed().rpm for entry in listed] == [601.5, 899]
 
 
@@ -60,73 +57,56 @@ def test_a_log_of_recordings(folder):
 def test_a_log_over_time(folder, is_date):
     """Speeds of the seconds that the recording lasts count; it lasts 4 seconds."""
     start = datetime(2026, 11, 22, 7, tzinfo=UTC) + timedelta(seconds=10)
-    lines = [
-        f"{(start + timedelta(seconds=t)).isoformat()},{y}"
-        for t, y in zip(TIME, Y, strict=True)
-    ]
+
+    def date(seconds):
+        return (start + timedelta(seconds=seconds)).isoformat()
+
+    lines = [f"{date(t)},{y}" for t, y in zip(TIME, Y, strict=True)]
     (folder / "run.csv").write_text("\n".join(["time,y", *lines]))
-    seconds = np.arange(-5.5, 8)
-    times = [
-        (start + timedelta(seconds=s)).isoformat() if is_date else s for s in seconds
-    ]
-    log = [f"{time},{900 + s}" for time, s in zip(times, seconds, strict=True)]
+    log = [f"{date(s) if is_date else s},{900 + s}" for s in np.arange(-5.5, 8)]
     (folder / "speeds.csv").write_text("\n".join(["time,rpm", *log]))
     (entry,) = list_recordings(table(folder, "run.csv,a,y,speeds.csv"))
     assert entry.with_speed().rpm == 902
 
 
+NO_SPEED = "speeds.csv: the log states no speed above 0"
+COLUMNS = "speeds.csv: the columns are .* expected rpm, and"
+
+
 @pytest.mark.parametrize(
-    ("rpm", "log", "message"),
+    ("log", "message"),
     [
-        ("tacho:none", None, "no channel 'none'; available: 'y', 'key'"),
-        ("tacho:fs", None, "no channel 'fs'"),
-        ("speeds.csv", None, "No such file"),
-        (
-            "speeds.csv",
-            "recording,speed\na,5\n",
-            "speeds.csv: the columns are .* expected rpm, and",
-        ),
-        (
-            "speeds.csv",
-            "rpm,load\n5,5\n",
-            "speeds.csv: the columns are .* expected rpm, and",
-        ),
-        (
-            "speeds.csv",
-            "recording,rpm\nb,5\n",
-            "speeds.csv: the log states no speed above 0",
-        ),
-        (
-            "speeds.csv",
-            "recording,rpm\na,-5\n",
-            "speeds.csv: the log states no speed above 0",
-        ),
-        (
-            "speeds.csv",
-            "recording,rpm\na,fast\n",
-            "speeds.csv: the log states no speed above 0",
-        ),
-        (
-            "speeds.csv",
-            "recording,rpm\na,1.797\nb,985\n",
-            "1.797', which means 1797 or",
-        ),
-        ("speeds.csv", "recording;rpm\na;1,797\n", "1,797', which means 1797 or"),
-        (
-            "speeds.csv",
-            "time,rpm\n9.5,600\n",
-            "speeds.csv: the log states no speed above 0",
-        ),
-        ("speeds.csv", "time,rpm\n2026-11-22,600\n", "does not state the date"),
-        ("speeds.txt", None, "rpm is 'speeds.txt', expected a positive number"),
+        (None, "No such file"),
+        ("recording,speed\na,5\n", COLUMNS),
+        ("rpm,load\n5,5\n", COLUMNS),
+        ("recording,rpm\nb,5\n", NO_SPEED),
+        ("recording,rpm\na,-5\n", NO_SPEED),
+        ("recording,rpm\na,fast\n", NO_SPEED),
+        ("time,rpm\n9.5,600\n", NO_SPEED),
+        ("time,rpm\n2026-11-22,600\n", "does not state the date"),
+        ("recording,rpm\na,1.797\nb,985\n", "1.797', which means 1797 or"),
+        ("recording;rpm\na;1,797\n", "1,797', which means 1797 or"),
     ],
 )
-def test_errors_name_the_entry(folder, rpm, log, message):
+def test_errors_of_a_log_name_the_entry(folder, log, message):
     if log is not None:
         (folder / "speeds.csv").write_text(log)
-    with pytest.raises(
-        (ValueError, FileNotFoundError), match=rf"table.csv, line 2: .*{message}"
-    ):
+    (entry,) = list_recordings(table(folder, "a.npz,a,y,speeds.csv"))
+    message = rf"table.csv, line 2: .*{message}"
+    with pytest.raises((ValueError, FileNotFoundError), match=message):
+        entry.with_speed()
+
+
+@pytest.mark.parametrize(
+    ("rpm", "message"),
+    [
+        ("tacho:none", "no channel 'none'; available: 'y', 'key'"),
+        ("tacho:fs", "no channel 'fs'"),
+        ("speeds.txt", "rpm is 'speeds.txt', expected a positive number"),
+    ],
+)
+def test_sources_that_are_none(folder, rpm, message):
+    with pytest.raises(ValueError, match=rf"table.csv, line 2: .*{message}"):
         list_recordings(table(folder, f"a.npz,a,y,{rpm}"))[0].with_speed()
 
 
