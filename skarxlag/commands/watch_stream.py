@@ -140,7 +140,7 @@ class SensorStream:
             )
         if difference := self._difference(state, facts):
             # Somebody has to acknowledge the alarm, whatever the model is.
-            self._monitor.latched = self._args.latch and state.get("latched") is True
+            self._monitor.latched = self._args.latch and is_latched(state)
             self.say(
                 f"{difference}. Verdicts and the alarm start afresh from this position."
             )
@@ -312,6 +312,12 @@ class SensorStream:
         if last is not None:
             parts.append(f"last: {printable(sentence(last))}")
         return "; ".join(parts)
+
+
+def is_latched(state: dict[str, Any]) -> bool:
+    """Return whether the alarm in the state of a monitor is latched."""
+    alarm = state.get("alarm")
+    return isinstance(alarm, dict) and alarm.get("latched") is True
 
 
 def acknowledgement(state: Path) -> Path:

@@ -219,13 +219,17 @@ class ConditionMonitor:
         """Return whether an alarm was on that is not acknowledged: see the class."""
         return bool(self._alarm and self._alarm.latched)
 
+    @latched.setter
+    def latched(self, value: bool) -> None:
+        if self._alarm:
+            self._alarm.latched = value
+
     def acknowledge(self) -> None:
         """Release a latched alarm, which then goes off as without `latch`.
 
         The next alarm is latched again.
         """
-        if self._alarm:
-            self._alarm.latched = False
+        self.latched = False
 
     def update(
         self,
