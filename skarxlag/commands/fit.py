@@ -14,11 +14,8 @@ from ..core.capabilities import capabilities, requests
 from ..core.speeds import LEAST_REVOLUTIONS
 from ..diagnosers import make_detector, make_diagnoser, make_known_conditions
 from ..persistence.models import save_diagnoser
-from ..recordings.entries import ListedRecording
-from ..recordings.files import list_channels
-from ..recordings.formats._contents import choose_channels
 from ..recordings.rows import speeds_of_samples
-from .channels import fitted_channels, units_of
+from .channels import Channels, fitted_channels, units_of
 from .fit_conditions import (
     choose_kind,
     healthy_condition,
@@ -81,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
             diagnoser,
             args.output,
             **companions,
-            **fitted_channels(recordings),
+            **fitted_channels(recordings, rig.channels),
             diagnoser=kind,
             rows=rows,
             conditions=conditions,
@@ -107,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"{n_refused} left out: {errors[errors != ''][0]}")
     print(*left_out, _size(X.shape[-1], rows, rate, slowest), sep="\n")
     print(counts.to_string())
-    notes = [*_roles(recordings[0], n_outputs), *_units(recordings), *notes]
+    notes = [*_roles(rig.channels[0], n_outputs), *_units(rig.channels), *notes]
     print(f"Healthy: {healthy or 'none'} ({reason})", *notes, sep="\n")
     if healthy is not None:
         basis = limits_basis(companions.get("detector", diagnoser), rows)
@@ -138,13 +135,12 @@ def _size(n_samples, rows, rate, slowest):
     return f"{size}, {seconds * slowest / 60:.3g} revolutions at {slowest:g} rpm"
 
 
-def _roles(recording: ListedRecording, n_outputs: int) -> Iterator[str]:
+def _roles(channels: Channels, n_outputs: int) -> Iterator[str]:
     """Yield which of several channels are outputs, and a note on inputs of the same unit."""
-    if not isinstance(recording.channel, list) or len(recording.channel) < 2:
+    if len(channels) < 2:
         return
-    channels = list_channels(recording.path, dtype=recording.dtype)
-    units = channels.set_index("channel")["unit"]
-    names = choose_channels(list(units.index), recording.channel)
+    names = [name for name, _ in channels]
+    units = dict(channels)
     outputs = names[:n_outputs]
     inputs = names[n_outputs:]
     yield f"Outputs: {', '.join(outputs)}. Inputs: {', '.join(inputs) or 'none'}"
@@ -157,9 +153,9 @@ def _roles(recording: ListedRecording, n_outputs: int) -> Iterator[str]:
         )
 
 
-def _units(recordings):
+def _units(channels):
     """Yield a note on recordings of different units."""
-    units = units_of(recordings)
+    units = units_of(channels)
     if len(units) > 1:
         yield (
             f"Note: the recordings have the units {', '.join(units)}. They must be one "

@@ -62,7 +62,7 @@ def _line(name, value):
 def limits(model: SavedModel) -> list[str]:
     """Return sentences on what a model cannot do."""
     facts = model.facts
-    can = model.can
+    can = model.capabilities
     names_faults = can.conditions is not None
     has_limit = bool(model.train_rpm) and names_faults and can.alarm
     has_limit &= can.n_healthy is None or can.n_healthy >= LEAST_HEALTHY
@@ -94,7 +94,10 @@ def limits(model: SavedModel) -> list[str]:
 def _order_limits(model):
     """Yield below which speed a stretch is too short for order spectra, or that it always is."""
     if not compares_orders(model.diagnoser):
-        if model.facts["diagnoser"] == "stretches" and not model.can.is_stretch:
+        if (
+            model.facts["diagnoser"] == "stretches"
+            and not model.capabilities.is_stretch
+        ):
             yield "It compares no order spectra, because its stretches are too short."
     elif model.sampling_rate is not None and model.window_length is not None:
         lowest = 60 * LEAST_REVOLUTIONS * model.sampling_rate / model.window_length

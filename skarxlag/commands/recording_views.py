@@ -20,6 +20,7 @@ from ..kernels.fault_orders import (
     order_contrast,
 )
 from ..measures.envelope_spectra import LEAST_REVOLUTIONS
+from ..recordings.files import chosen_channels
 from ..recordings.listing import ListedRecording
 from .channels import units_of
 from .figures import (
@@ -218,7 +219,10 @@ def stretch_of(
     if recording.profile is not None and sampling_rate is not None:
         n_samples = len(view.samples)
         rpm = recording.speeds([view.first], n_samples, sampling_rate)[0]
-    unit = next(iter(units_of([recording])), None)
+    _, channels = chosen_channels(
+        recording.path, choices=[recording.channel], dtype=recording.dtype
+    )
+    unit = next(iter(units_of([channels])), None)
     return Stretch(view.samples, sampling_rate, rpm, unit)
 
 

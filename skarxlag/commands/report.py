@@ -198,11 +198,10 @@ class RunFigures:
     def _read(self, place, at):
         """Read a recording as the model does: its overview, and a stretch around a sample."""
         model = self._model
-        recording = model.with_channel(self._recordings[place])
-        blocks, rate = model.windows(recording, self._resample)
-        rate = self._diagnoses[place].sampling_rate or rate or model.sampling_rate
-        view = views.overview(blocks, self._predictor(rate), at)
-        return view, views.stretch_of(view, recording, rate)
+        opened = model.open(self._recordings[place], self._resample)
+        rate = opened.sampling_rate or model.sampling_rate
+        view = views.overview(model.windows(opened), self._predictor(rate), at)
+        return view, views.stretch_of(view, opened.entry, rate)
 
     def _predictor(self, rate):
         """Return the predictions of the model's first step, if it is one that predicts."""
@@ -239,9 +238,9 @@ class RunFigures:
         """Return the first stretch of a healthy recording; None if it cannot be read again."""
         with suppress(*_READING_ERRORS):
             recording = self._recordings[place]
-            blocks, rate = self._model.windows(recording, self._resample)
-            X = next(blocks)
+            opened = self._model.open(recording, self._resample)
+            X = next(self._model.windows(opened))
             samples = (X if X.ndim == 2 else X[:, 0]).ravel()[: views.STRETCH]
-            rate = rate or self._model.sampling_rate
+            rate = opened.sampling_rate or self._model.sampling_rate
             return views.Stretch(samples, rate, recording.rpm, None)
         return None

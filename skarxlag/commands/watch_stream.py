@@ -5,6 +5,7 @@ import sys
 import time
 from collections import Counter
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -13,6 +14,7 @@ import numpy as np
 from ..monitoring import ConditionMonitor
 from ..persistence.models import load_monitor_state, save_monitor_state
 from ..recordings.entries import ListedRecording
+from ..recordings.files import chosen_channels
 from ..recordings.live import from_folder, from_growing_file, from_stream
 from ..recordings.live_samples import RawSamples
 from ..recordings.live_text import TextSamples
@@ -22,7 +24,7 @@ from ..recordings.speeds import TACHO
 from ..recordings.tacho import TachoStream
 from ..verdicts.windows import HOLD
 from .arguments import refuse
-from .channels import channel_remarks
+from .channels import channel_remarks, compared_channels
 from .messages import (
     CommandError,
     UsageError,
@@ -103,7 +105,9 @@ class SensorStream:
             raise CommandError(f"{path}: no such file or folder")
         self._is_folder = not is_stdin and path.is_dir()
         self.can_reopen = self._is_folder or (not is_stdin and path.is_file())
-        if model.can.needs_rpm and not (args.rpm or args.rpm_column or self._is_folder):
+        if model.capabilities.needs_rpm and not (
+            args.rpm or args.rpm_column or self._is_folder
+        ):
             raise UsageError(
                 f"argument --rpm: needed, {args.model} was fitted at "
                 f"{listed(model.train_rpm)} rpm"
@@ -264,7 +268,7 @@ class SensorStream:
         )
         return from_folder(
             files,
-            self.model.can,
+            self.model.capabilities,
             args.settle,
             args.timed_files,
             self.say,
@@ -274,9 +278,16 @@ class SensorStream:
 
     def _with_channel(self, recording):
         """Return a file of a folder with its channels, and print remarks that are new."""
-        chosen = self.model.with_channel(recording)
-        self._say_of_channels(self.model.channel_remarks(chosen, recording.channel))
-        return chosen
+        channel, channels = chosen_channels(
+            recording.path,
+            choices=self.model.channel_choices(recording),
+            dtype=recording.dtype,
+        )
+        facts = self.model.facts
+        is_compared = compared_channels(channels, facts, recording.channel)
+        remarks = channel_remarks(channels, facts, recording.channel)
+        self._say_of_channels(remarks if is_compared else [])
+        return replace(recording, channel=channel)
 
     def _stream(self, path):
         args = self._args

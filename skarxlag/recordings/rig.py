@@ -147,7 +147,7 @@ def read_recording_table(
     recordings = [
         np.concatenate([*reader.blocks(entry, None)], axis=-1) for entry in listed
     ]
-    return Bunch(recordings=recordings, **reader.facts(listed))
+    return Bunch(recordings=recordings, **reader.facts())
 
 
 def load_recordings(

@@ -9,9 +9,8 @@ import pytest
 from scipy.signal import lfilter
 
 from skarxlag import make_alpio, save_diagnoser
-from skarxlag.commands.bearing_orders import BearingOrders
 from skarxlag.commands.journal import Journal
-from skarxlag.commands.models import SavedModel
+from skarxlag.commands.models import SavedModel, bearing_model
 from skarxlag.commands.results import agreement
 
 WINDOW = 200
@@ -326,17 +325,18 @@ def test_a_second_run_on_one_output_is_refused(run, plant):
 
 
 def test_a_file_that_changes_while_it_is_read_has_no_verdict(run, plant, monkeypatch):
-    path, diagnose = plant / "good.npy", SavedModel.diagnose
+    path = plant / "good.npy"
+    open_recording = SavedModel.open
 
     def replaced(model, recording, *arguments):
-        found = diagnose(model, recording, *arguments)
+        opened = open_recording(model, recording, *arguments)
         if recording.path == path:
             os.utime(path, ns=(1, 1))
         if recording.path.name == "dead.npy":
             recording.path.unlink()
-        return found
+        return opened
 
-    monkeypatch.setattr(SavedModel, "diagnose", replaced)
+    monkeypatch.setattr(SavedModel, "open", replaced)
     files = (path, plant / "dead.npy", plant / "worn.npy")
     code, _, err = run(
         "diagnose", plant / "bearing.skops", *files, "-o", plant / "out.csv"
@@ -385,7 +385,7 @@ def test_agreement_counts_what_a_model_can_name():
         }
     )
     # No place is called unbalance, one recording failed, and of one nothing is stated.
-    assert agreement(rows, BearingOrders("6205")) == (2, 3)
+    assert agreement(rows, bearing_model("6205")) == (2, 3)
     detector = SimpleNamespace(conditions=["Normal"], healthy="Normal")
     assert agreement(rows, detector) == (3, 4)
     assert agreement(rows.assign(condition=None), detector) == (0, 0)

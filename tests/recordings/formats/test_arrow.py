@@ -7,7 +7,8 @@ import pandas as pd
 import pytest
 
 from skarxlag import iter_windows, list_channels, read_recording
-from skarxlag.recordings.files import recording_blocks, recording_start
+from skarxlag.recordings.files import recording_start
+from tests.recordings.blocks import recording_blocks
 
 Y, U = np.random.default_rng(0).normal(size=(2, 103))
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.io import wavfile
 
 from skarxlag import read_recording
-from skarxlag.recordings.files import recording_blocks
+from tests.recordings.blocks import recording_blocks
 
 soundfile = pytest.importorskip("soundfile")
 

@@ -7,7 +7,7 @@ import pytest
 import scipy.io
 
 from skarxlag import list_channels, read_recording
-from skarxlag.recordings.files import recording_blocks
+from tests.recordings.blocks import recording_blocks
 
 h5py = pytest.importorskip("h5py")
 

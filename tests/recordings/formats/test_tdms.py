@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from skarxlag import list_channels, read_recording
-from skarxlag.recordings.files import recording_blocks, recording_start
+from skarxlag.recordings.files import recording_start
+from tests.recordings.blocks import recording_blocks
 
 nptdms = pytest.importorskip("nptdms")
 

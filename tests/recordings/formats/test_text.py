@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from skarxlag import list_channels, read_recording
-from skarxlag.recordings.files import recording_blocks
+from tests.recordings.blocks import recording_blocks
 
 Y, U = [1.5, -2.0, 0.25], [10.0, 20.0, 30.5]
 

@@ -6,7 +6,8 @@ import pytest
 from scipy.io import savemat
 
 from skarxlag import read_recording
-from skarxlag.recordings.files import recording_blocks, recording_start
+from skarxlag.recordings.files import recording_start
+from tests.recordings.blocks import recording_blocks
 
 N = 600
 Y = np.random.default_rng(0).normal(size=N)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skarxlag import list_channels, read_recording
-from skarxlag.recordings.files import recording_blocks
+from tests.recordings.blocks import recording_blocks
 
 vallenae = pytest.importorskip("vallenae")
 
