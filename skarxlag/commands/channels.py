@@ -62,23 +62,19 @@ def units_of(channels: Sequence[Channels]) -> list[str]:
     return list(units.values())
 
 
-def compared_channels(
-    channels: Channels, facts: dict[str, Any], stated: Any
-) -> Channels:
-    """Return the channels of a recording; none if a model has none to compare.
+def are_compared(facts: dict[str, Any], stated: Any) -> bool:
+    """Return whether the channels of a recording are compared with those of a model.
 
     Parameters
     ----------
-    channels : sequence of tuple
-        Names and units of the channels.
     facts : dict
         Of the model.
     stated : str, list of str or None
-        Channels as they were stated.
+        Channels of the recording as they were stated.
     """
     is_same = [*np.atleast_1d(stated)] == facts.get("channels")
-    has_names = facts.get("channel_names") and not is_same
-    return channels if has_names or facts.get("unit") is not None else []
+    has_names = bool(facts.get("channel_names")) and not is_same
+    return has_names or facts.get("unit") is not None
 
 
 def channel_remarks(

@@ -16,7 +16,7 @@ from ..recordings.entries import ListedRecording, OpenRecording
 from ..recordings.rates import NO_RATE
 from ..verdicts.names import no_verdict
 from ..verdicts.windows import joined_tables
-from .channels import compared_channels, plain_unit
+from .channels import are_compared, plain_unit
 from .messages import CommandError
 from .models import RecordingModel
 from .remarks import recording_remarks
@@ -156,8 +156,8 @@ def diagnose(
     """
     opened = model.open(recording, resample)
     has_profile = opened.entry.profile is not None
-    channels = compared_channels(opened.channels, model.facts, recording.channel)
-    unit = plain_unit(channels[0][1] or "") if channels else None
+    is_compared = are_compared(model.facts, recording.channel)
+    unit = plain_unit(opened.channels[0][1] or "") if is_compared else None
     judge = None
     starts = []
     results = []
@@ -183,7 +183,9 @@ def diagnose(
         # Blocks are of equal length, except for the last, which may be too short.
         stated = [velocity for velocity in velocities if velocity is not None]
         verdict["velocity_rms_mm_s"] = float(np.sqrt(np.mean(np.square(stated))))
-    remarks = recording_remarks(model, opened, recording.channel, windows, verdict)
+    remarks = recording_remarks(
+        model, opened, recording.channel, is_compared, windows, verdict
+    )
     return Diagnosis(verdict, windows, opened.sampling_rate, [*remarks])
 
 

@@ -20,8 +20,7 @@ from ..kernels.fault_orders import (
     order_contrast,
 )
 from ..measures.envelope_spectra import LEAST_REVOLUTIONS
-from ..recordings.files import chosen_channels
-from ..recordings.listing import ListedRecording
+from ..recordings.entries import OpenRecording
 from .channels import units_of
 from .figures import (
     COLUMNS,
@@ -205,7 +204,7 @@ def signal_figure(
 
 
 def stretch_of(
-    view: Overview, recording: ListedRecording, sampling_rate: float | None
+    view: Overview, opened: OpenRecording, sampling_rate: float | None
 ) -> Stretch:
     """Return the stretch of an overview with its speed and its unit.
 
@@ -214,15 +213,12 @@ def stretch_of(
     FileNotFoundError, ImportError, ValueError
         If the speed cannot be read.
     """
-    recording = recording.with_speed()
+    recording = opened.entry.with_speed()
     rpm = recording.rpm
     if recording.profile is not None and sampling_rate is not None:
         n_samples = len(view.samples)
         rpm = recording.speeds([view.first], n_samples, sampling_rate)[0]
-    _, channels = chosen_channels(
-        recording.path, choices=[recording.channel], dtype=recording.dtype
-    )
-    unit = next(iter(units_of([channels])), None)
+    unit = next(iter(units_of([opened.channels])), None)
     return Stretch(view.samples, sampling_rate, rpm, unit)
 
 

@@ -13,7 +13,7 @@ from ..recordings.entries import OpenRecording
 from ..verdicts.limits import FEW_HEALTHY, HOLD_FOR_RECORDED, LEAST_HEALTHY
 from ..verdicts.names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
 from ..verdicts.windows import HOLD
-from .channels import channel_remarks, compared_channels
+from .channels import channel_remarks
 from .refused_rows import compares_orders, why_no_orders
 
 if TYPE_CHECKING:
@@ -34,7 +34,8 @@ _ADVICE = {
 def recording_remarks(
     model: RecordingModel,
     opened: OpenRecording,
-    stated_channel: Any,
+    stated_channels: Any,
+    is_compared: bool,
     windows: pd.DataFrame,
     verdict: dict[str, Any],
 ) -> Iterator[str]:
@@ -46,8 +47,10 @@ def recording_remarks(
         The model.
     opened : OpenRecording
         The recording.
-    stated_channel : str, list of str or None
+    stated_channels : str, list of str or None
         Its channels as they were stated.
+    is_compared : bool
+        Whether its channels are compared with those of the model.
     windows : DataFrame
         As `window_verdicts` returns it.
     verdict : dict
@@ -55,12 +58,10 @@ def recording_remarks(
     """
     is_healthy = verdict["verdict"] == model.healthy
     is_trained = model.judge is not None
-    if opened.is_resampled:
-        yield (
-            f"Resampled from {opened.recorded_rate:g} to {model.sampling_rate:g} Hz."
-        )
-    if compared_channels(opened.channels, model.facts, stated_channel):
-        yield from channel_remarks(opened.channels, model.facts, stated_channel)
+    if opened.old_rate is not None:
+        yield f"Resampled from {opened.old_rate:g} to {model.sampling_rate:g} Hz."
+    if is_compared:
+        yield from channel_remarks(opened.channels, model.facts, stated_channels)
     if not is_trained and "evidence" in windows:
         for text in windows["evidence"].dropna():
             yield f"{text[0].upper()}{text[1:]}."

@@ -201,7 +201,7 @@ class RunFigures:
         opened = model.open(self._recordings[place], self._resample)
         rate = opened.sampling_rate or model.sampling_rate
         view = views.overview(model.windows(opened), self._predictor(rate), at)
-        return view, views.stretch_of(view, opened.entry, rate)
+        return view, views.stretch_of(view, opened, rate)
 
     def _predictor(self, rate):
         """Return the predictions of the model's first step, if it is one that predicts."""

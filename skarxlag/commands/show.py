@@ -56,12 +56,11 @@ def _entry(recording, orders, healthy):
 
 def _view(recording: ListedRecording) -> tuple[views.Overview, views.Stretch]:
     """Read a recording once."""
-    blocks = recording.blocks(views.STRETCH)
-    first, rate = next(blocks)
-    signals = chain([first], (signal for signal, _ in blocks))
-    windows = (signal[np.newaxis] for signal in signals)
+    opened = recording.open(views.STRETCH, reads_speed=True)
+    first = next(opened.blocks)
+    windows = (signal[np.newaxis] for signal in chain([first], opened.blocks))
     view = views.overview(windows, _predictor(first))
-    return view, views.stretch_of(view, recording, rate)
+    return view, views.stretch_of(view, opened, opened.sampling_rate)
 
 
 def _predictor(signal):

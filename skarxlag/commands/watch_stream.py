@@ -12,7 +12,7 @@ from typing import Any, Self
 import numpy as np
 
 from ..monitoring import ConditionMonitor
-from ..persistence.models import load_monitor_state, save_monitor_state
+from ..persistence.monitor_states import load_monitor_state, save_monitor_state
 from ..recordings.entries import ListedRecording
 from ..recordings.files import chosen_channels
 from ..recordings.live import from_folder, from_growing_file, from_stream
@@ -24,7 +24,7 @@ from ..recordings.speeds import TACHO
 from ..recordings.tacho import TachoStream
 from ..verdicts.windows import HOLD
 from .arguments import refuse
-from .channels import channel_remarks, compared_channels
+from .channels import are_compared, channel_remarks
 from .messages import (
     CommandError,
     UsageError,
@@ -284,7 +284,7 @@ class SensorStream:
             dtype=recording.dtype,
         )
         facts = self.model.facts
-        is_compared = compared_channels(channels, facts, recording.channel)
+        is_compared = are_compared(facts, recording.channel)
         remarks = channel_remarks(channels, facts, recording.channel)
         self._say_of_channels(remarks if is_compared else [])
         return replace(recording, channel=channel)

@@ -211,9 +211,9 @@ class Reader:
             filenames=[str(entry.path) for entry in listed],
             further=pd.DataFrame([entry.further for entry in listed], index=names),
             resampled={
-                opened.entry.name: opened.recorded_rate
+                opened.entry.name: opened.old_rate
                 for opened in self._read
-                if opened.is_resampled
+                if opened.old_rate is not None
             },
             channels=[opened.channels for opened in self._read],
         )

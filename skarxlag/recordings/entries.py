@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Self
 from numpy.typing import NDArray
 
 from .files import open_file, recording_speed, recording_start
-from .monotonic import Direction
+from .monotonic import refuse_one_way
 from .rates import NO_RATE, rates_agree, resampled_blocks, unit_advice
 from .speeds import TACHO, SpeedProfile
 
@@ -23,24 +23,19 @@ class OpenRecording(NamedTuple):
         The recording, with its channels, and with its speed if it was requested.
     channels : list of tuple of str
         Name and unit of each channel. The unit is None if the file states none.
-    recorded_rate : float or None
-        Sampling rate before resampling, in Hz; None if it is not known.
     sampling_rate : float or None
-        Sampling rate of the samples.
+        In Hz; None if it is not known.
+    old_rate : float or None
+        Sampling rate before resampling; None if the samples are as they were recorded.
     blocks : iterator of ndarray of shape (n_samples,) or (n_channels, n_samples)
         The samples.
     """
 
     entry: "ListedRecording"
     channels: list[tuple[str, str | None]]
-    recorded_rate: float | None
     sampling_rate: float | None
+    old_rate: float | None
     blocks: Iterator[NDArray[Any]]
-
-    @property
-    def is_resampled(self) -> bool:
-        """Whether the samples have another rate than the recording."""
-        return not rates_agree(self.recorded_rate, self.sampling_rate)
 
 
 @dataclass(frozen=True)
@@ -203,45 +198,44 @@ class ListedRecording:
         """
         reads_file = reads_speed and self.rpm is None and self.speed_source is None
         entry = self.with_speed() if reads_speed and not reads_file else self
-        stated = self.sampling_rate
         with self.named():
             file = open_file(
                 self.path,
                 n_samples,
                 choices=[self.channel] if channels is None else channels,
                 dtype=self.dtype,
-                stated_rate=stated,
+                stated_rate=self.sampling_rate,
                 reads_speed=reads_file,
             )
-            rate = file.sampling_rate
-            if not rates_agree(stated, rate):
-                raise ValueError(
-                    f"{self.path}: sampling_rate is {stated:g} Hz but the file states "
-                    f"{rate:g} Hz{unit_advice(rate, stated)}"
-                )
+            rate = self._agreed_rate(file.sampling_rate)
         entry = entry._at(file.speed) if reads_file else entry
         entry = replace(entry, channel=file.channel)
-        rate = rate if stated is None else stated
         blocks = entry._checked(file.blocks)
         if resample is None:
-            return OpenRecording(entry, file.channels, rate, rate, blocks)
+            return OpenRecording(entry, file.channels, rate, None, blocks)
+        old_rate = None if rates_agree(rate, resample) else rate
         blocks = resampled_blocks(blocks, rate, resample)
-        return OpenRecording(entry, file.channels, rate, resample, blocks)
+        return OpenRecording(entry, file.channels, resample, old_rate, blocks)
+
+    def _agreed_rate(self, in_file):
+        """Return the stated sampling rate, with which that of the file must agree."""
+        stated = self.sampling_rate
+        if stated is None or in_file is None:
+            return in_file if stated is None else stated
+        if not rates_agree(stated, in_file):
+            raise ValueError(
+                f"{self.path}: sampling_rate is {stated:g} Hz but the file states "
+                f"{in_file:g} Hz{unit_advice(in_file, stated)}"
+            )
+        return stated
 
     def _checked(self, blocks):
         """Yield the samples, and refuse those that only rise or only fall."""
-        direction = Direction()
+        name = "the channel"
+        if isinstance(self.channel, str):
+            name = f"channel {self.channel!r}"
         with self.named():
-            for signal in blocks:
-                direction.add(signal if signal.ndim == 1 else signal[0])
-                yield signal
-            if direction.is_monotonic:
-                is_named = isinstance(self.channel, str)
-                channel = f"channel {self.channel!r}" if is_named else "the channel"
-                raise ValueError(
-                    f"{self.path}: {channel} only rises or only falls: it holds times or "
-                    "a count, and is no signal; choose another channel"
-                )
+            yield from refuse_one_way(blocks, f"{self.path}: {name}")
 
     def blocks(
         self, n_samples: int | None = None

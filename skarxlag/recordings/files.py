@@ -1,7 +1,6 @@
 """Read recordings from files, whole or block by block."""
 
 import os
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +10,6 @@ from numpy.typing import NDArray
 
 from .formats import find_format, read_file
 from .formats._contents import ContentError
-from .formats._description import Description
 from .formats._isolation import isolated
 from .formats._signals import descriptions
 from .speeds import SpeedProfile
@@ -22,14 +20,6 @@ if TYPE_CHECKING:
 
 Channels = str | int | Sequence[Any] | None
 StrPath = str | os.PathLike[str]
-
-#: Descriptions of files as they were at a time, so that a file is visited once for its
-#: facts and once for its samples. The number bounds the memory.
-_described: dict[tuple[Any, ...], Description] = {}
-_MOST_DESCRIBED = 10_000
-#: Nanoseconds since its last change after which a file is remembered. Within this time,
-#: another change may leave the time of modification as it is.
-_SETTLED = 2 * 10**9
 
 
 def read_recording(
@@ -232,49 +222,20 @@ def list_channels(path: StrPath, *, dtype: str | None = None) -> "pd.DataFrame":
 
 
 def _visit(path, dtype, function, *arguments):
-    """Yield the results of a function of the contents of a file."""
-    if find_format(path, dtype).FORMAT.isolated:
+    """Return an iterator of the results of a function of the contents of a file."""
+    path = Path(path)
+    file_format = find_format(path, dtype).FORMAT
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    if file_format.isolated:
         return isolated(read_file, path, dtype, function, *arguments)
     return read_file(path, dtype, function, *arguments)
 
 
-def _existing(path, dtype):
-    """Return the path of a file of a known format, which must exist."""
-    path = Path(path)
-    find_format(path, dtype)
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file")
-    return path
-
-
-def _version(path, dtype):
-    """Return a key that changes with the content of a file."""
-    status = path.stat()
-    # Programs that copy a file may set back the time of its content, but not that of
-    # its entry.
-    times = status.st_ctime_ns, status.st_mtime_ns
-    return str(path.absolute()), dtype, status.st_size, *times
-
-
-def _remember(version, description):
-    """Keep a description, unless its file has just been written."""
-    *_, changed = version
-    if time.time_ns() - changed < _SETTLED:
-        return
-    if len(_described) >= _MOST_DESCRIBED:
-        _described.clear()
-    _described[version] = description
-
-
 def _description(path, dtype):
-    """Return what a file states; a file that has not changed is not visited again."""
-    path = _existing(path, dtype)
-    version = _version(path, dtype)
-    if version not in _described:
-        (description,) = _visit(path, dtype, descriptions)
-        _remember(version, description)
-        return description
-    return _described[version]
+    """Return what a file states."""
+    (description,) = _visit(path, dtype, descriptions)
+    return description
 
 
 @contextmanager
@@ -312,7 +273,6 @@ def recording_speed(
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    path = _existing(path, dtype)
     ((speed,),) = _visit(path, dtype, speed_alone, channel, sampling_rate)
     return speed
 
@@ -345,11 +305,7 @@ def chosen_channels(
     channel = first_fitting(description, choices)
     with _named(path):
         names = description.choose(channel)
-    return channel, _with_units(description, names)
-
-
-def _with_units(description, names):
-    return [(name, description.channels[name].unit) for name in names]
+    return channel, [(name, description.channels[name].unit) for name in names]
 
 
 def recording_start(
@@ -433,11 +389,6 @@ def open_file(
         As in :func:`read_recording`; of the samples, when the block in question is
         reached.
     """
-    path = _existing(path, dtype)
-    version = _version(path, dtype)
-    options = (choices, n_samples, stated_rate, reads_speed, _described.get(version))
+    options = (choices, n_samples, stated_rate, reads_speed)
     blocks = _visit(path, dtype, facts_and_samples, *options)
-    facts = next(blocks)
-    _remember(version, facts.description)
-    channels = _with_units(facts.description, facts.names)
-    return OpenFile(facts.channel, channels, facts.sampling_rate, facts.speed, blocks)
+    return OpenFile(*next(blocks), blocks)

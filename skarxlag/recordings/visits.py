@@ -24,21 +24,18 @@ class FileFacts(NamedTuple):
 
     Attributes
     ----------
-    description : Description
-        Facts of all channels.
     channel : str, int, sequence of these, or None
         The chosen channels, as they were stated.
-    names : list of str
-        Their names.
+    channels : list of tuple of str
+        Name and unit of each of them. The unit is None if the file states none.
     sampling_rate : float or None
         Of the chosen channels, in Hz; None if the file does not state it.
     speed : float, SpeedProfile or None
         See `stated_speed`; None if it was not requested.
     """
 
-    description: Description
     channel: Any
-    names: list[str]
+    channels: list[tuple[str, str | None]]
     sampling_rate: float | None
     speed: float | SpeedProfile | None
 
@@ -49,7 +46,6 @@ def facts_and_samples(
     n_samples: int | None,
     stated_rate: float | None,
     reads_speed: bool,
-    description: Description | None,
 ) -> Iterator[Any]:
     """Yield the `FileFacts` of a file, then blocks of the chosen channels.
 
@@ -67,22 +63,21 @@ def facts_and_samples(
         and times that state none are compared with it.
     reads_speed : bool
         Whether the facts include the shaft speed.
-    description : Description or None
-        Result of an earlier visit to the same file. None: the file is described now.
 
     Yields
     ------
     FileFacts, then ndarray of float64, shape (n_samples,) or (n_channels, n_samples)
         The facts, and the samples.
     """
-    description = description or describe(contents)
+    description = describe(contents)
     channel = first_fitting(description, choices)
     speed = None
     if reads_speed:
         speed = stated_speed(contents, description, channel, stated_rate)
     names = description.choose(channel)
+    channels = [(name, description.channels[name].unit) for name in names]
     rate = description.sampling_rate(names, stated_rate)
-    yield FileFacts(description, channel, names, rate, speed)
+    yield FileFacts(channel, channels, rate, speed)
     yield from signal_blocks(contents, description, channel, n_samples, stated_rate)
 
 

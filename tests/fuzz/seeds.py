@@ -131,7 +131,7 @@ def repack(content, change):
         The file.
     """
     from skarxlag.core.files import read_members
-    from skarxlag.persistence.models import _digest
+    from skarxlag.persistence.archives import digest
 
     members, _ = read_members(content)
     members = {name: change(name, member) for name, member in members.items()}
@@ -139,7 +139,7 @@ def repack(content, change):
     with ZipFile(stream, "w") as file:
         for name, member in members.items():
             file.writestr(name, member)
-        file.comment = _digest(members)
+        file.comment = digest(members)
     return stream.getvalue()
 
 

@@ -53,15 +53,10 @@ from skarxlag import (
     make_fault_order_classifier,
     make_known_conditions,
 )
-from skarxlag.core.files import read_members
+from skarxlag.core.files import read_members, write_atomically
 from skarxlag.core.state import check_model_state, estimators_within
-from skarxlag.persistence.models import (
-    TRUSTED_TYPES,
-    load_diagnoser,
-    save_diagnoser,
-    sealed,
-    write_atomically,
-)
+from skarxlag.persistence.archives import TRUSTED_TYPES, sealed
+from skarxlag.persistence.models import load_diagnoser, save_diagnoser
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 
