@@ -189,25 +189,26 @@ def load_diagnoser(
 def _check_content(content):
     """Raise an error that names the part of a file that is wrong."""
     expect(content["format"] == _FORMAT, "format", content["format"], repr(_FORMAT))
-    diagnoser, facts = content["diagnoser"], content["facts"]
+    diagnoser = content["diagnoser"]
     if not (
         isinstance(diagnoser, Pipeline | SensorFusion) or _is_calibrated(diagnoser)
     ):
-        expected = "a Pipeline, a CalibratedClassifierCV or a SensorFusion"
         raise TypeError(
-            f"diagnoser is a {type(diagnoser).__name__}, expected {expected}"
+            f"diagnoser is a {type(diagnoser).__name__}, expected a Pipeline, a "
+            "CalibratedClassifierCV or a SensorFusion"
         )
     check_model_state(diagnoser)
-    check_facts(facts, capabilities(diagnoser))
-    for name, question in _COMPANIONS.items():
+    check_facts(content["facts"], capabilities(diagnoser))
+    for name, field in _COMPANIONS.items():
         model = content.get(name)
-        if model is not None:
-            check_model_state(model)
-            if not vars(capabilities(model))[question]:
-                found = type(model).__name__
-                raise TypeError(
-                    f"{name} is a {found}, expected the result of make_{name}"
-                )
+        if model is None:
+            continue
+        check_model_state(model)
+        if not getattr(capabilities(model), field):
+            raise TypeError(
+                f"{name} is a {type(model).__name__}, expected the result of "
+                f"make_{name}"
+            )
 
 
 def _is_calibrated(diagnoser):

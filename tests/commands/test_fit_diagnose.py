@@ -190,14 +190,8 @@ def test_a_file_without_facts_and_its_windows(run, model, workshop):
 @pytest.mark.slow
 def test_reading_in_parts_changes_nothing(run, model, workshop, monkeypatch):
     output = workshop / "verdicts.csv"
-    arguments = (
-        model,
-        workshop / "inner_300.npy",
-        "--table",
-        workshop / "table.csv",
-        "-o",
-        output,
-    )
+    arguments = (model, workshop / "inner_300.npy", "--table", workshop / "table.csv")
+    arguments += ("-o", output)
     written = output, workshop / "verdicts_windows.csv"
 
     def outcome():
@@ -378,14 +372,8 @@ def test_tables_that_cannot_be_fitted_are_named(run, workshop):
     code, _, err = run("fit", table, "-o", workshop / "m.skops", "--train-rpm", "300")
     assert code == 2 and "no column rpm" in err
     table.write_text("path,sampling_rate\ngood_300.npy,5\n")
-    options = (
-        "--diagnoser",
-        "detector",
-        "--healthy",
-        "good",
-        "--window-length",
-        WINDOW,
-    )
+    options = ("--diagnoser", "detector", "--healthy", "good")
+    options += ("--window-length", WINDOW)
     code, _, err = run("fit", table, "-o", workshop / "m.skops", *options)
     assert code == 2 and "--healthy" in err
     assert not (workshop / "m.skops").exists()
@@ -428,12 +416,8 @@ def test_a_recording_that_fails_costs_no_other_its_verdict(run, model, workshop)
     assert rows["recording"].tolist() == [
         str(path) for path in (gone, good[0], short, good[1])
     ]
-    assert rows["verdict"].str.startswith("no verdict: ").tolist() == [
-        True,
-        False,
-        True,
-        False,
-    ]
+    expected = [True, False, True, False]
+    assert rows["verdict"].str.startswith("no verdict: ").tolist() == expected
     assert rows["verdict"].tolist()[1::2] == ["good", "inner"]
     assert rows["error"].notna().tolist() == [True, False, True, False]
     assert all(f"{path} " in out for path in good)

@@ -101,11 +101,9 @@ def diagnose(run, fleet, tmp_path):
         code, out, err = run(
             "diagnose", fleet / "m.skops", "--table", table, "-o", output, *options
         )
-        assert (
-            code == 1
-            and f"{n_failed} of 21 recordings failed" in err
-            and "lost.npy" in err
-        )
+        assert code == 1
+        assert f"{n_failed} of 21 recordings failed" in err
+        assert "lost.npy" in err
         assert not list(tmp_path.glob("*-journal"))
         windows = output.with_name(f"{output.stem}_windows.csv")
         return output.read_bytes(), windows.read_bytes(), out.replace(output.stem, "")
@@ -232,13 +230,8 @@ def test_workers_that_lie_cost_their_recording(
 
 def test_an_address_where_no_scheduler_answers_is_named(run, fleet, monkeypatch):
     monkeypatch.setattr("skarxlag.commands.workers._CONNECT_SECONDS", 0.3)
-    arguments = (
-        "diagnose",
-        fleet / "m.skops",
-        fleet / "0.npy",
-        "--dask",
-        "tcp://127.0.0.1:1",
-    )
+    arguments = ("diagnose", fleet / "m.skops", fleet / "0.npy")
+    arguments += ("--dask", "tcp://127.0.0.1:1")
     code, out, err = run(*arguments)
     assert code == 1 and not out
     assert "--dask tcp://127.0.0.1:1: no scheduler that has workers answers" in err
@@ -373,14 +366,8 @@ def test_an_interrupted_run_goes_on_where_it_stopped(
 ):
     whole = diagnose(name="order.csv")
     output = tmp_path / "out.csv"
-    arguments = (
-        "diagnose",
-        fleet / "m.skops",
-        "--table",
-        fleet / "table.csv",
-        "-o",
-        output,
-    )
+    arguments = ("diagnose", fleet / "m.skops", "--table", fleet / "table.csv")
+    arguments += ("-o", output)
     add, added = Journal.add, []
 
     def add_and_interrupt(journal, recording, diagnosis):

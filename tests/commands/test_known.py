@@ -98,21 +98,13 @@ def test_other_and_unknown_speeds_are_said(run, plant, model, options):
 
 
 def test_json_html_and_exit_status(run, plant, model):
-    arguments = (
-        "diagnose",
-        model,
-        plant / "noise.npy",
-        plant / "new_good.npy",
-        "--rpm",
-        500,
-    )
+    arguments = ("diagnose", model, plant / "noise.npy", plant / "new_good.npy")
+    arguments += ("--rpm", 500)
     code, _, _ = run(*arguments, "-o", plant / "out.json", "--fail-on", "alarm")
     found = json.loads((plant / "out.json").read_text())
     assert code == 3 and found["model"]["false_rejection_rate"] == 0.01
-    assert [row["verdict"] for row in found["recordings"]] == [
-        "unknown condition",
-        "good",
-    ]
+    expected = ["unknown condition", "good"]
+    assert [row["verdict"] for row in found["recordings"]] == expected
     assert found["recordings"][0]["p_value_of_nearest"] < 0.01
     assert found["recordings"][0]["window_rows"][0]["p_value_of_nearest"] < 0.01
     code, _, _ = run(*arguments, "-o", plant / "out.html")
@@ -137,16 +129,8 @@ def test_too_few_rows_are_said(run, plant):
     table = plant / "short.csv"
     table.write_text((plant / "table.csv").read_text() + "\nshort.npy,outer,500,50e3")
     path = plant / "short.skops"
-    arguments = (
-        "fit",
-        table,
-        "-o",
-        path,
-        "--window-length",
-        WINDOW,
-        "--diagnoser",
-        "alpio",
-    )
+    arguments = ("fit", table, "-o", path, "--window-length", WINDOW)
+    arguments += ("--diagnoser", "alpio")
     code, out, _ = run(*arguments)
     assert code == 0
     assert "'unknown condition' is not possible: fewer than two windows" in out

@@ -160,15 +160,9 @@ def test_short_recordings_are_compared_by_windows(run, workshop):
     assert code == 0
     assert "Windows of 1200 samples" in out
     assert "Saved diagnoser to" in out
-    code, _, err = run(
-        "fit",
-        workshop / "short.csv",
-        *HEALTHY,
-        "-o",
-        workshop / "no.skops",
-        "--diagnoser",
-        "stretches",
-    )
+    arguments = ("fit", workshop / "short.csv", *HEALTHY, "-o", workshop / "no.skops")
+    arguments += ("--diagnoser", "stretches")
+    code, _, err = run(*arguments)
     assert code == 1 and "shortest recording is too short for two stretches" in err
 
 

@@ -116,11 +116,8 @@ def test_a_speed_in_a_table_comes_before_a_stated_source(tmp_path):
     )
     tacho = {"speed_source": "tacho:key", "pulses_per_revolution": 2}
     found = list_recordings(table, **tacho)
-    assert [(e.rpm, e.speed_source, e.pulses_per_revolution) for e in found] == [
-        (900.0, None, 1),
-        (None, "tacho:k", 1),
-        (None, "tacho:key", 2),
-    ]
+    expected = [(900.0, None, 1), (None, "tacho:k", 1), (None, "tacho:key", 2)]
+    assert [(e.rpm, e.speed_source, e.pulses_per_revolution) for e in found] == expected
 
 
 @pytest.mark.parametrize(("name", "value"), [("channel", "y"), ("sampling_rate", 1e3)])

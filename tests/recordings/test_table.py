@@ -64,11 +64,8 @@ def test_condition_and_speed_are_optional(folder):
 
 def test_a_specimen_is_the_condition_if_none_is_stated(folder):
     path = write(folder, GOOD)
-    assert read_recording_table(path).specimen.tolist() == [
-        "normal",
-        "ball",
-        "inner race",
-    ]
+    expected = ["normal", "ball", "inner race"]
+    assert read_recording_table(path).specimen.tolist() == expected
     rig = load_recordings(path, window_length=4)
     assert rig.specimen.tolist() == rig.target.tolist()
     write(folder, "path,sampling_rate\na.npy,5\n")

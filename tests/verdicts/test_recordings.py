@@ -263,10 +263,8 @@ def test_implausible_speed_gets_no_verdict(rpm, reason, detector, diagnoser, hea
     for model in (detector, diagnoser):
         found = recording_verdicts(model, healthy[:5], np.zeros(5), **arguments).iloc[0]
         assert found["verdict"] == f"no verdict: {reason}"
-        assert (
-            found["alarm"] == "-"
-            and np.isnan([found["probability"], found["p-value"]]).all()
-        )
+        assert found["alarm"] == "-"
+        assert np.isnan([found["probability"], found["p-value"]]).all()
     # The models know their training speeds themselves.
     (own,) = recording_verdicts(detector, healthy[:5], np.zeros(5), rpm=rpm)["verdict"]
     assert own == f"no verdict: {reason}"
@@ -349,10 +347,8 @@ def test_recordings_of_different_identifiers_stay_apart(names, diagnoser, window
 def test_the_index_of_a_column_of_recordings_does_not_matter(diagnoser, windows):
     runs = pd.Series(np.repeat(["a", "b"], 20), index=np.arange(40)[::-1])
     found = recording_verdicts(diagnoser, windows[0], runs)
-    assert found["verdict"].tolist() == [
-        "white",
-        "coloured",
-    ] and found.index.tolist() == ["a", "b"]
+    assert found["verdict"].tolist() == ["white", "coloured"]
+    assert found.index.tolist() == ["a", "b"]
 
 
 def test_recording_must_fit_the_windows(diagnoser, windows):
@@ -597,11 +593,8 @@ def test_combs_of_two_places_are_not_identifiable():
     # Hardly any wrong name is allowed, so the places must be far apart.
     strict = classifier(wrong_name_rate=1e-99).fit(rows)
     windows = window_verdicts(strict, rows, **stated)
-    assert windows["verdict"].tolist() == [
-        "healthy",
-        NOT_IDENTIFIABLE,
-        NOT_IDENTIFIABLE,
-    ]
+    expected = ["healthy", NOT_IDENTIFIABLE, NOT_IDENTIFIABLE]
+    assert windows["verdict"].tolist() == expected
     assert "nearly as well" in windows["evidence"][1]
     found = recording_verdicts(strict, rows, ["a", "b", "b"], **stated)
     assert found["verdict"].tolist() == ["healthy", NOT_IDENTIFIABLE]
