@@ -13,12 +13,11 @@ from .formats._contents import ContentError
 from .formats._isolation import isolated
 from .formats._signals import descriptions
 from .speeds import SpeedProfile
-from .visits import facts_and_samples, first_fitting, speed_alone
+from .visits import Channels, facts_and_samples, first_fitting, speed_alone
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Channels = str | int | Sequence[Any] | None
 StrPath = str | os.PathLike[str]
 
 
@@ -351,7 +350,7 @@ class OpenFile(NamedTuple):
         The samples.
     """
 
-    channel: Any
+    channel: Channels
     channels: list[tuple[str, str | None]]
     sampling_rate: float | None
     speed: float | SpeedProfile | None

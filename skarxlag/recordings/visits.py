@@ -13,6 +13,7 @@ from .formats._facts import names_speed
 from .formats._signals import signal_blocks
 from .speeds import SpeedProfile
 
+Channels = str | int | Sequence[Any] | None
 #: Seconds over which a channel of speeds is averaged.
 _MEAN_SECONDS = 0.01
 #: Samples of a channel of speeds that are read at a time.
@@ -34,7 +35,7 @@ class FileFacts(NamedTuple):
         See `stated_speed`; None if it was not requested.
     """
 
-    channel: Any
+    channel: Channels
     channels: list[tuple[str, str | None]]
     sampling_rate: float | None
     speed: float | SpeedProfile | None
@@ -81,7 +82,7 @@ def facts_and_samples(
     yield from signal_blocks(contents, description, channel, n_samples, stated_rate)
 
 
-def first_fitting(description: Description, choices: Sequence[Any]) -> Any:
+def first_fitting(description: Description, choices: Sequence[Channels]) -> Channels:
     """Return the first way to state channels that a file has, or the last of all."""
     for channel in choices[:-1]:
         with suppress(ContentError):
@@ -91,7 +92,7 @@ def first_fitting(description: Description, choices: Sequence[Any]) -> Any:
 
 
 def speed_alone(
-    contents: Contents, channel: Any, stated_rate: float | None
+    contents: Contents, channel: Channels, stated_rate: float | None
 ) -> Iterator[list[Any]]:
     """Yield a list of the shaft speed that a file states, see `stated_speed`."""
     # None would end the replies of another process.
@@ -101,7 +102,7 @@ def speed_alone(
 def stated_speed(
     contents: Contents,
     description: Description,
-    channel: Any,
+    channel: Channels,
     stated_rate: float | None,
 ) -> float | SpeedProfile | None:
     """Return the shaft speed that a file states.
