@@ -12,6 +12,7 @@ from joblib import parallel_config
 from numpy.typing import NDArray
 
 from ..core.speeds import SPEED_FACTOR
+from ..core.validation import output_of_windows
 from ..recordings.entries import ListedRecording, OpenRecording
 from ..recordings.rates import NO_RATE
 from ..verdicts.names import no_verdict
@@ -172,7 +173,7 @@ def diagnose(
         results.append(judge.window_results(block.X, block.rpm))
         if has_profile:
             mean_speeds.append(block.rpm.mean(axis=1))
-        output = block.X if block.X.ndim == 2 else block.X[:, 0]
+        output = output_of_windows(block.X)
         velocities.append(velocity_rms(output.ravel(), opened.sampling_rate, unit))
     windows, evidence = joined_tables(results)
     windows.insert(0, "start", np.concatenate(starts))

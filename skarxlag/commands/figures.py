@@ -7,6 +7,7 @@ the page; labels are text of the page next to it.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -16,16 +17,18 @@ from numpy.typing import NDArray
 from ..verdicts.names import NO_SIGNAL, NO_VERDICT
 
 #: Units of the paths, across and down.
-WIDTH, HEIGHT = 1000, 240
+WIDTH = 1000
+HEIGHT = 240
 #: Points of a curve across the figure, at most.
 COLUMNS = 480
 #: Labels on an axis, at least; there are up to 2.5 times as many.
 _LEAST_TICKS = 3
 #: Part of the range that stays free above and below the values.
 _MARGIN = 0.05
-#: Values beyond this size are not drawn, and a range of less than this share of the
-#: largest value is drawn like that of a constant.
-_LARGEST, _CONSTANT = 1e150, 1e-9
+#: Values beyond this size are not drawn.
+_LARGEST = 1e150
+#: A range of less than this share of the largest value is drawn like that of a constant.
+_CONSTANT = 1e-9
 
 _DAY = 86_400
 #: Steps between dates on an axis, in seconds.
@@ -52,18 +55,28 @@ class Axis:
     high: float
 
     @classmethod
-    def around(cls, label: str, *values: NDArray[Any]) -> "Axis":
-        """Return an axis that holds all finite values, with a margin."""
+    def around(
+        cls,
+        label: str,
+        *values: NDArray[Any],
+        low: float | None = None,
+        high: float | None = None,
+    ) -> "Axis":
+        """Return an axis that holds all finite values, with a margin where no end is given."""
         joined = np.concatenate([np.ravel(part) for part in values])
         finite = joined[np.abs(joined) < _LARGEST]
         if len(finite) == 0:
             finite = np.zeros(1)
-        low = float(finite.min())
-        high = float(finite.max())
-        margin = _MARGIN * (high - low)
-        if margin <= _CONSTANT * abs(high) or margin == 0:
-            margin = abs(high) or 1.0
-        return cls(label, low - margin, high + margin)
+        least = float(finite.min())
+        largest = float(finite.max())
+        margin = _MARGIN * (largest - least)
+        if margin <= _CONSTANT * abs(largest) or margin == 0:
+            margin = abs(largest) or 1.0
+        return cls(
+            label,
+            least - margin if low is None else low,
+            largest + margin if high is None else high,
+        )
 
     def share(self, values: Any) -> NDArray[Any]:
         """Return positions on the axis, from 0 to 1 within the range."""
@@ -230,15 +243,12 @@ def curve(x: Any, y: Any) -> str:
     >>> curve([0, 0.5, 1], [0, np.nan, 1])
     'M0 240M1000 0'
     """
-    points = np.column_stack([np.asarray(x) * WIDTH, (1 - np.asarray(y)) * HEIGHT])
-    is_point = np.isfinite(points).all(axis=1)
+    points, is_point = _in_units(x, y)
     is_start = is_point & ~np.concatenate([[False], is_point[:-1]])
-    # Points far outside would be drawn over other parts of the page.
-    limited = np.clip(points[is_point], 0, [WIDTH, HEIGHT]).round().astype(int)
     signs = np.where(is_start[is_point], "M", "L")
     return "".join(
         f"{sign}{across} {down}"
-        for sign, (across, down) in zip(signs, limited.tolist(), strict=True)
+        for sign, (across, down) in zip(signs, points, strict=True)
     )
 
 
@@ -260,8 +270,16 @@ def dots(x: Any, y: Any) -> str:
     >>> dots([0, 1], [0.5, np.nan])
     'M0 120h0'
     """
-    starts = (curve([across], [up]) for across, up in zip(x, y, strict=True))
-    return "".join(f"{start}h0" for start in starts if start)
+    return "".join(f"M{across} {down}h0" for across, down in _in_units(x, y)[0])
+
+
+def _in_units(x, y):
+    """Return the finite points in units of the figure, and which points are finite."""
+    points = np.column_stack([np.asarray(x) * WIDTH, (1 - np.asarray(y)) * HEIGHT])
+    is_point = np.isfinite(points).all(axis=1)
+    # Points far outside would be drawn over other parts of the page.
+    limited = np.clip(points[is_point], 0, [WIDTH, HEIGHT]).round().astype(int)
+    return limited.tolist(), is_point
 
 
 def area(x: Any, low: Any, high: Any) -> str:
@@ -312,34 +330,66 @@ def steps(edges: Any, heights: Any) -> str:
     return area(x, np.zeros(len(x)), np.repeat(heights, 2))
 
 
-def strip(
-    holds: pd.Series, part: NDArray[np.int_], n_parts: int, style: str, label: str
-) -> Mark:
-    """Return a strip of the share of rows, in equal parts of an axis, for which a fact holds.
+def verdict_strips(
+    rows: pd.DataFrame,
+    healthy: str,
+    part: NDArray[np.int_],
+    n_parts: int,
+    noun: str,
+    alarm: str,
+) -> list[Mark]:
+    """Return a strip for each verdict, and for the alarm if there is one.
+
+    Their heights are the shares of rows in equal parts of an axis.
 
     Parameters
     ----------
-    holds : Series of bool
-        Whether the fact holds for each row.
+    rows : DataFrame
+        Columns ``verdict``, whose reason after a colon does not count, and ``alarm``
+        with 1, 0 or NaN.
+    healthy : str
+        The healthy condition.
     part : ndarray of int of shape (n_rows,)
         Part of each row.
     n_parts : int
         Number of parts.
-    style, label : str
-        As in `Mark`.
+    noun : str
+        What a row is; empty: not stated.
+    alarm : str
+        Label of the alarm.
 
     Returns
     -------
-    Mark
-        Heights from 0 to 1; parts without rows have 0.
+    list of Mark
+        Faults first, then the healthy condition, then windows without a verdict. Parts
+        without rows have the height 0.
 
     Examples
     --------
-    >>> strip(pd.Series([True, False, True]), np.array([0, 0, 1]), 2, "fault", "").path
-    'M0 240L500 240L500 240L1000 240L1000 0L500 0L500 120L0 120Z'
+    >>> rows = pd.DataFrame({"verdict": ["good", "worn", "good"], "alarm": [0, 1, 0]})
+    >>> marks = verdict_strips(rows, "good", np.array([0, 0, 1]), 2, "rows", "alarm")
+    >>> for mark in marks:
+    ...     print(mark.label, mark.path)
+    worn: 1 of 3 rows M0 240L500 240L500 240L1000 240L1000 240L500 240L500 120L0 120Z
+    good: 2 of 3 rows M0 240L500 240L500 240L1000 240L1000 0L500 0L500 120L0 120Z
+    alarm: 1 of 3 rows M0 240L500 240L500 240L1000 240L1000 240L500 240L500 120L0 120Z
     """
-    shares = holds.groupby(part).mean().reindex(range(n_parts), fill_value=0.0)
-    return Mark(steps(np.linspace(0, 1, n_parts + 1), shares), style, label, True)
+    names = rows["verdict"].astype(str).str.partition(":")[0]
+    verdicts = [
+        (verdict_style(name, healthy), name, names == name)
+        for name in names.value_counts().index
+    ]
+    # Styles are in the order of the strips, and so is the number of rows.
+    facts = sorted(verdicts, key=itemgetter(0))
+    if rows["alarm"].notna().any():
+        facts.append(("fault", alarm, rows["alarm"] == 1))
+    edges = np.linspace(0, 1, n_parts + 1)
+    strips = []
+    for style, name, holds in facts:
+        shares = holds.groupby(part).mean().reindex(range(n_parts), fill_value=0.0)
+        label = f"{name}: {holds.sum()} of {len(rows)} {noun}".rstrip()
+        strips.append(Mark(steps(edges, shares), style, label, is_area=True))
+    return strips
 
 
 def verdict_style(verdict: str, healthy: str) -> str:

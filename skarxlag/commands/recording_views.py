@@ -1,8 +1,6 @@
 """Figures of one recording: signal, spectrum, envelope spectrum, windows over time."""
 
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
-from dataclasses import dataclass
+from collections.abc import Sequence
 from operator import itemgetter
 from typing import Any
 
@@ -20,8 +18,6 @@ from ..kernels.fault_orders import (
     order_contrast,
 )
 from ..measures.envelope_spectra import LEAST_REVOLUTIONS
-from ..recordings.entries import OpenRecording
-from .channels import units_of
 from .figures import (
     COLUMNS,
     Axis,
@@ -32,170 +28,38 @@ from .figures import (
     area,
     curve,
     extremes,
-    strip,
-    verdict_style,
+    verdict_strips,
 )
 from .messages import counted, listed
+from .recording_overview import Overview, Stretch
 
-#: Samples of the stretch whose spectra are drawn, at most.
-STRETCH = 2**20
-#: Extremes that are kept of the first block of a signal. A long signal has many blocks.
-_FINE = 2_000
 #: Samples in a segment of Welch's method.
 _SEGMENT = 4096
-#: Highest order that is shown without a bearing, and multiples of BPFI with one.
-_HIGHEST, _MULTIPLES_OF_INNER = 20.0, 3.3
-#: Names of the faults' orders: of the comb, of the field, and multiples that are marked.
+#: Highest order that is shown without a bearing.
+_HIGHEST = 20.0
+#: Multiples of BPFI that are shown with a bearing.
+_MULTIPLES_OF_INNER = 3.3
+#: Lines of the faults: names of their orders here and in the field, multiples that are
+#: marked, and number of the comb that they belong to.
 _LINES = (
-    ("cage", "FTF", 4),
-    ("spin", "BSF", 4),
-    ("outer", "BPFO", 3),
-    ("inner", "BPFI", 3),
+    ("cage", "FTF", 4, 0),
+    ("spin", "BSF", 4, 0),
+    ("outer", "BPFO", 3, 2),
+    ("inner", "BPFI", 3, 1),
 )
 _COMB_ORDERS = itemgetter("cage", "spin", "inner", "outer")
 #: Power relative to the largest of a spectrum that is drawn as its lowest.
 _FLOOR = 1e-12
 
-#: Function from windows to predictions of their output.
-Predict = Callable[[NDArray[Any]], NDArray[Any]]
 
-
-@dataclass(frozen=True)
-class Stretch:
-    """Part of a recording.
-
-    Parameters
-    ----------
-    samples : ndarray of shape (n_samples,)
-        The output.
-    sampling_rate : float or None
-        In Hz.
-    rpm : float, ndarray of shape (n_samples,) or None
-        Shaft speed, or that of each sample.
-    unit : str or None
-        Unit of the samples.
-    """
-
-    samples: NDArray[Any]
-    sampling_rate: float | None
-    rpm: Any
-    unit: str | None
-
-    @property
-    def mean_rpm(self) -> float | None:
-        """Mean shaft speed."""
-        return None if self.rpm is None else float(np.mean(self.rpm))
-
-
-@dataclass(frozen=True)
-class Overview:
-    """Extremes of the signal and of its unpredictable part, and a stretch of it.
-
-    Parameters
-    ----------
-    signal, unpredicted : tuple of two ndarrays of shape (n_columns,)
-        Smallest and largest values over time. The second is NaN if no model predicts.
-    duration : int
-        Samples of the recording.
-    first : int
-        Samples before the stretch.
-    samples : ndarray of shape (n_samples,)
-        The stretch.
-    row : ndarray of shape ([n_channels, ]n_samples)
-        Window of the stretch.
-    """
-
-    signal: tuple[NDArray[Any], NDArray[Any]]
-    unpredicted: tuple[NDArray[Any], NDArray[Any]]
-    duration: int
-    first: int
-    samples: NDArray[Any]
-    row: NDArray[Any]
-
-
-def overview(
-    blocks: Iterable[NDArray[Any]], predict: Predict | None, at: int = 0
-) -> Overview:
-    """Read a recording once, block by block.
-
-    Parameters
-    ----------
-    blocks : iterable of ndarray of shape (n_windows[, n_channels], n_samples)
-        Windows that follow one another.
-    predict : callable or None
-        As in `unpredicted`.
-    at : int, default=0
-        Sample that the stretch and its row contain.
-
-    Returns
-    -------
-    Overview
-        Of the output.
-    """
-    parts: dict[str, list[NDArray[Any]]] = {"signal": [], "unpredicted": []}
-    duration = 0
-    first = 0
-    size = None
-    stretch = row = np.empty(0)
-    for X in blocks:
-        output = X if X.ndim == 2 else X[:, 0]
-        length = output.size
-        size = size or max(length // _FINE, 1)
-        series = {"signal": output, "unpredicted": unpredicted(predict, X, output)}
-        for name, values in series.items():
-            flat = values.ravel()
-            parts[name].append(np.stack(extremes(flat, flat, -(-length // size))))
-        if duration <= at < duration + length:
-            first = duration + max((at - duration) // STRETCH * STRETCH, 0)
-            stretch = output.ravel()[first - duration :][:STRETCH].astype(float)
-            row = X[(at - duration) // X.shape[-1]]
-        duration += length
-    reduced = {
-        name: extremes(*np.concatenate(values, axis=1))
-        for name, values in parts.items()
-    }
-    return Overview(**reduced, duration=duration, first=first, samples=stretch, row=row)
-
-
-def unpredicted(
-    predict: Predict | None, X: NDArray[Any], output: NDArray[Any]
-) -> NDArray[Any]:
-    """Return what a model does not predict of the output; NaN if it predicts nothing.
-
-    Parameters
-    ----------
-    predict : callable or None
-        Returns predictions of shape (n_windows, n_predicted), which end with the
-        windows.
-    X : ndarray of shape (n_windows[, n_channels], n_samples)
-        Windows.
-    output : ndarray of shape (n_windows, n_samples)
-        Their output.
-
-    Returns
-    -------
-    ndarray of shape (n_windows, n_samples)
-        Prediction errors in the unit of the sensor. They are NaN while the model
-        settles.
-    """
-    errors = np.full(output.shape, np.nan)
-    if predict is not None:
-        # A window may be too short for the model, or hold no numbers.
-        with suppress(ValueError):
-            predicted = predict(X)
-            first = output.shape[1] - predicted.shape[1]
-            errors[:, first:] = output[:, first:] - predicted
-    return errors
-
-
-def signal_figure(
-    view: Overview, sampling_rate: float | None, unit: str | None
-) -> Figure:
+def signal_figure(view: Overview) -> Figure:
     """Draw the signal over time, and what the model cannot predict of it."""
-    seconds = view.duration / (sampling_rate or 1.0)
-    x = Axis("Time (samples)" if sampling_rate is None else "Time (s)", 0.0, seconds)
-    y = Axis.around(f"Signal ({unit or 'unit not stated'})", *view.signal)
-    at = (np.arange(len(view.signal[0])) + 0.5) / len(view.signal[0])
+    rate = view.stretch.sampling_rate
+    unit = view.stretch.unit or "unit not stated"
+    x = Axis(_time_label(rate), 0.0, view.duration / (rate or 1.0))
+    y = Axis.around(f"Signal ({unit})", *view.signal)
+    n_columns = len(view.signal[0])
+    at = (np.arange(n_columns) + 0.5) / n_columns
     marks = [Mark(area(at, *map(y.share, view.signal)), "signal", "signal", True)]
     if np.isfinite(view.unpredicted[0]).any():
         around = area(at, *map(y.share, view.unpredicted))
@@ -203,23 +67,8 @@ def signal_figure(
     return Figure("Signal: smallest and largest values", x, y, marks)
 
 
-def stretch_of(
-    view: Overview, opened: OpenRecording, sampling_rate: float | None
-) -> Stretch:
-    """Return the stretch of an overview with its speed and its unit.
-
-    Raises
-    ------
-    FileNotFoundError, ImportError, ValueError
-        If the speed cannot be read.
-    """
-    recording = opened.entry.with_speed()
-    rpm = recording.rpm
-    if recording.profile is not None and sampling_rate is not None:
-        n_samples = len(view.samples)
-        rpm = recording.speeds([view.first], n_samples, sampling_rate)[0]
-    unit = next(iter(units_of([opened.channels])), None)
-    return Stretch(view.samples, sampling_rate, rpm, unit)
+def _time_label(sampling_rate):
+    return "Time (samples)" if sampling_rate is None else "Time (s)"
 
 
 def power_spectrum(stretch: Stretch) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -255,37 +104,34 @@ def spectrum_figure(
     if np.ptp(stretch.samples) == 0:
         return "Spectrum: the signal is constant."
     frequencies, level = power_spectrum(stretch)
-    x_label = (
-        "Frequency (1/sample)" if stretch.sampling_rate is None else "Frequency (Hz)"
-    )
-    x = Axis(x_label, 0.0, float(frequencies[-1]) or 1.0)
+    unit = "1/sample" if stretch.sampling_rate is None else "Hz"
+    x = Axis(f"Frequency ({unit})", 0.0, float(frequencies[-1]) or 1.0)
     references = [np.interp(frequencies, *power_spectrum(other)) for other in healthy]
     y = Axis.around("Power density (dB)", level, *references)
-    marks = []
-    if references:
-        low = np.min(references, axis=0)
-        high = np.max(references, axis=0)
-        at = x.share(_columns(frequencies))
-        lowest, highest = extremes(low, high)
-        label = f"{reason}: {counted(len(healthy), 'recording')}"
-        around = area(at, y.share(lowest), y.share(highest))
-        marks.append(Mark(around, "reference", label, True))
-    marks.append(_peaks(frequencies, level, x, y, "this recording"))
+    marks = [_peaks(frequencies, level, x, y, "this recording")]
     note = ""
     if references:
+        lowest, highest = extremes(
+            np.min(references, axis=0), np.max(references, axis=0)
+        )
+        at = x.share(_column_starts(frequencies))
+        label = f"{reason}: {counted(len(healthy), 'recording')}"
+        around = area(at, y.share(lowest), y.share(highest))
+        marks.insert(0, Mark(around, "reference", label, True))
         speeds = {other.mean_rpm for other in healthy if other.rpm is not None}
         note = f"Healthy recordings at {listed(sorted(speeds))} rpm." if speeds else ""
     return Figure("Spectrum", x, y, marks, note=note)
 
 
-def _columns(values):
-    return extremes(values, values)[0]
+def _column_starts(ascending):
+    return extremes(ascending, ascending)[0]
 
 
 def _peaks(across, heights, x, y, label):
     """Return the curve of the largest values of the columns, so that no line is lost."""
     highest = extremes(heights, heights)[1]
-    return Mark(curve(x.share(_columns(across)), y.share(highest)), "signal", label)
+    path = curve(x.share(_column_starts(across)), y.share(highest))
+    return Mark(path, "signal", label)
 
 
 def orders_figure(stretch: Stretch, orders: dict[str, float] | None) -> Figure | str:
@@ -337,61 +183,44 @@ def _fault_lines(contrast, orders, x):
     defaults = FaultOrderClassifier()
     nominal = np.array(_COMB_ORDERS(orders))
     comb = fault_comb(contrast, nominal, defaults.speed_tolerance, defaults.slip)
-    of_comb = {"cage": 0, "spin": 0, "inner": 1, "outer": 2}
     rules = []
-    for name, label, multiples in _LINES:
-        factor = comb.factors[of_comb[name]]
+    for name, label, multiples, number in _LINES:
+        factor = comb.factors[number]
         lines = orders[name] * factor * np.arange(1, multiples + 1)
         positions = 100 * x.share(lines[lines <= x.high])
         legend = f"{label} ({name}) {orders[name]:.3f}, {100 * (factor - 1):+.1f} %"
         if name != "cage":
-            score = NEPER_IN_DB * comb.scores[of_comb[name]]
-            legend += f", comb {score:.0f} dB"
+            legend += f", comb {NEPER_IN_DB * comb.scores[number]:.0f} dB"
         rules.append(Rule(positions.round(2).tolist(), label.lower(), label, legend))
     return rules
 
 
 def windows_figure(
-    windows: pd.DataFrame, window_length: int, sampling_rate: float | None, healthy: Any
-) -> Strips | None:
-    """Draw verdicts and alarms of windows over time, or return None for a single window.
+    windows: pd.DataFrame, sampling_rate: float | None, healthy: Any
+) -> Strips:
+    """Draw verdicts and alarms of windows over time.
 
     Parameters
     ----------
     windows : DataFrame
-        As `window_verdicts` returns them, with the column ``start``.
-    window_length : int
-        Samples in a window.
+        As `window_verdicts` returns them, with the column ``start``: two or more.
     sampling_rate : float or None
         In Hz.
     healthy : label or None
         The healthy condition.
     """
     n = len(windows)
-    if n < 2:
-        return None
-    n_columns = min(n, COLUMNS // 2)
-    columns = np.arange(n) * n_columns // n
-    verdicts = windows["verdict"].astype(str).str.partition(":")[0]
-    counts = verdicts.value_counts()
-    styles = {name: verdict_style(name, str(healthy)) for name in counts.index}
-    # The styles are in the order of the strips.
-    names = sorted(counts.index, key=lambda name: (styles[name], -counts[name]))
-    strips = [
-        strip(
-            verdicts == name,
-            columns,
-            n_columns,
-            styles[name],
-            f"{name}: {counts[name]} of {n} windows",
-        )
-        for name in names
-    ]
-    if windows["alarm"].notna().any():
-        alarm = windows["alarm"] == 1
-        label = f"exceeds the healthy limits: {int(alarm.sum())} of {n} windows"
-        strips.append(strip(alarm, columns, n_columns, "fault", label))
-    end = float(windows["start"].iloc[-1] + window_length) / (sampling_rate or 1.0)
-    start = float(windows["start"].iloc[0]) / (sampling_rate or 1.0)
-    unit = "samples" if sampling_rate is None else "s"
-    return Strips("Windows over time", Axis(f"Time ({unit})", start, end), strips)
+    n_parts = min(n, COLUMNS // 2)
+    strips = verdict_strips(
+        windows,
+        str(healthy),
+        np.arange(n) * n_parts // n,
+        n_parts,
+        "windows",
+        "exceeds the healthy limits",
+    )
+    starts = windows["start"].to_numpy(dtype=float)
+    end = starts[-1] + (starts[-1] - starts[-2])
+    rate = sampling_rate or 1.0
+    x = Axis(_time_label(sampling_rate), starts[0] / rate, end / rate)
+    return Strips("Windows over time", x, strips)

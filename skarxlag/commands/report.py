@@ -11,6 +11,7 @@ import pandas as pd
 
 from ..bearings import bearing_orders
 from ..core.capabilities import unfolded_steps
+from ..core.validation import output_of_windows
 from ..models.identification import ARXLaguerre
 from ..plotting._fitted import chosen_model
 from ..recordings.listing import ListedRecording
@@ -21,6 +22,7 @@ from .diagnosis import Diagnosis
 from .messages import CommandError, counted, percent
 from .model_references import order_references_figure, shape_reference_figure
 from .pages import render
+from .recording_overview import STRETCH, Stretch, overview
 from .results import agreement, records
 
 #: Recordings with figures, the most severe first.
@@ -82,8 +84,8 @@ def html_report(
     entries = records(ranked)
     n_drawn = min(len(entries), MOST_DRAWN)
     drawing = RunFigures(model, recordings, diagnoses, rows, resample, bearing)
-    for place, entry in zip(ranked.index[:n_drawn], entries, strict=False):
-        entry["figures"] = drawing.of_recording(place)
+    for number, entry in zip(ranked.index[:n_drawn], entries, strict=False):
+        entry["figures"] = drawing.of_recording(number)
     counts = Counter((entry["verdict"], entry["severity"]) for entry in entries)
     return render(
         "report",
@@ -144,38 +146,42 @@ class RunFigures:
         # A healthy recording is compared with several others.
         self._healthy_stretch = lru_cache(MOST_DRAWN)(self._read_healthy_stretch)
 
-    def of_recording(self, place: int) -> list[Any]:
+    def of_recording(self, number: int) -> list[Any]:
         """Return figures, and sentences on those that cannot be drawn.
 
         There are none if the recording has no result, or cannot be read again.
+
+        Parameters
+        ----------
+        number : int
+            Position of the recording in the run.
         """
-        windows = self._diagnoses[place].windows
+        windows = self._diagnoses[number].windows
         if windows is None:
             return []
         with suppress(*_READING_ERRORS):
-            return [*self._figures(place, windows)]
+            return [*self._figures(number, windows)]
         return []
 
-    def _figures(self, place: int, windows: pd.DataFrame) -> Iterator[Any]:
-        verdict = self._diagnoses[place].verdict["verdict"]
+    def _figures(self, number: int, windows: pd.DataFrame) -> Iterator[Any]:
+        verdict = self._diagnoses[number].verdict["verdict"]
         typical = np.flatnonzero(windows["verdict"].astype(str) == str(verdict))
         middle = typical[len(typical) // 2] if len(typical) else 0
-        view, stretch = self._read(place, int(windows["start"].iloc[middle]))
-        rate = stretch.sampling_rate
-        yield views.signal_figure(view, rate, stretch.unit)
-        length = int(windows["start"].diff().iloc[-1]) if len(windows) > 1 else 0
-        strips = views.windows_figure(windows, length, rate, self._model.healthy)
-        if strips is not None:
-            yield strips
+        start = int(windows["start"].iloc[middle])
+        view = self._read(number, start)
+        stretch = view.stretch
+        yield views.signal_figure(view)
+        if len(windows) > 1:
+            rate = stretch.sampling_rate
+            yield views.windows_figure(windows, rate, self._model.healthy)
         if verdict != NO_SIGNAL:
             yield views.orders_figure(stretch, self._orders)
-            references = self._references(place, stretch)
-            n_before = int(windows["start"].iloc[middle]) - view.first
-            has_references = len(references) > 0
-            yield from self._learned(view.row, stretch, n_before, has_references)
+            references = self._references(number, stretch)
+            n_before = start - view.first
+            yield from self._learned(view.row, stretch, n_before, not references)
             yield views.spectrum_figure(stretch, references, self._reason)
 
-    def _learned(self, row, stretch, n_before, has_references):
+    def _learned(self, row, stretch, n_before, is_alone):
         """Yield figures of a row next to what the model learned, if it compares them."""
         healthy = self._model.healthy
         rate = stretch.sampling_rate
@@ -189,19 +195,19 @@ class RunFigures:
         # Most models compare no order spectra.
         with suppress(ValueError):
             yield order_references_figure(diagnoser, row, speed, healthy)
-        if not has_references:
+        if is_alone:
             with suppress(ValueError):
                 yield shape_reference_figure(
                     diagnoser, row, stretch.mean_rpm, healthy, rate
                 )
 
-    def _read(self, place, at):
-        """Read a recording as the model does: its overview, and a stretch around a sample."""
+    def _read(self, number, at):
+        """Read a recording as the model does, with a stretch around a sample."""
         model = self._model
-        opened = model.open(self._recordings[place], self._resample)
+        opened = model.open(self._recordings[number], self._resample)
         rate = opened.sampling_rate or model.sampling_rate
-        view = views.overview(model.windows(opened), self._predictor(rate), at)
-        return view, views.stretch_of(view, opened, rate)
+        windows = model.windows(opened)
+        return overview(opened, windows, rate, self._predictor(rate), at)
 
     def _predictor(self, rate):
         """Return the predictions of the model's first step, if it is one that predicts."""
@@ -216,31 +222,27 @@ class RunFigures:
 
         return predict
 
-    def _references(self, place, stretch):
+    def _references(self, number, stretch):
         """Return stretches of the healthy recordings of the nearest speeds."""
-        others = [other for other in self._healthy if other != place]
+        others = self._healthy[self._healthy != number]
         if stretch.rpm is not None:
-            speeds = {other: self._recordings[other].rpm for other in others}
-            others.sort(
-                key=lambda other: abs(
-                    np.log((speeds[other] or np.inf) / stretch.mean_rpm)
-                )
-            )
-        stretches = map(self._healthy_stretch, others[:_MOST_HEALTHY])
+            speeds = [self._recordings[other].rpm or np.inf for other in others]
+            distances = np.abs(np.log(np.array(speeds) / stretch.mean_rpm))
+            others = others[np.argsort(distances, kind="stable")]
         return [
             healthy
-            for healthy in stretches
+            for healthy in map(self._healthy_stretch, others[:_MOST_HEALTHY])
             if healthy is not None
             and rates_agree(healthy.sampling_rate, stretch.sampling_rate)
         ]
 
-    def _read_healthy_stretch(self, place):
+    def _read_healthy_stretch(self, number):
         """Return the first stretch of a healthy recording; None if it cannot be read again."""
+        recording = self._recordings[number]
         with suppress(*_READING_ERRORS):
-            recording = self._recordings[place]
             opened = self._model.open(recording, self._resample)
             X = next(self._model.windows(opened))
-            samples = (X if X.ndim == 2 else X[:, 0]).ravel()[: views.STRETCH]
+            samples = output_of_windows(X).ravel()[:STRETCH]
             rate = opened.sampling_rate or self._model.sampling_rate
-            return views.Stretch(samples, rate, recording.rpm, None)
+            return Stretch(samples, rate, recording.rpm)
         return None

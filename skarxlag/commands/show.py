@@ -2,7 +2,6 @@
 
 import argparse
 import sys
-from collections.abc import Iterator
 from itertools import chain
 from typing import Any
 
@@ -18,18 +17,20 @@ from . import recording_views as views
 from .channels import plain_unit
 from .messages import CommandError, as_command_error, printable
 from .pages import render
+from .recording_overview import STRETCH, Overview, overview
 from .velocity import velocity_rms
 
-#: Order of the model that shows what cannot be predicted, and samples that it is
-#: identified on, at most.
-_ORDER, _IDENTIFIED = 8, 2**18
+#: Order of the model that shows what cannot be predicted.
+_ORDER = 8
+#: Samples that it is identified on, at most.
+_IDENTIFIED = 2**18
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     orders = None if args.bearing is None else bearing_orders(args.bearing)
     with as_command_error():
-        healthy = [_view(recording)[1] for recording in args.listed_healthy]
+        healthy = [_view(recording).stretch for recording in args.listed_healthy]
     entries = [_entry(recording, orders, healthy) for recording in args.listed]
     page = render("show", entries=entries, bearing=args.bearing)
     write_atomically(args.output, page.encode())
@@ -44,9 +45,9 @@ def _entry(recording, orders, healthy):
     name = printable(recording.name)
     try:
         with as_command_error():
-            view, stretch = _view(recording)
-            figures = [*_figures(view, stretch, orders, healthy)]
-            facts = _facts(view, stretch)
+            view = _view(recording)
+            figures = _figures(view, orders, healthy)
+            facts = _facts(view)
     except CommandError as error:
         # The message names the file once or twice.
         reason = printable(error).split(f"{recording.path}: ")[-1]
@@ -54,13 +55,12 @@ def _entry(recording, orders, healthy):
     return {"name": name, "error": "", "facts": facts, "figures": figures}
 
 
-def _view(recording: ListedRecording) -> tuple[views.Overview, views.Stretch]:
+def _view(recording: ListedRecording) -> Overview:
     """Read a recording once."""
-    opened = recording.open(views.STRETCH, reads_speed=True)
+    opened = recording.open(STRETCH, reads_speed=True)
     first = next(opened.blocks)
     windows = (signal[np.newaxis] for signal in chain([first], opened.blocks))
-    view = views.overview(windows, _predictor(first))
-    return view, views.stretch_of(view, opened, opened.sampling_rate)
+    return overview(opened, windows, opened.sampling_rate, _predictor(first))
 
 
 def _predictor(signal):
@@ -74,19 +74,22 @@ def _predictor(signal):
     return lambda X: identify.predict_output(X)[:, 0]
 
 
-def _figures(view, stretch, orders, healthy) -> Iterator[Any]:
-    yield views.signal_figure(view, stretch.sampling_rate, stretch.unit)
-    yield views.orders_figure(stretch, orders)
+def _figures(view, orders, healthy) -> list[Any]:
     alike = [
         other
         for other in healthy
-        if rates_agree(other.sampling_rate, stretch.sampling_rate)
+        if rates_agree(other.sampling_rate, view.stretch.sampling_rate)
     ]
-    yield views.spectrum_figure(stretch, alike, "stated healthy")
+    return [
+        views.signal_figure(view),
+        views.orders_figure(view.stretch, orders),
+        views.spectrum_figure(view.stretch, alike, "stated healthy"),
+    ]
 
 
-def _facts(view, stretch):
+def _facts(view):
     """Return duration, rate, speed, level and impulsiveness of a recording, as one line."""
+    stretch = view.stretch
     rate = stretch.sampling_rate
     texts = [f"{view.duration} samples"]
     if rate is not None:

@@ -16,17 +16,29 @@ from .figures import (
     Strips,
     curve,
     dots,
-    strip,
+    verdict_strips,
     verdict_style,
 )
 from .messages import percent, printable
 from .pages import render
 from .trend_data import read_rows
 
-#: Parts of the time axis, and events in the list of a sensor, at most.
-_PARTS, _MOST_EVENTS = 240, 200
+#: Parts of the time axis, at most.
+_MOST_PARTS = 240
+#: Events in the list of a sensor, at most.
+_MOST_EVENTS = 200
 #: A pause is a gap if it is this many times as long as the median one, and an hour.
-_GAP_FACTOR, _LEAST_GAP = 20, pd.Timedelta(hours=1)
+_GAP_FACTOR = 20
+_LEAST_GAP = pd.Timedelta(hours=1)
+#: Severity of styles: a sensor whose alarm is on comes first.
+_SEVERITIES = ("fault", "unclear", "healthy")
+#: Titles of quantities, and the ends of their axes that are not those of their values.
+_QUANTITIES = {
+    "alarm_level": ("Alarm level", {"low": 0.0, "high": 1.05}),
+    "p_value": ("p-value (power of ten)", {"high": 0.2}),
+    "probability": ("Probability of the verdict", {"low": 0.0, "high": 1.05}),
+    "velocity_rms": ("Velocity RMS (mm/s)", {"low": 0.0}),
+}
 
 
 class Event(NamedTuple):
@@ -51,10 +63,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the command."""
     rows = read_rows(args.files, args.time, args.sensor)
     sensors = [_sensor(*group) for group in rows.groupby("sensor", sort=True)]
-    # A sensor whose alarm is on comes first.
-    sensors.sort(
-        key=lambda sensor: ("fault", "unclear", "healthy").index(sensor["style"])
-    )
+    sensors.sort(key=lambda sensor: _SEVERITIES.index(sensor["style"]))
     files = ", ".join(printable(path.name) for path in args.files)
     page = render("trend", sensors=sensors, files=files, n_rows=len(rows))
     write_atomically(args.output, page.encode())
@@ -64,23 +73,21 @@ def run(args: argparse.Namespace) -> int:
 
 def _sensor(name: Any, rows: pd.DataFrame) -> dict[str, Any]:
     """Return name, state, figures and events of a sensor."""
-    rows = rows.assign(verdict=rows["verdict"].fillna(NO_VERDICT).astype(str))
-    rows["verdict"] = rows["verdict"].str.partition(":")[0]
-    rows["healthy"] = rows["healthy"].astype(str)
+    verdicts = rows["verdict"].fillna(NO_VERDICT).astype(str).str.partition(":")[0]
+    rows = rows.assign(verdict=verdicts, healthy=rows["healthy"].astype(str))
     diagnosed = rows[rows["kind"] == "verdict"]
     last = rows.iloc[-1]
-    events = _events(rows)
     state = last["verdict"]
-    if last["probability"] == last["probability"]:
+    style = verdict_style(state, last["healthy"])
+    if pd.notna(last["probability"]):
         state += f", probability {percent(last['probability'])}"
-    if last["alarm"] == last["alarm"]:
+    if pd.notna(last["alarm"]):
         state += f"; alarm {'on' if last['alarm'] else 'off'}"
+    events = _events(rows)
     return {
         "name": printable(name),
         "state": state,
-        "style": "fault"
-        if last["alarm"] == 1
-        else verdict_style(last["verdict"], last["healthy"]),
+        "style": "fault" if last["alarm"] == 1 else style,
         "at": _text(last["time"]),
         "figures": _figures(diagnosed) if len(diagnosed) else [],
         "events": events[: -_MOST_EVENTS - 1 : -1],
@@ -95,73 +102,41 @@ def _text(time):
 
 def _figures(rows: pd.DataFrame) -> list[Any]:
     """Return figures of one sensor; a quantity that is not known has none."""
-    is_dated = isinstance(rows["time"].iloc[0], pd.Timestamp)
-    if is_dated:
-        at = rows["time"].astype("datetime64[ns, UTC]").astype("int64").to_numpy() / 1e9
-        width = max(at[-1] - at[0], 60.0)
-        x: Axis = DateAxis("Time (UTC)", at[0], at[0] + width)
-    else:
-        at = rows["time"].to_numpy(dtype=float)
-        x = Axis("Number of the recording", at[0] - 0.5, at[-1] + 0.5)
+    x, at = _time_axis(rows["time"])
+    n_parts = min(_MOST_PARTS, len(rows))
     share = np.clip(x.share(at), 0, 1)
-    n_parts = min(_PARTS, len(rows))
     part = np.minimum((share * n_parts).astype(int), n_parts - 1)
-    centre = (np.arange(n_parts) + 0.5) / n_parts
-    figures: list[Any] = [_strips(rows, part, n_parts, x)]
-    quantities = {
-        "alarm_level": ("Alarm level", 0.0, 1.05),
-        "p_value": ("p-value (power of ten)", None, 0.2),
-        "probability": ("Probability of the verdict", 0.0, 1.05),
-        "velocity_rms": ("Velocity RMS (mm/s)", 0.0, None),
-    }
-    for name, (title, low, high) in quantities.items():
+    healthy = rows["healthy"].iloc[-1]
+    strips = verdict_strips(rows, healthy, part, n_parts, "", "alarm")
+    figures: list[Any] = [Strips("Verdicts and alarm", x, strips)]
+    for name, (title, ends) in _QUANTITIES.items():
         values = rows[name].to_numpy()
         if name == "p_value":
             values = np.log10(np.maximum(values, np.finfo(float).tiny))
-        if not np.isfinite(values).any():
-            continue
-        around = Axis.around(title, values)
-        y = Axis(
-            title,
-            around.low if low is None else low,
-            around.high if high is None else high,
-        )
-        grouped = pd.Series(values).groupby(part)
-        lows, highs = (
-            y.share(extreme.reindex(range(n_parts)))
-            for extreme in (grouped.min(), grouped.max())
-        )
-        marks = [
-            Mark(
-                curve(np.repeat(centre, 2), np.ravel([lows, highs], "F")),
-                "signal",
-                "",
-            ),
-            Mark(dots(centre, highs), "signal dots", ""),
-        ]
-        figures.append(Figure(title, x, y, marks))
+        if np.isfinite(values).any():
+            y = Axis.around(title, values, **ends)
+            extremes = pd.Series(y.share(values)).groupby(part).agg(["min", "max"])
+            extremes = extremes.reindex(range(n_parts))
+            figures.append(Figure(title, x, y, _ranges(extremes)))
     return figures
 
 
-def _strips(rows, part, n_parts, x):
-    """Return the shares of verdicts, and of the alarm, over time."""
-    healthy = rows["healthy"].iloc[-1]
-    counts = rows["verdict"].value_counts()
-    strips = [
-        strip(
-            rows["verdict"] == name,
-            part,
-            n_parts,
-            verdict_style(name, healthy),
-            f"{name}: {counts[name]} of {len(rows)}",
-        )
-        for name in counts.index
-    ]
-    if rows["alarm"].notna().any():
-        is_on = rows["alarm"] == 1
-        label = f"alarm: {int(is_on.sum())} of {len(rows)}"
-        strips.append(strip(is_on, part, n_parts, "fault", label))
-    return Strips("Verdicts and alarm", x, strips)
+def _time_axis(times: pd.Series) -> tuple[Axis, Any]:
+    """Return the axis of some times, and their positions on it."""
+    if isinstance(times.iloc[0], pd.Timestamp):
+        at = times.astype("datetime64[ns, UTC]").astype("int64").to_numpy() / 1e9
+        end = at[0] + max(at[-1] - at[0], 60.0)
+        return DateAxis("Time (UTC)", at[0], end), at
+    at = times.to_numpy(dtype=float)
+    return Axis("Number of the recording", at[0] - 0.5, at[-1] + 0.5), at
+
+
+def _ranges(extremes: pd.DataFrame) -> list[Mark]:
+    """Return a curve through the extremes of equal parts of the axis, and their maxima."""
+    centre = (np.arange(len(extremes)) + 0.5) / len(extremes)
+    path = curve(np.repeat(centre, 2), extremes.to_numpy().ravel())
+    highest = dots(centre, extremes["max"])
+    return [Mark(path, "signal", ""), Mark(highest, "signal dots", "")]
 
 
 def _events(rows: pd.DataFrame) -> list[Event]:
@@ -169,36 +144,39 @@ def _events(rows: pd.DataFrame) -> list[Event]:
     states = rows[["verdict", "alarm", "model", "problem"]].astype(object)
     # Missing values would differ from themselves.
     states = states.where(states.notna(), "")
-    is_new = states.ne(states.shift()).any(axis=1) | (rows["kind"] == "acknowledged")
-    pauses = pd.Series("", rows.index)
-    if isinstance(rows["time"].iloc[0], pd.Timestamp):
-        pause = rows["time"].diff()
-        is_gap = pause > max(_GAP_FACTOR * pause.median(), _LEAST_GAP)
-        pauses[is_gap] = pause[is_gap].dt.round("s").astype(str)
-        is_new |= is_gap
+    before = states.shift(fill_value="")
+    is_new = states != before
+    is_acknowledged = rows["kind"] == "acknowledged"
+    gaps = _gaps(rows["time"])
     events = []
-    before = dict.fromkeys(states, "")
-    for place in rows.index[is_new]:
-        state = states.loc[place].to_dict()
-        changed = {
-            name: value for name, value in state.items() if value != before[name]
-        }
+    for row in rows.index[is_new.any(axis=1) | is_acknowledged | (gaps != "")]:
+        state = states.loc[row]
+        changed = is_new.loc[row]
         texts = {}
-        if pauses[place]:
-            texts[f"no rows for {pauses[place]}"] = "unclear"
-        if rows.at[place, "kind"] == "acknowledged":
+        if gaps[row]:
+            texts[f"no rows for {gaps[row]}"] = "unclear"
+        if is_acknowledged[row]:
             texts["alarm acknowledged"] = "unclear"
-        if changed.get("model") and before["model"]:
-            texts[f"another model: {changed['model']}"] = "unclear"
-        if "verdict" in changed:
-            style = verdict_style(state["verdict"], rows.at[place, "healthy"])
+        if changed["model"] and state["model"] and before.at[row, "model"]:
+            texts[f"another model: {state['model']}"] = "unclear"
+        if changed["verdict"]:
+            style = verdict_style(state["verdict"], rows.at[row, "healthy"])
             texts[f"verdict: {state['verdict']}"] = style
-        if changed.get("alarm", "") != "":
+        if changed["alarm"] and state["alarm"] != "":
             is_on = bool(state["alarm"])
             texts[f"alarm {'on' if is_on else 'off'}"] = "fault" if is_on else "healthy"
-        if changed.get("problem"):
-            texts[printable(changed["problem"])] = "unclear"
-        time = _text(rows.at[place, "time"])
+        if changed["problem"] and state["problem"]:
+            texts[printable(state["problem"])] = "unclear"
+        time = _text(rows.at[row, "time"])
         events += [Event(time, text, style) for text, style in texts.items()]
-        before = state
     return events
+
+
+def _gaps(times: pd.Series) -> pd.Series:
+    """Return the length of the gap before each row as text, empty if there is none."""
+    texts = pd.Series("", times.index)
+    if isinstance(times.iloc[0], pd.Timestamp):
+        pause = times.diff()
+        is_gap = pause > max(_GAP_FACTOR * pause.median(), _LEAST_GAP)
+        texts[is_gap] = pause[is_gap].dt.round("s").astype(str)
+    return texts

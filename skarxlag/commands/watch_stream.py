@@ -1,11 +1,7 @@
-"""Source, monitor and state of one sensor of ``skarxlag watch``."""
+"""Monitor of the samples of one sensor of ``skarxlag watch``, with its state."""
 
 import argparse
-import sys
 import time
-from collections import Counter
-from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -13,18 +9,8 @@ import numpy as np
 
 from ..monitoring import ConditionMonitor
 from ..persistence.monitor_states import load_monitor_state, save_monitor_state
-from ..recordings.entries import ListedRecording
-from ..recordings.files import chosen_channels
-from ..recordings.live import from_folder, from_growing_file, from_stream
-from ..recordings.live_samples import RawSamples
-from ..recordings.live_text import TextSamples
-from ..recordings.live_times import StreamTimes
 from ..recordings.rates import rates_agree
-from ..recordings.speeds import TACHO
-from ..recordings.tacho import TachoStream
 from ..verdicts.windows import HOLD
-from .arguments import refuse
-from .channels import are_compared, channel_remarks
 from .messages import (
     CommandError,
     UsageError,
@@ -37,11 +23,10 @@ from .messages import (
 from .models import SavedModel
 from .refused_rows import compares_orders, why_no_orders
 from .watch_lines import SensorLines, sentence
+from .watch_source import SensorSource
 
 #: Seconds between two savings of the state.
 _SAVE_EVERY = 60.0
-#: Arguments on which the meaning of a state depends.
-_READING = ("channel", "dtype", "time_column", "rpm_column", "pulses_per_revolution")
 #: Arguments of the monitor.
 _SETTINGS = (
     *("hop", "half_life", "false_alarm_interval", "alarm_delay", "latch"),
@@ -52,7 +37,7 @@ Memory = tuple[dict[str, Any], dict[str, Any]]
 
 
 class SensorStream:
-    """Source that is read, with the monitor of its samples.
+    """Monitor that reads a source, and keeps its state.
 
     Parameters
     ----------
@@ -65,8 +50,8 @@ class SensorStream:
     memory : tuple or None, default=None
         Result of `memory` of the stream before. None: the file of ``--state``, if there
         is one.
-    opened : SensorStream or None, default=None
-        Stream whose source stays open, since a pipe or a device cannot be opened again.
+    source : SensorSource or None, default=None
+        Source that stays open, since a pipe or a device cannot be opened again.
 
     Attributes
     ----------
@@ -74,8 +59,6 @@ class SensorStream:
         The model.
     is_at_position : bool
         Whether a later run can continue after the last block.
-    can_reopen : bool
-        Whether the source is a file or a folder, no pipe or device.
     """
 
     def __init__(
@@ -84,7 +67,7 @@ class SensorStream:
         model: SavedModel,
         lines: SensorLines,
         memory: Memory | None = None,
-        opened: Self | None = None,
+        source: SensorSource | None = None,
     ) -> None:
         self._args = args
         self.model = model
@@ -99,44 +82,20 @@ class SensorStream:
                 f"argument --sampling-rate: {self._rate:g}, but {args.model} states "
                 f"{model.sampling_rate:g}"
             )
-        path = Path(args.source)
-        is_stdin = args.source == "-"
-        if not is_stdin and not path.exists():
-            raise CommandError(f"{path}: no such file or folder")
-        self._is_folder = not is_stdin and path.is_dir()
-        self.can_reopen = self._is_folder or (not is_stdin and path.is_file())
-        if model.capabilities.needs_rpm and not (
-            args.rpm or args.rpm_column or self._is_folder
-        ):
+        self._source = source or SensorSource(args, model, self._rate, self.say)
+        states_speed = args.rpm or args.rpm_column or self._source.is_folder
+        if model.capabilities.needs_rpm and not states_speed:
             raise UsageError(
                 f"argument --rpm: needed, {args.model} was fitted at "
                 f"{listed(model.train_rpm)} rpm"
             )
-        if self._is_folder or args.dtype is not None:
-            refuse(args, ["time_column", "rpm_column"], "belongs to csv lines")
-        self._pulses = args.pulses_per_revolution or 1
-        self._tacho = None
-        self._speed_column = args.rpm_column
-        if (speeds := args.rpm.get("speed_source")) and not self._is_folder:
-            if not speeds.startswith(TACHO):
-                refuse(
-                    args,
-                    ["rpm"],
-                    f"{speeds} is for a folder; use {TACHO}CHANNEL, --rpm-column",
-                )
-            self._tacho = TachoStream(self._rate, self._pulses)
-            self._speed_column = speeds.removeprefix(TACHO)
-        source = args.source if is_stdin else str(path.resolve())
-        self._facts = {name: getattr(args, name) for name in _READING}
-        self._facts["source"] = source
-        self._limits = None
-        self._is_saved_latched = self._are_orders_missing = False
-        self._said = self._saved = time.monotonic()
-        self._unread = Counter()
-        self.is_at_position = True
-        self._parser = None
-        self._remarks = []
         model.check_order(args.source, args.channel)
+        self.is_at_position = True
+        self._limits = None
+        self._is_saved_latched = False
+        self._are_orders_missing = False
+        self._status_at = time.monotonic()
+        self._saved_at = time.monotonic()
         with as_command_error():
             self._monitor = ConditionMonitor(
                 model.diagnoser,
@@ -148,16 +107,17 @@ class SensorStream:
                 **{name: getattr(args, name) for name in _SETTINGS},
             )
             self._position = self._restored(memory)
-            if opened is not None:
-                self._blocks: Any = opened._blocks
-                self._unread = opened._unread
-            else:
-                self._blocks = (
-                    self._folder(path) if self._is_folder else self._stream(path)
-                )
+            if source is None:
+                self._source.open(self._position)
             # A file that cannot be written is reported now, not in a minute.
             self.save()
+        self._source.model = model
         lines.begin(model, self._monitor)
+
+    @property
+    def can_reopen(self) -> bool:
+        """Whether the source is a file or a folder, no pipe or device."""
+        return self._source.can_reopen
 
     def say(self, text: str) -> None:
         """Print a line to standard error, after the name of the sensor if the user stated one."""
@@ -169,19 +129,15 @@ class SensorStream:
         if memory is None and (path is None or not path.exists()):
             return None
         state, facts = memory or load_monitor_state(path)
-        for name, value in self._facts.items():
+        for name, value in self._source.facts.items():
             if facts.get(name, value) != value:
                 raise CommandError(
                     f"{path}: a state of {name.replace('_', ' ')} {facts[name]!r}, "
                     f"expected {value!r}; name another --state or delete it"
                 )
         position = facts.get("position")
-        is_pair = (
-            isinstance(position, list)
-            and len(position) == 2
-            and type(position[0]) is int
-        )
-        if position is not None and not is_pair:
+        is_pair = isinstance(position, list) and len(position) == 2
+        if position is not None and not (is_pair and type(position[0]) is int):
             raise CommandError(
                 f"{path}: the position in the source is {position!r}, expected two values"
             )
@@ -215,7 +171,7 @@ class SensorStream:
 
     def memory(self) -> Memory:
         """Return the state of the monitor, and the facts that say to what it belongs."""
-        return self._monitor.state(), self._facts | {
+        return self._monitor.state(), self._source.facts | {
             "position": self._position,
             "model": self.model.identity if self.is_at_position else None,
             "model_file": str(self._args.model),
@@ -224,14 +180,14 @@ class SensorStream:
     def save(self) -> None:
         """Save the state, if a later run can continue after the last block."""
         path = self._args.state
-        self._saved = time.monotonic()
+        self._saved_at = time.monotonic()
         if path is not None and self.is_at_position:
             save_monitor_state(self._monitor, path, **self.memory()[1])
             self._is_saved_latched = self._monitor.latched
 
     def close(self) -> None:
         """Close the source."""
-        self._blocks.close()
+        self._source.close()
 
     def with_model(self, model: SavedModel) -> Self:
         """Return a stream with another model, which continues from the same position."""
@@ -246,68 +202,13 @@ class SensorStream:
                 f"{model.path}: sampled at {model.sampling_rate:g} Hz, expected "
                 f"{self._rate:g} Hz"
             )
-        opened = None if self.can_reopen else self
+        source = None if self.can_reopen else self._source
         summary = self.summary()
-        stream = type(self)(self._args, model, self._lines, self.memory(), opened)
+        stream = type(self)(self._args, model, self._lines, self.memory(), source)
         self.say(f"Before the exchange of the model: {summary}")
         if self.can_reopen:
             self.close()
         return stream
-
-    def _folder(self, path):
-        args = self._args
-        files = ListedRecording(
-            None,
-            "",
-            path,
-            channel=args.channel,
-            dtype=args.dtype,
-            sampling_rate=self._rate,
-            pulses_per_revolution=self._pulses,
-            **args.rpm,
-        )
-        return from_folder(
-            files,
-            self.model.capabilities,
-            args.settle,
-            args.timed_files,
-            self.say,
-            self._position,
-            prepare=self._with_channel,
-        )
-
-    def _with_channel(self, recording):
-        """Return a file of a folder with its channels, and print remarks that are new."""
-        channel, channels = chosen_channels(
-            recording.path,
-            choices=self.model.channel_choices(recording),
-            dtype=recording.dtype,
-        )
-        facts = self.model.facts
-        is_compared = are_compared(facts, recording.channel)
-        remarks = channel_remarks(channels, facts, recording.channel)
-        self._say_of_channels(remarks if is_compared else [])
-        return replace(recording, channel=channel)
-
-    def _stream(self, path):
-        args = self._args
-        length = self.model.window_length
-        usual = self.model.usual_channels
-        if args.dtype is None:
-            tolerance = args.gap_tolerance or 0.5 * length / self._rate
-            times = StreamTimes(args.time_column, self._rate, tolerance, length)
-            parser = TextSamples(args.channel, times, self._speed_column, usual)
-        else:
-            parser = RawSamples(args.dtype, args.channel, self._speed_column, usual)
-        self._unread = parser.unread
-        self._parser = parser
-        if args.source == "-":
-            if sys.stdin is None:
-                raise CommandError("-: there is no standard input")
-            return from_stream(lambda: nullcontext(sys.stdin.buffer.raw), parser)
-        if path.is_fifo() or path.is_char_device():
-            return from_stream(lambda: path.open("rb", buffering=0), parser)
-        return from_growing_file(path, parser, self.say, self._position)
 
     def step(self) -> bool | None:
         """Process the next block, if there is one.
@@ -318,7 +219,7 @@ class SensorStream:
             Whether there was one; None if the source has ended.
         """
         try:
-            block = next(self._blocks)
+            block = self._source.read()
             if block is not None:
                 self._take(block)
         except StopIteration:
@@ -330,26 +231,8 @@ class SensorStream:
     def _take(self, block):
         # A later run would read twice what was read behind the position.
         self.is_at_position = False
-        samples = block.samples
-        rpm = block.rpm if self._is_folder else self._args.rpm.get("rpm")
-        if samples.size:
-            if self._speed_column is not None:
-                samples, rpm = samples[:-1], samples[-1]
-                rpm = rpm if self._tacho is None else self._tacho.speeds(rpm)
-            n_channels = self.model.n_channels
-            if len(samples) != n_channels:
-                advice = (
-                    "--channel chooses" if self._parser is None else self._parser.advice
-                )
-                raise ValueError(
-                    f"{counted(len(samples), 'channel')}, expected {n_channels}; {advice}"
-                )
-            if self._parser is not None:
-                channels = self._parser.channels[:n_channels]
-                remarks = channel_remarks(
-                    channels, self.model.facts, self._args.channel
-                )
-                self._say_of_channels(remarks)
+        if block.samples.size:
+            samples, rpm = self._source.signals_of(block)
             self._say_of_orders(rpm)
             verdicts = self._monitor.update(samples, time=block.time, rpm=rpm)
             self._report(verdicts, block.source)
@@ -357,15 +240,8 @@ class SensorStream:
             self._position = block.position
             self.is_at_position = True
             is_news = self._monitor.latched != self._is_saved_latched
-            if is_news or time.monotonic() - self._saved >= _SAVE_EVERY:
+            if is_news or time.monotonic() - self._saved_at >= _SAVE_EVERY:
                 self.save()
-
-    def _say_of_channels(self, remarks):
-        """Print remarks on the channels, unless they are those before."""
-        if (remarks := list(remarks)) != self._remarks:
-            self._remarks = remarks
-            for remark in remarks:
-                self.say(remark)
 
     def _say_of_orders(self, rpm):
         """Print once that shaft orders do not count, because the shaft is too slow."""
@@ -385,8 +261,9 @@ class SensorStream:
             if verdict.limits not in (HOLD, self._limits):
                 self._limits = verdict.limits
                 self.say(f"No alarm: {self._limits}.")
-        if verdicts and self._args.verbose and time.monotonic() - self._said >= 1.0:
-            self._said = time.monotonic()
+        now = time.monotonic()
+        if verdicts and self._args.verbose and now - self._status_at >= 1.0:
+            self._status_at = now
             self.say(sentence(verdicts[-1]))
 
     def acknowledge(self) -> None:
@@ -430,10 +307,12 @@ class SensorStream:
         parts = [counted(counts["samples"], "sample"), f"windows: {windows or 'none'}"]
         gaps = f"{counted(counts['gaps'], 'gap')} of {counts['missing_seconds']:.1f} s"
         parts.append(gaps if counts["gaps"] else "no gaps")
-        further = {"clock steps back": counts["clock_steps_back"]} | self._unread
-        parts += [f"{what}: {n}" for what, n in further.items() if n]
+        further = {"clock steps back": counts["clock_steps_back"]}
+        further |= self._source.unread
+        parts += [f"{reason}: {n}" for reason, n in further.items() if n]
         parts.append(counted(counts["alarms"], "alarm"))
-        parts += [] if last is None else [f"last: {printable(sentence(last))}"]
+        if last is not None:
+            parts.append(f"last: {printable(sentence(last))}")
         return "; ".join(parts)
 
 

@@ -12,7 +12,7 @@ from sklearn.utils.validation import check_is_fitted
 from ..kernels.speed_references import group_speeds
 from .parallel import map_batches
 from .speeds import log_speeds, speeds_of_rows, with_plausible_speeds
-from .state import INNOVATIONS, CheckedEstimator, uses_fitted
+from .state import CheckedEstimator, expect, uses_fitted
 from .validation import (
     check_input_names,
     validate_innovations,
@@ -39,6 +39,28 @@ class DocumentedEstimator:
 
 class SignalEstimator(CheckedEstimator, DocumentedEstimator):
     """Estimator that accepts windows of several channels: arrays of three axes."""
+
+    window_shape_: NDArray[Any]
+    n_models_: int
+
+    @property
+    def _n_channels(self):
+        return int(self.window_shape_[0]) if len(self.window_shape_) == 2 else 1
+
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_array("window_shape_", (None,), "at least 1", int)
+        shape = self.window_shape_
+        is_of_rows = len(shape) in (1, 2) and shape[0] == self.n_features_in_
+        expected = "1 or 2 lengths, first n_features_in_"
+        expect(is_of_rows, "window_shape_", shape, expected)
+
+    def _check_n_models(self):
+        """Check `n_models_`, which only estimators of innovations have."""
+        self._check_number("n_models_", kind=int)
+        n_models = self.n_features_in_ if len(self.window_shape_) == 2 else 0
+        expected = "that of window_shape_, or 0 for plain rows"
+        expect(self.n_models_ == n_models, "n_models_", self.n_models_, expected)
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
@@ -74,8 +96,6 @@ class InnovationsTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
     `_certify`.
     """
 
-    _state = INNOVATIONS
-
     def fit(self, X: ArrayLike, y: Any = None) -> Self:
         """Check the parameters; for observers, also certify that they are stable.
 
@@ -104,6 +124,10 @@ class InnovationsTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
 
     def _certify(self):
         """Set what follows from the parameters, or raise a ValueError."""
+
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_n_models()
 
     def _model_prefixes(self, input_features, least):
         """Return the beginnings of names, one for each model if there are at least so many."""
@@ -186,8 +210,6 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
     and `_suffix`.
     """
 
-    classes_: NDArray[Any]
-    speeds_: NDArray[Any]
     _suffix: ClassVar[str]
 
     #: Metadata routing passes these without `set_fit_request` and
@@ -304,6 +326,11 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
 
     def _validate(self, X, y=None, *, reset=False):
         return validate_innovations(self, X, y, reset=reset, any_length=True)
+
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_classes()
+        self._check_speeds()
 
     def _check_rpm_is_taken(self, rpm):
         if rpm is not None and self._trained_speeds() is None:

@@ -196,6 +196,22 @@ def validate_innovations(
     return (X if X.ndim == 3 else X[:, np.newaxis]), y
 
 
+def output_of_windows(X: NDArray[Any]) -> NDArray[Any]:
+    """Return the output of windows: the first of their channels, or all that they hold.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_windows[, n_channels], n_samples)
+        Windows.
+
+    Returns
+    -------
+    ndarray of shape (n_windows, n_samples)
+        A view of `X`.
+    """
+    return X if X.ndim == 2 else X[:, 0]
+
+
 def of_one_model(X: NDArray[Any]) -> NDArray[Any]:
     """Return innovations of shape (n_windows, n_samples), and refuse those of several models."""
     one = "1 model, as of ARXLaguerre(bank=False)"

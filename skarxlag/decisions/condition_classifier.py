@@ -17,14 +17,7 @@ from ..core.capabilities import capabilities, offers, requests, training_speeds
 from ..core.diagnosing_classifier import DiagnosingClassifier
 from ..core.fault_locations import FAULT_LOCATIONS, location_of_label
 from ..core.speeds import log_speeds, with_plausible_speeds
-from ..core.state import (
-    INNOVATIONS,
-    FittedOn,
-    Labels,
-    Values,
-    expect,
-    uses_fitted,
-)
+from ..core.state import expect, uses_fitted
 from ..core.validation import (
     check_rate,
     check_real,
@@ -40,16 +33,6 @@ from .left_out_specimens import location_exponent
 
 #: Log probability of an unknown condition in rows that name none.
 _NEVER = -700.0
-
-
-def _is_healthy(index, estimator):
-    """Return whether an index is that of a healthy class, or -1."""
-    if index == -1:
-        return FAULT_LOCATIONS.index("healthy") not in estimator.class_locations_
-    is_index = 0 <= index < len(estimator.classes_)
-    return is_index and estimator.class_locations_[index] == FAULT_LOCATIONS.index(
-        "healthy"
-    )
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -152,43 +135,6 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
     locations: Mapping[Any, str] | None = None
     recorded_prior: float = 0.5
     false_alarm_rate: float = 0.01
-
-    _state = INNOVATIONS | {
-        "classes_": Labels(),
-        "residual_": FittedOn(),
-        "class_locations_": Values(
-            lambda e: e.classes_.shape,
-            (
-                lambda p, e: np.isin(p, range(len(FAULT_LOCATIONS) + len(e.classes_))),
-                "numbers of locations",
-            ),
-            "i",
-        ),
-        "healthy_index_": Values(
-            (), (_is_healthy, "the index of a healthy class, or -1"), "i"
-        ),
-        "detection_threshold_": Values((), "at least 0"),
-        "n_healthy_": Values(
-            (),
-            (
-                lambda n, e: 0 <= n < 1e9 and (n > 0) == (e.healthy_index_ >= 0),
-                "a count",
-            ),
-            "i",
-        ),
-        # Larger gaps or exponents overflow.
-        "noise_gaps_": Values(
-            (2,), (lambda g, e: np.all((g >= 0) & (g < 1e3)), "in [0, 1e3)")
-        ),
-        "location_exponent_": Values(
-            (), (lambda k, e: 0 < k < 1e3, "a number in (0, 1e3)")
-        ),
-        "n_specimens_": Values(
-            lambda e: e.classes_.shape,
-            (lambda n, e: np.all((n >= 1) & (n < 1e6)), "counts of at least 1"),
-            "i",
-        ),
-    }
 
     #: Metadata routing passes these without `set_fit_request` and its siblings.
     __metadata_request__fit: ClassVar = {
@@ -507,6 +453,43 @@ class ConditionClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         return tuple(
             FAULT_LOCATIONS[p] if p < len(FAULT_LOCATIONS) else None for p in named
         )
+
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_n_models()
+        self._check_classes()
+        self._check_part("residual_")
+        n_classes = len(self.classes_)
+        self._check_array("class_locations_", (n_classes,), kind=int)
+        # A condition that is at none of the locations has a number of its own.
+        numbers = range(len(FAULT_LOCATIONS) + n_classes)
+        locations = self.class_locations_
+        are_locations = np.isin(locations, numbers)
+        expect(are_locations, "class_locations_", locations, "numbers of locations")
+        self._check_healthy()
+        # Larger gaps or exponents overflow.
+        self._check_array("noise_gaps_", (2,), "at least 0 and below 1e3")
+        self._check_number("location_exponent_", "above 0 and below 1e3")
+        self._check_array("n_specimens_", (n_classes,), kind=int)
+        are_counts = (self.n_specimens_ >= 1) & (self.n_specimens_ < 1e6)
+        expect(are_counts, "n_specimens_", self.n_specimens_, "counts of at least 1")
+
+    def _check_healthy(self):
+        """Check the index of the healthy class, -1 if there is none, and its limits."""
+        self._check_number("healthy_index_", kind=int)
+        index = self.healthy_index_
+        is_healthy = self.class_locations_ == FAULT_LOCATIONS.index("healthy")
+        if index == -1:
+            is_index = not is_healthy.any()
+        else:
+            is_index = 0 <= index < len(is_healthy) and is_healthy[index]
+        expected = "the index of a healthy class, or -1"
+        expect(is_index, "healthy_index_", index, expected)
+        self._check_number("detection_threshold_", "at least 0")
+        self._check_number("n_healthy_", kind=int)
+        n_healthy = self.n_healthy_
+        is_count = 0 <= n_healthy < 1e9 and (n_healthy > 0) == (index >= 0)
+        expect(is_count, "n_healthy_", n_healthy, "a count")
 
     def _check_parameters(self):
         check_rate(self.false_alarm_rate, "false_alarm_rate")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.parallel import one_thread
-from ..core.state import INNOVATIONS, SPEEDS, Values, expect, uses_fitted
+from ..core.state import expect, uses_fitted
 from ..core.validation import check_count, check_flag, check_rate, warn_user
 from ..kernels import healthy_limits
 from ..kernels.healthy_rows import number_of_cepstra
@@ -161,32 +161,6 @@ class FaultDetector(RowOutlierDetector):
     fixed_gain: bool = False
     window_length: int = 4800
     n_jobs: int | None = None
-
-    _state = INNOVATIONS | {
-        "n_rows_": Values((), "at least 2", "i"),
-        "n_windows_": Values((), "at least 1", "i"),
-        "n_blocks_": Values((), "at least 2", "i"),
-        "speeds_": SPEEDS,
-        "deviations_": Values((None,), "above 0"),
-        "variances_": Values(
-            lambda e: (number_of_cepstra(int(e.window_shape_[-1]) // e.n_windows_),),
-            "at least 0",
-        ),
-        "axes_": Values(lambda e: 2 * (len(e.variances_),)),
-        "references_": Values(lambda e: (max(len(e.speeds_), 1), len(e.variances_))),
-        "means_": Values(lambda e: (len(e.references_), len(e.deviations_))),
-        "left_out_rates_": Values(
-            lambda e: (len(e.speeds_) * (len(e.speeds_) > 1),), "at least 0"
-        ),
-        "slopes_": Values(
-            lambda e: (len(e.deviations_), 2),
-            (lambda v, e: v[:, 1] >= 0, "variances of at least 0 in the second column"),
-        ),
-        "drift_scale_": Values((), "above 0"),
-        "score_deviation_": Values((), "above 0"),
-        "score_mean_": Values(),
-        "offset_": Values((), "below 0"),
-    }
 
     @one_thread
     def _learn(self, X, y, log_speed, weights):
@@ -343,6 +317,30 @@ class FaultDetector(RowOutlierDetector):
             "n_healthy": self.n_rows_,
             "needs_rpm": common["takes_rpm"],
         }
+
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_number("n_rows_", "at least 2", int)
+        self._check_number("n_windows_", "at least 1", int)
+        self._check_number("n_blocks_", "at least 2", int)
+        self._check_speeds()
+        self._check_array("deviations_", (None,), "above 0")
+        n_speeds = len(self.speeds_)
+        n_measures = len(self.deviations_)
+        n_cepstra = number_of_cepstra(int(self.window_shape_[-1]) // self.n_windows_)
+        self._check_array("variances_", (n_cepstra,), "at least 0")
+        self._check_array("axes_", (n_cepstra, n_cepstra))
+        self._check_array("references_", (max(n_speeds, 1), n_cepstra))
+        self._check_array("means_", (max(n_speeds, 1), n_measures))
+        n_left_out = n_speeds if n_speeds > 1 else 0
+        self._check_array("left_out_rates_", (n_left_out,), "at least 0")
+        self._check_array("slopes_", (n_measures, 2))
+        are_variances = self.slopes_[:, 1] >= 0
+        expected = "variances of at least 0 in the second column"
+        expect(are_variances, "slopes_", self.slopes_, expected)
+        self._check_number("drift_scale_", "above 0")
+        self._check_number("score_deviation_", "above 0")
+        self._check_number("score_mean_")
 
     def _check_parameters(self):
         check_rate(self.false_alarm_rate, "false_alarm_rate")

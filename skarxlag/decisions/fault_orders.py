@@ -26,14 +26,7 @@ from ..core.fault_locations import (
     location_of_label,
 )
 from ..core.speeds import samples_per_revolution, speeds_of_rows
-from ..core.state import (
-    INNOVATIONS,
-    FittedOn,
-    Labels,
-    Values,
-    expect,
-    uses_fitted,
-)
+from ..core.state import expect, uses_fitted
 from ..core.validation import (
     ABOVE_0,
     check_real,
@@ -222,24 +215,6 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
     slip: float = 0.03
     speed_range: tuple[float, float] | None = None
     n_jobs: int | None = None
-
-    _state = INNOVATIONS | {
-        "classes_": Labels(),
-        "class_locations_": Values(
-            lambda e: e.classes_.shape,
-            (lambda p, e: np.isin(p, range(4)), "0, 1, 2 or 3"),
-            "i",
-        ),
-        "orders_": Values(lambda e: (len(listed(e.bearing)), 4), "above 0"),
-        "reference_": Values((len(FAULTS),)),
-        "healthy_speeds_": Values((None,), "above 0"),
-        "healthy_scores_": Values(
-            lambda e: e.healthy_speeds_.shape,
-            (lambda s, e: np.all(np.diff(s) >= 0), "ascending"),
-        ),
-        "limit_": Values(),
-        "conditions_": FittedOn(optional=True),
-    }
 
     #: Metadata routing passes `rpm` without `set_fit_request` and its siblings.
     __metadata_request__fit: ClassVar = {
@@ -680,6 +655,24 @@ class FaultOrderClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator)
             "needs_rpm": self.speed_range is None,
             "is_stretch": True,
         }
+
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_n_models()
+        self._check_classes()
+        self._check_array("class_locations_", self.classes_.shape, kind=int)
+        locations = self.class_locations_
+        are_locations = np.isin(locations, range(len(FAULT_LOCATIONS)))
+        expect(are_locations, "class_locations_", locations, "0, 1, 2 or 3")
+        self._check_array("orders_", (len(listed(self.bearing)), 4), "above 0")
+        self._check_array("reference_", (len(FAULTS),))
+        self._check_array("healthy_speeds_", (None,), "above 0")
+        self._check_array("healthy_scores_", self.healthy_speeds_.shape)
+        are_sorted = np.diff(self.healthy_scores_) >= 0
+        expect(are_sorted, "healthy_scores_", self.healthy_scores_, "ascending")
+        self._check_number("limit_")
+        if self.conditions_ is not None:
+            self._check_part("conditions_")
 
     def _check_parameters(self):
         check_sampling_rate(self.sampling_rate)

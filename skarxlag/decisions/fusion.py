@@ -19,7 +19,7 @@ from ..core.capabilities import capabilities, unfolded_steps
 from ..core.diagnosing_classifier import DiagnosingClassifier
 from ..core.fault_locations import HEALTHY
 from ..core.pipelines import as_diagnosis_pipeline
-from ..core.state import WINDOWS, expect, is_fitted, uses_fitted
+from ..core.state import expect, is_fitted, uses_fitted
 from ..core.validation import check_count, validate_signals
 from ..kernels.evidence import SMALLEST_PROBABILITY
 from ..kernels.posterior import decided
@@ -112,8 +112,6 @@ class SensorFusion(SignalEstimator, BaseEstimator):
 
     estimator: Any
     n_outputs: int | None = None
-
-    _state = WINDOWS
 
     def fit(self, X: ArrayLike, y: ArrayLike | None = None, **params: Any) -> Self:
         """Fit a copy of the estimator for each output.

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..core.state import INNOVATIONS, Labels, Values, check_state, expect
+from ..core.state import check_state, expect
 from ..core.validation import check_count, check_rate
 from ..kernels.speed_references import group_speeds
 from .fault_detector import FaultDetector
@@ -108,7 +108,6 @@ class KnownConditions(RowOutlierDetector):
     n_jobs: int | None = None
 
     _has_conditions = True
-    _state = INNOVATIONS | {"offset_": Values((), "below 0"), "classes_": Labels()}
 
     def _learn(self, X, y, log_speed, weights):
         labels = np.full(len(X), "known") if y is None else y
@@ -139,7 +138,7 @@ class KnownConditions(RowOutlierDetector):
             window_length=self.window_length,
             n_jobs=self.n_jobs,
         )
-        for name in INNOVATIONS:
+        for name in ("n_features_in_", "window_shape_", "n_models_"):
             setattr(detector, name, getattr(self, name))
         detector._learn(X, None, log_speed, weights)
         if len(detector.speeds_) < 2:
@@ -197,6 +196,10 @@ class KnownConditions(RowOutlierDetector):
     def _check_parameters(self):
         check_rate(self.false_rejection_rate, "false_rejection_rate")
         check_count(self.window_length, "window_length")
+
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_classes()
 
     def _check_relations(self):
         detectors = getattr(self, "detectors_", None)

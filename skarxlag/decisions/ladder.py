@@ -14,14 +14,7 @@ from sklearn.utils.validation import validate_data
 from ..core.base import DocumentedEstimator
 from ..core.fault_locations import HEALTHY, location_of_label
 from ..core.speeds import log_speeds
-from ..core.state import (
-    TABLE,
-    CheckedEstimator,
-    Labels,
-    Values,
-    expect,
-    uses_fitted,
-)
+from ..core.state import CheckedEstimator, expect, uses_fitted
 from ..core.validation import (
     ABOVE_0,
     check_labels,
@@ -116,24 +109,6 @@ class ThresholdLadder(
     #: Metadata routing passes these without `set_fit_request` and its siblings.
     __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
     __metadata_request__score: ClassVar = {"sample_weight": True}
-
-    _state = TABLE | {
-        "classes_": Labels(),
-        "healthy_index_": Values(
-            (), (lambda i, e: 0 <= i < len(e.classes_), "an index of classes_"), "i"
-        ),
-        "detection_threshold_": Values((), "at least 0"),
-        "confidence_scale_": Values((), "above 0"),
-        "isolation_thresholds_": Values(
-            lambda e: (len(e.classes_) - (not e._is_bank()),),
-            (
-                lambda t, e: (
-                    np.all(t >= 0) and (e._is_bank() or np.all(np.diff(t) >= 0))
-                ),
-                "at least 0, and ascending for one residual",
-            ),
-        ),
-    }
 
     def fit(
         self,
@@ -344,6 +319,24 @@ class ThresholdLadder(
         if scale is not None:
             for factor in scales:
                 check_real(factor, "confidence_scale", **ABOVE_0)
+
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_classes()
+        self._check_number("healthy_index_", kind=int)
+        n_classes = len(self.classes_)
+        is_index = 0 <= self.healthy_index_ < n_classes
+        expect(is_index, "healthy_index_", self.healthy_index_, "an index of classes_")
+        self._check_number("detection_threshold_", "at least 0")
+        self._check_number("confidence_scale_", "above 0")
+        n_thresholds = n_classes if self._is_bank() else n_classes - 1
+        self._check_array("isolation_thresholds_", (n_thresholds,))
+        thresholds = self.isolation_thresholds_
+        is_valid = np.all(thresholds >= 0) and (
+            self._is_bank() or np.all(np.diff(thresholds) >= 0)
+        )
+        expected = "at least 0, and ascending for one residual"
+        expect(is_valid, "isolation_thresholds_", thresholds, expected)
 
     def _check_relations(self):
         rungs = self.rungs_

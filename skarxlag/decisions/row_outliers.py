@@ -46,6 +46,11 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
     __metadata_request__predict: ClassVar = {"rpm": True}
     __metadata_request__decision_function: ClassVar = {"rpm": True}
 
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_n_models()
+        self._check_number("offset_", "below 0")
+
     def fit(
         self,
         X: ArrayLike,

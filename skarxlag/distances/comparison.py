@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..core.base import StretchTransformer
 from ..core.parallel import one_thread
 from ..core.speeds import log_speeds
-from ..core.state import SPEEDS, WINDOWS, Labels, Values, expect, uses_fitted
+from ..core.state import SQUARABLE, expect, uses_fitted
 from ..core.validation import ABOVE_0, check_real, validate_signals
 from ..kernels import drift, speed_references
 from ..kernels.spectra import cepstrum
@@ -226,35 +226,6 @@ class SpectralDistance(StretchTransformer):
 
     _suffix = "distance"
 
-    _state = WINDOWS | {
-        "classes_": Labels(),
-        "speeds_": SPEEDS,
-        "recorded_": Values(
-            lambda e: (max(len(e.speeds_), 1), len(e.classes_)),
-            (
-                lambda v, e: np.isin(v, (0, 1)).all() and v.any(axis=0).all(),
-                "0 and 1, with a 1 for each condition",
-            ),
-            "i",
-        ),
-        "variances_": Values(
-            lambda e: (e._n_groups(), e._n_coefficients()), "at least 0"
-        ),
-        "axes_": Values(
-            lambda e: (*e.variances_.shape, e._n_coefficients()), "within 1e150"
-        ),
-        "references_": Values(
-            lambda e: e.recorded_.shape + e.variances_.shape, "within 1e150"
-        ),
-        "joint_variances_": Values(
-            lambda e: (len(e._joined_groups()) * e._n_coefficients(),), "at least 0"
-        ),
-        "joint_axes_": Values(lambda e: 2 * e.joint_variances_.shape, "within 1e150"),
-        "joint_references_": Values(
-            lambda e: e.recorded_.shape + e.joint_variances_.shape, "within 1e150"
-        ),
-    }
-
     @one_thread
     def _learn(self, X, target, weights, rpm):
         self._check_relations()
@@ -410,7 +381,7 @@ class SpectralDistance(StretchTransformer):
 
     def _joined_groups(self):
         """Return the groups in the joint distance, or none if there is no such distance."""
-        n_groups = self._n_groups()
+        n_groups = self._n_channels
         if self.joint_weight == 0 or n_groups == 1:
             return []
         return list(range(n_groups) if self.joint_groups is None else self.joint_groups)
@@ -420,7 +391,7 @@ class SpectralDistance(StretchTransformer):
 
     def _smooth_variance(self, n_groups, rough):
         of_group = drift.smooth_variance(
-            self._n_coefficients(), self.smooth_drift, rough
+            int(self.window_shape_[-1]) - 1, self.smooth_drift, rough
         )
         return np.tile(of_group, n_groups)
 
@@ -447,16 +418,30 @@ class SpectralDistance(StretchTransformer):
             fits, "joint_groups", self.joint_groups, "different integers of at least 0"
         )
 
-    def _n_groups(self):
-        return int(self.window_shape_[0]) if len(self.window_shape_) == 2 else 1
-
-    def _n_coefficients(self):
-        return int(self.window_shape_[-1]) - 1
+    def _check_fitted(self):
+        super()._check_fitted()
+        n_coefficients = int(self.window_shape_[-1]) - 1
+        n_joined = len(self._joined_groups()) * n_coefficients
+        recorded_shape = (max(len(self.speeds_), 1), len(self.classes_))
+        self._check_array("recorded_", recorded_shape, kind=int)
+        is_table = (
+            np.isin(self.recorded_, (0, 1)).all() and self.recorded_.any(axis=0).all()
+        )
+        expected = "0 and 1, with a 1 for each condition"
+        expect(is_table, "recorded_", self.recorded_, expected)
+        shape = (self._n_channels, n_coefficients)
+        self._check_array("variances_", shape, "at least 0")
+        self._check_array("axes_", (*shape, n_coefficients), SQUARABLE)
+        self._check_array("references_", (*recorded_shape, *shape), SQUARABLE)
+        self._check_array("joint_variances_", (n_joined,), "at least 0")
+        self._check_array("joint_axes_", (n_joined, n_joined), SQUARABLE)
+        self._check_array("joint_references_", (*recorded_shape, n_joined), SQUARABLE)
 
     def _check_relations(self):
-        largest = max([0] if self.joint_groups is None else self.joint_groups)
-        wanted = f"integers below {self._n_groups()}, the number of groups in X"
-        expect(largest < self._n_groups(), "joint_groups", self.joint_groups, wanted)
+        groups = [0] if self.joint_groups is None else self.joint_groups
+        expected = f"integers below {self._n_channels}, the number of groups in X"
+        is_in_rows = max(groups) < self._n_channels
+        expect(is_in_rows, "joint_groups", self.joint_groups, expected)
 
 
 def _joined(rows, chosen):

@@ -12,7 +12,7 @@ from sklearn.utils import Bunch
 from ..core.base import StretchTransformer
 from ..core.parallel import map_rows
 from ..core.speeds import REVOLUTIONS_LEFT, log_speeds, samples_per_revolution
-from ..core.state import INNOVATIONS, SPEEDS, Labels, Values, uses_fitted
+from ..core.state import SQUARABLE, uses_fitted
 from ..core.validation import check_sampling_rate
 from ..kernels.order_spectra import (
     at_orders,
@@ -149,17 +149,6 @@ class OrderResidual(StretchTransformer):
     n_jobs: int | None = None
     _suffix = "orders"
 
-    _state = INNOVATIONS | {
-        "classes_": Labels(),
-        "orders_": Values(_ORDERS.shape, "above 0"),
-        "variances_": Values((_N_BANDS, *_ORDERS.shape), "at least 0"),
-        "references_": Values(
-            lambda e: (len(e.classes_), *e.variances_.shape), "within 1e150"
-        ),
-        "samples_a_turn_": Values((), "above 0"),
-        "speeds_": SPEEDS,
-    }
-
     def _learn(self, X, target, weights, rpm):
         self.orders_: NDArray[Any] = _ORDERS.copy()
         turns = np.full(len(X), X.shape[-1] / _SUPPOSED_TURNS)
@@ -236,6 +225,15 @@ class OrderResidual(StretchTransformer):
     def _check_parameters(self):
         if self.sampling_rate is not None:
             check_sampling_rate(self.sampling_rate)
+
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_n_models()
+        shape = (_N_BANDS, *_ORDERS.shape)
+        self._check_array("orders_", _ORDERS.shape, "above 0")
+        self._check_array("variances_", shape, "at least 0")
+        self._check_array("references_", (len(self.classes_), *shape), SQUARABLE)
+        self._check_number("samples_a_turn_", "above 0")
 
     def _capabilities(self):
         return super()._capabilities() | {

@@ -18,7 +18,6 @@ from ..core.speeds import (
     log_speeds,
     speeds_of_rows,
 )
-from ..core.state import INNOVATIONS, SPEEDS, FittedOn, Labels
 from ..core.validation import check_count, check_real
 from ..measures.spectra import LogSpectra
 from .comparison import SpectralDistance
@@ -128,13 +127,6 @@ class StretchResidual(StretchTransformer):
 
     _suffix = "stretch"
 
-    _state = INNOVATIONS | {
-        "classes_": Labels(),
-        "speeds_": SPEEDS,
-        "window_residual_": FittedOn(),
-        "order_residual_": FittedOn(optional=True),
-    }
-
     def _learn(self, X, target, weights, rpm):
         y = self.classes_[target]
         orders = OrderResidual() if self.order_residual is None else self.order_residual
@@ -213,6 +205,13 @@ class StretchResidual(StretchTransformer):
         cut = X[..., : count * length].reshape(n_rows, n_models, count, length)
         windows = np.swapaxes(cut, 1, 2).reshape(-1, n_models, length)
         return windows, count, metadata
+
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_n_models()
+        self._check_part("window_residual_")
+        if self.order_residual_ is not None:
+            self._check_part("order_residual_")
 
     def _check_parameters(self):
         check_real(self.order_weight, "order_weight", min_val=0)

@@ -13,7 +13,7 @@ from sklearn.utils import Bunch, check_scalar
 
 from ..core.base import ArrayTransformer, SignalEstimator
 from ..core.parallel import map_batches
-from ..core.state import WINDOWS, Labels, Values, expect, uses_fitted
+from ..core.state import SQUARABLE, expect, uses_fitted
 from ..core.validation import (
     UP_TO_1,
     check_flag,
@@ -149,28 +149,6 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     unit_rms: bool = True
     forgetting_factor: float = 1.0
     n_jobs: int | None = None
-
-    _state = WINDOWS | {
-        "orders_": Values(
-            lambda e: (1, *e.window_shape_.tolist())[-2:-1], "at least 1", "i"
-        ),
-        "poles_": Values(
-            lambda e: e.orders_.shape, (lambda p, e: np.abs(p) < 1, "in (-1, 1)")
-        ),
-        "classes_": Labels(),
-        "noise_level_": Values(lambda e: (len(e.classes_),), "at least 0"),
-        "weights_": Values(lambda e: (len(e.classes_),), "at least 0"),
-        "coef_": Values(lambda e: (len(e.classes_), e.orders_.sum()), "within 1e150"),
-        "sums_": Values(
-            lambda e: (len(e.classes_), e.orders_.sum() + 1, e.orders_.sum() + 1),
-            (
-                # They follow from an equation, so those of a state at rest are 0 but
-                # for rounding.
-                lambda a, e: np.einsum("mii->mi", a) >= -1e-6 * np.abs(a).max(),
-                "sums of squares, at least 0, on the diagonal",
-            ),
-        ),
-    }
 
     #: Metadata routing hands weights over without a call of `set_fit_request`.
     __metadata_request__fit: ClassVar = {"sample_weight": True}
@@ -510,6 +488,24 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     def _n_transient(self, n_samples):
         settled = max(map(settling_length, self.orders_.tolist(), self.poles_.tolist()))
         return min(settled, n_samples // 2)
+
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_array("orders_", (self._n_channels,), "at least 1", int)
+        self._check_array("poles_", self.orders_.shape, "above -1 and below 1")
+        self._check_classes()
+        n_models = len(self.classes_)
+        n_states = self.orders_.sum()
+        self._check_array("noise_level_", (n_models,), "at least 0")
+        self._check_array("weights_", (n_models,), "at least 0")
+        self._check_array("coef_", (n_models, n_states), SQUARABLE)
+        self._check_array("sums_", (n_models, n_states + 1, n_states + 1))
+        # They follow from an equation, so those of a state at rest are 0 but for
+        # rounding.
+        squares = np.einsum("mii->mi", self.sums_)
+        are_squares = squares >= -1e-6 * np.abs(self.sums_).max()
+        expected = "sums of squares, at least 0, on the diagonal"
+        expect(are_squares, "sums_", self.sums_, expected)
 
     def _check_relations(self):
         orders, poles = check_networks(self.order, self.pole, len(self.orders_))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.base import GroupTransformer
-from ..core.state import INNOVATIONS, Values, expect
+from ..core.state import expect
 from ..core.validation import ABOVE_0, WITHIN_1, check_count, check_real
 from ..kernels import observer, spectra
 from ..kernels.observer_bank import bank_levels, member_gains
@@ -125,13 +125,6 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
     saturation: float = 1.0
     n_jobs: int | None = None
 
-    _state: ClassVar = INNOVATIONS | {
-        "kp_": Values(lambda e: (e.n_members,)),
-        "ki_": Values(lambda e: (e.n_members,)),
-        "bounds_": Values(lambda e: (e.n_members,), "at least 0"),
-        "lyapunov_": Values(lambda e: (e.n_members, 2, 2)),
-    }
-
     def _groups(self, signals):
         # Another order in memory or another type would have the loop compiled once
         # more.
@@ -174,6 +167,13 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
                     f"up to the gain {1 + bound:.6g}; a larger bandwidth has more room."
                 )
             self.bounds_[m], self.lyapunov_[m] = bound, certificate
+
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_array("kp_", (self.n_members,))
+        self._check_array("ki_", (self.n_members,))
+        self._check_array("bounds_", (self.n_members,), "at least 0")
+        self._check_array("lyapunov_", (self.n_members, 2, 2))
 
     def _check_relations(self):
         found, expected = [self.kp_, self.ki_], "the gains that pole and bandwidth give"

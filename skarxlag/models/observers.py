@@ -13,7 +13,7 @@ from sklearn.utils import Bunch
 
 from ..core.base import InnovationsTransformer
 from ..core.parallel import BATCH, map_batches
-from ..core.state import INNOVATIONS, Values, expect, uses_fitted
+from ..core.state import expect, uses_fitted
 from ..core.validation import (
     ABOVE_0,
     UP_TO_1,
@@ -206,7 +206,7 @@ class Observer(InnovationsTransformer):
         # The loops run on the parameters, and all that `fit` stores follows from these.
         certified = clone(self)
         certified._certify()
-        for name in self._state.keys() - INNOVATIONS.keys():
+        for name in vars(certified).keys() - self.get_params(deep=False).keys():
             expected = getattr(certified, name)
             stored = getattr(self, name)
             follows = np.allclose(stored, expected, rtol=1e-6)
@@ -295,19 +295,6 @@ class PIObserver(Observer):
 
     ki: float = 0.05
 
-    _state = INNOVATIONS | {
-        "closed_loop_": Values(
-            (2, 2),
-            (
-                lambda loop, e: _are_close(loop, e._closed_loop()),
-                "the loop that the parameters give",
-            ),
-        ),
-        "spectral_radius_": Values(
-            (), (lambda radius, e: 0 <= radius < 1, "in [0, 1)")
-        ),
-    }
-
     def _certify(self):
         check_real(self.ki, "ki", min_val=0)
         self.closed_loop_: NDArray[Any] = self._closed_loop()
@@ -320,6 +307,14 @@ class PIObserver(Observer):
                 "pole - kp + ki < 1 and 2 (1 + pole - kp) + ki > 0."
             )
         self.spectral_radius_: float = radius
+
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_array("closed_loop_", (2, 2))
+        is_given = _are_close(self.closed_loop_, self._closed_loop())
+        expected = "the loop that the parameters give"
+        expect(is_given, "closed_loop_", self.closed_loop_, expected)
+        self._check_number("spectral_radius_", "at least 0 and below 1")
 
     def _closed_loop(self):
         return observer.loop_matrix(self.pole, self.kp, self.ki)
@@ -416,17 +411,6 @@ class ExtendedStatePIObserver(Observer):
     saturation: float = 1.0
     evaluation: str = "switching_gain"
 
-    _state = INNOVATIONS | {
-        "closed_loops_": Values(
-            (2, 2, 2),
-            (
-                lambda loops, e: _are_close(loops, e._closed_loops()),
-                "the loops that the parameters give",
-            ),
-        ),
-        "lyapunov_": Values((2, 2)),
-    }
-
     def _certify(self):
         check_real(self.ki_a, "ki_a", **ABOVE_0)
         check_real(self.ki_b, "ki_b")
@@ -446,6 +430,14 @@ class ExtendedStatePIObserver(Observer):
                 "be well below 1. Reduce ki_a, gain or saturation."
             )
         self.lyapunov_: NDArray[Any] = certificate
+
+    def _check_fitted(self):
+        super()._check_fitted()
+        self._check_array("closed_loops_", (2, 2, 2))
+        are_given = _are_close(self.closed_loops_, self._closed_loops())
+        expected = "the loops that the parameters give"
+        expect(are_given, "closed_loops_", self.closed_loops_, expected)
+        self._check_array("lyapunov_", (2, 2))
 
     def _largest_gain(self):
         with np.errstate(over="ignore"):

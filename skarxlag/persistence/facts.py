@@ -3,15 +3,12 @@
 from typing import Any
 
 from ..core.capabilities import Capabilities
-from ..core.state import Values, expect
+from ..core.state import check_number, expect
 from ..verdicts.names import check_conditions
 
-_AT_LEAST_1 = Values((), "at least 1", "i")
-_AT_LEAST_0 = Values((), "at least 0", "i")
-_ABOVE_0 = Values((), "above 0")
-_SHARE = Values((), (lambda value, _: 0 < value < 1, "a number in (0, 1)"))
-#: Facts with a meaning to the commands, by their type or range. Any of them but
-#: `conditions` may be None.
+_ABOVE_0 = ("above 0", float)
+#: Facts with a meaning to the commands, by their type, or range and type. Any of them
+#: but `conditions` may be None.
 _SINGLE_FACTS: dict[str, Any] = {
     "diagnoser": str,
     "rows": str,
@@ -19,18 +16,18 @@ _SINGLE_FACTS: dict[str, Any] = {
     "healthy": str,
     "bearing": str,
     "unit": str,
-    "window_length": _AT_LEAST_1,
-    "n_channels": _AT_LEAST_1,
+    "window_length": ("at least 1", int),
+    "n_channels": ("at least 1", int),
     "sampling_rate": _ABOVE_0,
-    "false_alarm_rate": _SHARE,
+    "false_alarm_rate": ("above 0 and below 1", float),
 }
 #: The same of facts that are lists. No row was recorded of some locations of faults.
 _LISTS: dict[str, Any] = {
     "conditions": object,
     "channels": str | None,
     "channel_names": str,
-    "n_windows": _AT_LEAST_0,
-    "n_recordings": _AT_LEAST_0,
+    "n_windows": ("at least 0", int),
+    "n_recordings": ("at least 0", int),
     "train_rpm": _ABOVE_0,
 }
 
@@ -72,8 +69,8 @@ def _check_fact(name, value):
         expect(not isinstance(value, list), name, value, "one value")
     expected = (_LISTS | _SINGLE_FACTS).get(name, object)
     for entry in entries:
-        if isinstance(expected, Values):
-            expected.check(None, name, entry)
+        if isinstance(expected, tuple):
+            check_number(name, entry, *expected)
         else:
             expect(isinstance(entry, expected), name, entry, "a text")
 

@@ -11,8 +11,7 @@ import threading
 import time
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -97,9 +96,8 @@ def from_stream(open_stream: Callable[[], Any], parser: Parser) -> Blocks:
     finally:
         is_closed.set()
         # The thread may wait for room.
-        with suppress(queue.Empty):
-            while True:
-                arrived.get_nowait()
+        while not arrived.empty():
+            arrived.get_nowait()
 
 
 def from_growing_file(
@@ -142,40 +140,41 @@ def from_growing_file(
 
 
 def _position(file, offset):
-    """Offset in a file, and a checksum of what is before it; the position in the file stays."""
-    position = file.tell()
+    """Return an offset in a file and a checksum of what is before it; nothing is read on."""
+    current = file.tell()
     file.seek(0)
     checksum = zlib.crc32(file.read(min(offset, _HEAD)))
-    file.seek(position)
+    file.seek(current)
     return [offset, checksum]
 
 
 def _is_replaced(path, file):
     """Whether a file got shorter, or its name belongs to another file."""
-    now = _status(path)
-    if now is None:
+    status = _status(path)
+    if status is None:
         return False
-    return now.st_size < file.tell() or not os.path.samestat(
-        now, os.fstat(file.fileno())
-    )
+    is_same = os.path.samestat(status, os.fstat(file.fileno()))
+    return status.st_size < file.tell() or not is_same
 
 
 def _status(path):
     """Return the status of a file; None if there is none."""
-    with suppress(OSError):
+    try:
         status = path.stat()
-        # A folder cannot be read, and opening a pipe would wait for ever.
-        return status if stat.S_ISREG(status.st_mode) else None
+    except OSError:
+        return None
+    # A folder cannot be read, and opening a pipe would wait for ever.
+    return status if stat.S_ISREG(status.st_mode) else None
 
 
 def from_folder(
-    files: ListedRecording,
+    folder: Path,
+    entry_of: Callable[[Path], ListedRecording],
     rows: Any,
     settle: float,
     has_times: bool,
     warn: Callable,
     position: Any,
-    prepare: Callable[[ListedRecording], ListedRecording] = lambda entry: entry,
 ) -> Blocks:
     """Yield blocks from the files of a folder, in the order in which they were finished.
 
@@ -185,8 +184,11 @@ def from_folder(
 
     Parameters
     ----------
-    files : ListedRecording
-        The folder as its path, and the facts of all files.
+    folder : Path
+        The folder.
+    entry_of : callable
+        Called with the path of each file before it is read. It returns the recording
+        with its channels.
     rows : Answers
         Length and channels of windows; whether the speed is read, and a file without is
         skipped.
@@ -200,18 +202,15 @@ def from_folder(
     position : sequence or None
         Time and name of the latest file that was read. Older files that exist at the
         start count as read.
-    prepare : callable
-        Called with each file before it is read, and returns it with its channels.
     """
-    folder = files.path
     done = tuple(position or (-1, ""))
-    read = {state for state in _files(folder) if state[:2] <= done}
+    read = {state for state in _states(folder) if state[:2] <= done}
     first_seen: dict[tuple[Any, ...], float] = {}
     while True:
-        now = _files(folder)
+        states = _states(folder)
         moment = time.monotonic()
-        read &= now
-        first_seen = {state: first_seen.get(state, moment) for state in now - read}
+        read &= states
+        first_seen = {state: first_seen.get(state, moment) for state in states - read}
         for state in sorted(first_seen):
             path = folder / state[1]
             # What changed since the folder was listed is read when it is finished
@@ -222,16 +221,15 @@ def from_folder(
             if state[:2] < done:
                 warn(f"{path}: older than the file before, read nevertheless")
             done = max(done, state[:2])
-            entry = replace(files, name=path.name, path=path)
             try:
-                entry = prepare(entry)
+                entry = entry_of(path)
                 yield from _blocks_of_file(entry, state, rows, has_times, list(done))
             except (OSError, ValueError, ImportError, MemoryError) as error:
                 warn(f"skipped: {error}")
         yield None
 
 
-def _files(folder):
+def _states(folder):
     """States of the files of a folder that are not hidden."""
     return {_state(path) for path in folder.iterdir() if path.name[0] != "."} - {None}
 

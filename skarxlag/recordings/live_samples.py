@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -52,9 +51,11 @@ def chosen_channels(
         n_signals = len([name for name in chosen if name != speed])
         for choice in usual:
             if len(choice) < n_signals:
-                with suppress(ContentError):
+                try:
                     chosen = choose_channels(names, choice)
-                    break
+                except ContentError:
+                    continue
+                break
     else:
         chosen = choose_channels(names, channel)
     if speed is None:

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from .formats._clock import DRIFT, Clock
 from .formats._contents import ContentError, choose_channel
-from .formats._facts import SECONDS, names_times, seconds_of_dates
-from .formats._fields import number
+from .formats._facts import SECONDS, names_times
+from .formats._fields import number, seconds_of_date
 from .formats._text_layout import TextLayout
 from .formats.text import date_columns
 
@@ -70,9 +70,7 @@ class StreamTimes:
             If the chosen column does not exist or has an unknown unit.
         """
         self._clock = Clock(self._rate, self._tolerance, self._shortest)
-        # Samples so far, and the last place, counted from the first, at which a time
-        # was stated.
-        self._n_samples = 0
+        # Last sample, counted from the first, whose time was stated.
         self._stated = None
         name = self._name(layout.names, taken)
         if name is None:
@@ -107,7 +105,7 @@ class StreamTimes:
         text = self._text(row)
         value = number(text) * self._scale
         if math.isnan(value):
-            value = float(seconds_of_dates([text])[0])
+            value = seconds_of_date(text)
         return value if abs(value) < _LARGEST else math.nan
 
     def _text(self, row):
@@ -140,23 +138,22 @@ class StreamTimes:
         ContentError
             If the times are those of another sampling rate, or stand still.
         """
+        n_before = self._clock.n_samples
         compared = self._clock.compare(times)
         if compared.wrong is not None:
             self._refuse(compared.wrong)
         cuts: dict[int, float | None] = {0: None}
-        columns = (compared.places, compared.seconds, compared.is_break)
+        columns = (compared.samples, compared.seconds, compared.is_break)
         for i, time, is_break in zip(*map(np.ndarray.tolist, columns), strict=True):
-            place = self._n_samples + i
-            is_first = self._stated is None
-            if is_first:
+            sample = n_before + i
+            if self._stated is None:
                 # Unknown times before the first known one follow from it.
                 cuts[0] = time - i / self._rate
-            elif is_break or place - self._stated >= self._every:
+            elif is_break or sample - self._stated >= self._every:
                 cuts[i] = time
             else:
                 continue
-            self._stated = place
-        self._n_samples += len(times)
+            self._stated = sample
         for start, end in pairwise([*cuts, len(times)]):
             yield samples[:, start:end], cuts[start]
 

@@ -4,9 +4,8 @@ import hashlib
 import os
 import unicodedata
 from collections import defaultdict
-from collections.abc import Hashable, Iterable, Iterator, Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Hashable, Sequence
+from itertools import chain
 
 from .entries import ListedRecording
 from .files import chosen_channels
@@ -37,26 +36,26 @@ def check_repeated(listed: Sequence[ListedRecording]) -> None:
     """
     for name in ("condition", "specimen"):
         _check_looks(listed, name)
-    for same in _same_files(listed):
+    for entries in _same_files(listed):
         first: dict[Hashable, ListedRecording] = {}
-        for entry in same:
-            other = first.setdefault(_channels(entry, same), entry)
+        for entry in entries:
+            other = first.setdefault(_channels(entry, entries), entry)
             if other is not entry:
-                place = f"{entry.where}: " if entry.where else ""
-                other_place = f" of {other.where}" if other.where else ""
+                where = f"{entry.where}: " if entry.where else ""
+                of_other = f" of {other.where}" if other.where else ""
                 raise ValueError(
-                    f"{place}{entry.path} is the same recording as "
-                    f"{other.path}{other_place}"
+                    f"{where}{entry.path} is the same recording as "
+                    f"{other.path}{of_other}"
                 )
 
 
 def _check_looks(listed, name):
-    first: dict[Hashable, Any] = {}
+    first: dict[Hashable, ListedRecording] = {}
     for entry in listed:
         text = getattr(entry, name)
         if text is None:
             continue
-        other = first.setdefault(_look(text), entry)
+        other = first.setdefault(_appearance(text), entry)
         other_text = getattr(other, name)
         if other_text != text:
             raise ValueError(
@@ -65,7 +64,7 @@ def _check_looks(listed, name):
             )
 
 
-def _look(text):
+def _appearance(text):
     """Return what a reader sees of a text: a number, or letters without their encoding."""
     letters = unicodedata.normalize("NFKC", text)
     letters = "".join(c for c in letters if unicodedata.category(c) != "Cf")
@@ -74,9 +73,9 @@ def _look(text):
     return value if abs(value) < float("inf") else words
 
 
-def _channels(entry, same):
+def _channels(entry, entries):
     """Return the chosen channels, by their names if they are stated in several ways."""
-    if len({str(other.channel) for other in same}) == 1:
+    if len({str(other.channel) for other in entries}) == 1:
         return ""
     _, channels = chosen_channels(
         entry.path, choices=[entry.channel], dtype=entry.dtype
@@ -84,43 +83,40 @@ def _channels(entry, same):
     return tuple(name for name, _ in channels)
 
 
-def _same_files(listed: Iterable[Any]) -> Iterator[list[Any]]:
+def _same_files(listed):
     """Yield entries of the same file, or of files with equal bytes, if there are several."""
     by_file = defaultdict(list)
-    by_size = defaultdict(list)
     for entry in listed:
         # A missing file is reported when it is read.
         if entry.path.is_file():
             status = entry.path.stat()
-            by_file[status.st_dev, status.st_ino, status.st_size].append(entry)
-    for (*_, size), entries in by_file.items():
-        by_size[size].append(entries)
-    groups = list(by_size.values())
-    for key in (_ends, _digest):
-        parts = [
-            _grouped(files, key) if len(files) > 1 else [files] for files in groups
-        ]
-        groups = [files for part in parts for files in part]
+            by_file[status.st_dev, status.st_ino].append(entry)
+    groups = [list(by_file.values())]
+    for key in (os.path.getsize, _ends, _digest):
+        groups = [part for files in groups for part in _divided(files, key)]
     for files in groups:
-        same = [entry for entries in files for entry in entries]
-        if len(same) > 1:
-            yield same
+        entries = list(chain.from_iterable(files))
+        if len(entries) > 1:
+            yield entries
 
 
-def _grouped(files, key):
-    groups = defaultdict(list)
+def _divided(files, key):
+    """Divide files, each a list of its entries, by a key of the path."""
+    if len(files) == 1:
+        return [files]
+    parts = defaultdict(list)
     for entries in files:
-        groups[key(entries[0].path)].append(entries)
-    return list(groups.values())
+        parts[key(entries[0].path)].append(entries)
+    return parts.values()
 
 
-def _ends(path: Path) -> bytes:
+def _ends(path):
     with path.open("rb") as file:
         first = file.read(_ENDS)
         file.seek(max(os.fstat(file.fileno()).st_size - _ENDS, 0))
         return hashlib.sha256(first + file.read()).digest()
 
 
-def _digest(path: Path) -> bytes:
+def _digest(path):
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").digest()

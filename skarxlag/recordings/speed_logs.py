@@ -6,8 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from .formats._facts import seconds_of_dates
-from .formats._fields import distinct, number
+from .formats._fields import distinct, number, seconds_of_date
 from .speeds import SpeedProfile, check_stated_speed, is_ambiguous_speed
 from .tables import read_rows
 
@@ -54,7 +53,7 @@ def logged_speed(
         is_date = bool(seconds.isna().all())
         begin, end = span(is_date)
         if is_date:
-            seconds = seconds_of_dates(log["time"])
+            seconds = log["time"].map(seconds_of_date)
         log["seconds"] = seconds - begin
         log = log[log["seconds"].between(0, end - begin)]
         log = log.sort_values("seconds", kind="stable")

@@ -6,7 +6,7 @@ import pytest
 from sklearn.ensemble import RandomForestClassifier
 
 from skarxlag import make_detector, make_diagnoser, make_windows, save_diagnoser
-from skarxlag.commands import evaluate, main
+from skarxlag.commands import evaluate, evaluation_cases, main
 from tests.commands.watching import COLOURS, RATE, WINDOW, sound
 
 
@@ -39,7 +39,7 @@ def _small_forests():
     """Peers of fewer trees than the default, which take a tenth of the time."""
     forest = partial(RandomForestClassifier, n_estimators=10)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluate, "RandomForestClassifier", forest)
+        patch.setattr(evaluation_cases, "RandomForestClassifier", forest)
         yield
 
 

@@ -8,9 +8,9 @@ from sklearn.metrics import confusion_matrix, precision_score, recall_score
 from sklearn.utils import Bunch
 
 from skarxlag import make_alpio, make_diagnoser, make_extended_state_pio
-from skarxlag.commands import evaluate, main
+from skarxlag.commands import main
 from skarxlag.core.capabilities import requests
-from skarxlag.datasets.simulated import simulate_rig
+from skarxlag.datasets import FETCHERS, simulate_rig
 
 TITLES = ("ALPIO", "Extended state", "Diagnoser")
 TINY = ("evaluate", "--n-samples", "2400", "--window-length", "400")
@@ -167,7 +167,7 @@ def fetched(monkeypatch, real_rig):
         asked.update(options)
         return real_rig
 
-    monkeypatch.setitem(evaluate.FETCHERS, "uestc", fetch)
+    monkeypatch.setitem(FETCHERS, "uestc", fetch)
     return asked
 
 
@@ -294,7 +294,7 @@ def test_damaged_files_end_with_one_line(run, tmp_path, monkeypatch):
     def fetch(**options):
         raise OSError("N_800_1.mat is missing")
 
-    monkeypatch.setitem(evaluate.FETCHERS, "hit_sm", fetch)
+    monkeypatch.setitem(FETCHERS, "hit_sm", fetch)
     code, out, err = run("evaluate", "--rig", "hit_sm", "--output", tmp_path)
     assert code == 1 and not out
     assert err.splitlines()[-1] == "skarxlag evaluate: error: N_800_1.mat is missing"
@@ -304,7 +304,7 @@ def test_a_window_length_that_a_fetcher_refuses_is_named(run, tmp_path, monkeypa
     def fetch(**options):
         raise ValueError("N_800_1.mat: fewer samples than window_length=500000")
 
-    monkeypatch.setitem(evaluate.FETCHERS, "hit_sm", fetch)
+    monkeypatch.setitem(FETCHERS, "hit_sm", fetch)
     code, _, err = run("evaluate", "--rig", "hit_sm", "--output", tmp_path)
     assert (
         code == 1

@@ -8,8 +8,7 @@ import pytest
 from scipy.signal import lfilter
 from sklearn.utils import Bunch
 
-from skarxlag.commands import evaluate
-from skarxlag.datasets import simulate_rig
+from skarxlag.datasets import FETCHERS, simulate_rig
 
 RATE, N = 8_000, 6_000
 
@@ -36,8 +35,12 @@ def workshop(tmp_path_factory):
 
 @pytest.mark.slow
 def test_a_folder_is_evaluated_like_a_table(run, workshop, no_figures):
-    options = ("--pattern", r"(?P<condition>[a-z]+)_(?P<rpm>\d+)")
-    options += ("--sampling-rate", RATE)
+    options = (
+        "--pattern",
+        r"(?P<condition>[a-z]+)_(?P<rpm>\d+)",
+        "--sampling-rate",
+        RATE,
+    )
     rows = ("--window-length", 1200, "-q")
     code, out, _ = run(
         "evaluate", workshop / "*.npy", *options, *rows, "--output", workshop / "f"
@@ -159,9 +162,17 @@ def test_a_rig_of_one_channel_is_evaluated_with_figures(run, tmp_path, monkeypat
         )
         return rig | {"data": rig.data[:, 0].copy()}
 
-    monkeypatch.setitem(evaluate.FETCHERS, "uestc", lambda **o: Bunch(**one_channel()))
-    arguments = ("evaluate", "--rig", "uestc", "--window-length", 400)
-    arguments += ("--train-rpm", 500, "-q")
+    monkeypatch.setitem(FETCHERS, "uestc", lambda **o: Bunch(**one_channel()))
+    arguments = (
+        "evaluate",
+        "--rig",
+        "uestc",
+        "--window-length",
+        400,
+        "--train-rpm",
+        500,
+        "-q",
+    )
     code, out, err = run(*arguments, "--output", tmp_path)
     assert (code, err) == (0, "") and "Drawn as PNG" in out
     assert (tmp_path / "uestc.png").stat().st_size > 10_000

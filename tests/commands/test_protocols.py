@@ -10,8 +10,9 @@ from sklearn.preprocessing import FunctionTransformer
 from sklearn.utils import Bunch
 
 from skarxlag import SpecimenSplit, load_recordings
-from skarxlag.commands import evaluate, protocols
-from skarxlag.commands.evaluate import log_spectrum
+from skarxlag.commands import evaluation_summary, protocols
+from skarxlag.commands.evaluation_cases import log_spectrum
+from skarxlag.datasets import FETCHERS
 
 WINDOW, N_WINDOWS, RATE = 1200, 6, 8_000
 FAULT_LOCATIONS = {
@@ -261,14 +262,14 @@ def verdicts(n_stated):
 
 
 def test_a_share_of_few_stated_verdicts_is_not_given():
-    table = protocols.summary(verdicts(32))
+    table = evaluation_summary.summary(verdicts(32))
     for test in ("another bearing", "another bearing and speed"):
         row = table.loc[test, "D"]
         assert np.isnan(row["condition"]) and row["location"] == row["of these"] == 75
         assert row["stated"] == 80 and row["bearings"] == 2
-    few = protocols.summary(verdicts(29))
+    few = evaluation_summary.summary(verdicts(29))
     assert few["of these"].isna().all() and few["location"].eq(75).all()
-    assert "probability" not in protocols.reading(few, "D")
+    assert "probability" not in evaluation_summary.reading(few, "D")
 
 
 def test_better_diagnosers_are_named_where_they_are_better():
@@ -277,15 +278,15 @@ def test_better_diagnosers_are_named_where_they_are_better():
     )
     shares = [80.0, 92.0, 90.0, 60.0, 40.9, 60.5]
     table = pd.DataFrame({"condition": shares}, tests)
-    (sentence,) = protocols.better_ones(table, "D")
+    (sentence,) = evaluation_summary.better_ones(table, "D")
     assert sentence.startswith("Another speed: B names") and "92 %" in sentence
-    assert protocols.better_ones(table.assign(condition=np.nan), "D") == []
+    assert evaluation_summary.better_ones(table.assign(condition=np.nan), "D") == []
 
 
 def test_a_rig_leaves_bearings_out_at_the_chosen_training_speed(
     run, rig, tmp_path, monkeypatch, no_figures
 ):
-    monkeypatch.setitem(evaluate.FETCHERS, "uestc", lambda **options: rig)
+    monkeypatch.setitem(FETCHERS, "uestc", lambda **options: rig)
     options = ("--rig", "uestc", "--train-rpm", 900, "-q", "-o", tmp_path)
     assert run("evaluate", *options)[0] == 0
     found = pd.read_csv(tmp_path / "uestc_verdicts.csv")

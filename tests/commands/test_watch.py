@@ -32,10 +32,14 @@ from tests.commands.watching import (
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 
 
-def blocks_of(folder, warn, place=None, settle=1e-6):
+def blocks_of(folder, warn, position=None, settle=1e-6):
     """Blocks from the files of a folder, in windows of 5 samples."""
-    files = ListedRecording(None, "", folder, sampling_rate=1.0)
-    return from_folder(files, Capabilities(window_length=5), settle, False, warn, place)
+
+    def entry_of(path):
+        return ListedRecording(None, path.name, path, sampling_rate=1.0)
+
+    rows = Capabilities(window_length=5)
+    return from_folder(folder, entry_of, rows, settle, False, warn, position)
 
 
 def test_csv_lines_on_standard_input(run, models, fitted, piped):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.signal import welch
 from sklearn.utils import Bunch
 
 from skarxlag.datasets.rig import Rig
@@ -86,13 +85,6 @@ def test_window_length_only_cuts():
     assert fine.start.tolist() == list(range(0, 6000, 500))
 
 
-def test_n_samples_is_the_length_of_a_recording():
-    assert (
-        simulate_rig(**(SMALL | {"n_samples": 2400}), conditions="OR").data.shape[0]
-        == 2
-    )
-
-
 def test_conditions_come_in_the_order_of_the_table():
     rig = simulate_rig(**SMALL, conditions=("OR", "Normal"))
     assert rig.target_names == ["Normal", "OR"]
@@ -124,15 +116,6 @@ def test_fault_is_what_the_defects_add_to_an_unchanged_output():
     faulty = rig.target != "Normal"
     assert np.all(rig.fault[~faulty] == 0)
     assert rig.fault[faulty].std(axis=1).min() > 1e-4
-
-
-def test_output_less_the_fault_is_that_of_a_healthy_bearing():
-    rig = simulate_rig(rpm=500, crack_mm=6, n_samples=120_000, return_fault=True)
-    healthy = (rig.data[:, 0] - rig.fault).reshape(8, -1)
-    spectra = welch(healthy, nperseg=64)[1]
-    np.testing.assert_allclose(spectra[1:, 1:-1] / spectra[0, 1:-1], 1, atol=0.25)
-    raw = welch(rig.data[:, 0].reshape(8, -1), nperseg=64)[1]
-    assert np.abs(np.log(raw[1:] / raw[0])).max(axis=1).min() > 1
 
 
 def test_output_keeps_its_values():

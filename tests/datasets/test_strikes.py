@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from skarxlag.bearings import SKF_6205, defect_frequencies
+from skarxlag.bearings import SKF_6205, BearingGeometry, defect_frequencies
 from skarxlag.datasets.rig import Rig
 from skarxlag.datasets.strikes import (
     impact_velocity,
@@ -18,10 +18,11 @@ def strikes(location, seed=0, *, duration=100.0, before=0.0, **parameters):
     return simulate_strikes(Rig(**parameters), 400.0, location, duration, before, rng)
 
 
+@pytest.mark.parametrize("bearing", [SKF_6205, BearingGeometry(13, 9.0, 46.0)])
 @pytest.mark.parametrize("location", LOCATIONS)
-def test_mean_rate_is_the_defect_frequency(location):
-    times, _ = strikes(location, slip=0.02)
-    expected = 100.0 * defect_frequencies(SKF_6205, 400.0)[location]
+def test_mean_rate_is_the_defect_frequency(location, bearing):
+    times, _ = strikes(location, slip=0.02, bearing=bearing)
+    expected = 100.0 * defect_frequencies(bearing, 400.0)[location]
     assert abs(len(times) - expected) < 1 + 4 * 0.02 * np.sqrt(expected)
 
 
@@ -103,14 +104,8 @@ def test_load_distribution_sets_the_share_of_loaded_strikes(factor, angle):
 
 def test_transit_time_inverts_the_published_formula_of_the_spall_size():
     shaft, pitch, ball = 300.0 / 60, 39.04, 7.94
-    spall = (
-        np.pi
-        * shaft
-        * (pitch**2 - ball**2)
-        / pitch
-        * transit_time(SKF_6205, 300.0, 3.0)
-    )
-    assert spall == pytest.approx(3.0)
+    contact = np.pi * shaft * (pitch**2 - ball**2) / pitch
+    assert contact * transit_time(SKF_6205, 300.0, 3.0) == pytest.approx(3.0)
 
 
 def test_impact_velocity_grows_with_crack_and_speed():

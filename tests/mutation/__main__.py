@@ -7,8 +7,10 @@ that are slow without the error are left out. If an error is in a loop, or in a 
 next to one, all loops run as plain Python, so that nothing has to be compiled; an index
 out of bounds is then an error, which a compiled loop would not notice. Otherwise the
 loops are those that are compiled already. Mutants that are equivalent to the module are
-listed in `equivalent.txt`, each with its reason, and are not counted. Exit status: 0 if
-at least 99 % of each module are killed, 1 otherwise.
+listed in `equivalent.txt`, each with its reason, and are not counted. The list holds
+changes without names, so that it survives renaming; a report shows the entry of each
+mutant that is alive. Exit status: 0 if at least 99 % of each module are killed, 1
+otherwise.
 """
 
 import argparse
@@ -86,45 +88,52 @@ def examine(module, chosen):
 
     Returns
     -------
-    alive : list of (int, str)
-        Line and name of the mutants that all tests let pass.
+    alive : list of str
+        Line, key and changed line of the mutants that all tests let pass.
     report : str
-        What there is to say.
+        Lines that count the mutants and show those that are alive.
     """
     began = time.monotonic()
     source = SOURCES[module].relative_to(ROOT)
     path, name = str(ROOT / source), ".".join(source.with_suffix("").parts)
-    own = Path("tests", *source.parts[1:-1], f"test_{source.stem}.py")
-    tests = [str(own), *FURTHER_TESTS.get(module, [])]
+    test_of_file = Path("tests", *source.parts[1:-1], f"test_{source.stem}.py")
+    tests = [str(test_of_file), *FURTHER_TESTS.get(module, [])]
     tests = [path, *(test for test in tests if Path(test).exists())]
     text = Path(path).read_text()
     tests += ["tests/kernels/test_memory.py"] * ("@compiled" in text)
-    loops, usual, said, alive, kills = compiled_functions(text), {}, [], [], Counter()
-    for number, (line, change, program) in enumerate(mutants(text)):
+    loops = compiled_functions(text)
+    usual = {}
+    kills = Counter()
+    alive = []
+    lines = []
+    for number, mutant in enumerate(mutants(text)):
         if number in chosen:
-            is_plain = change.partition(":")[0] in loops
+            is_plain = mutant.function in loops
             numba.config.DISABLE_JIT = int(is_plain)
             if is_plain not in usual:
                 # The first time, tests that compile a loop may seem to be slow.
                 run_tests(name, path, None, tests)
                 usual[is_plain], failed = run_tests(name, path, None, tests)
-                said += [
+                lines += [
                     f"{module}: {test} fails or is slow without an error"
                     for test in failed
                 ]
-            _, found = run_tests(name, path, program, tests, usual[is_plain], kills)
-            kills.update(found)
-            if not found:
-                alive.append((line, f"{module}.{change}"))
+            _, failed = run_tests(
+                name, path, mutant.program, tests, usual[is_plain], kills
+            )
+            kills.update(failed)
+            if not failed:
+                alive.append(
+                    f"  line {mutant.line}: {module}.{mutant.key}  # {mutant.text}"
+                )
     n_killed = len(chosen) - len(alive)
     seconds = time.monotonic() - began
-    said.append(f"{module}: {n_killed} of {len(chosen)} killed, {seconds:.0f} s")
-    said += [f"  line {line}: {change}" for line, change in alive]
-    return alive, "\n".join(said)
+    lines.append(f"{module}: {n_killed} of {len(chosen)} killed, {seconds:.0f} s")
+    return alive, "\n".join([*lines, *alive])
 
 
 def interval(killed, total):
-    """Wilson's interval, at 95 %, of a share of which a sample was seen."""
+    """Return Wilson's interval, at 95 %, of a share that a sample estimates."""
     share, z = killed / total, 1.96
     middle = (share + z**2 / (2 * total)) / (1 + z**2 / total)
     half = (
@@ -156,20 +165,23 @@ def main():
     with open(os.devnull, "w") as nowhere, redirect_stdout(nowhere):
         pytest.main(["--collect-only", "-qq", "tests/mutation"])
     gc.freeze()
-    found = [
-        (module, number, f"{module}.{change}")
+    population = [
+        (module, number, f"{module}.{mutant.key}")
         for module in args.modules
-        for number, (_, change, _) in enumerate(mutants(SOURCES[module].read_text()))
+        for number, mutant in enumerate(mutants(SOURCES[module].read_text()))
     ]
-    n_all, equivalent = len(found), known_equivalent()
-    if args.sample is not None and args.sample < n_all:
-        found = random.Random(args.seed).sample(found, args.sample)
-    is_sample, n_found = len(found) < n_all, len(found)
-    found = [each for each in found if each[2] not in equivalent]
+    sample = population
+    if args.sample is not None and args.sample < len(population):
+        sample = random.Random(args.seed).sample(population, args.sample)
+    equivalent = known_equivalent()
+    examined = [entry for entry in sample if entry[2] not in equivalent]
     chosen = {
-        module: {n for m, n, _ in found if m == module} for module in args.modules
+        module: {number for name, number, _ in examined if name == module}
+        for module in args.modules
     }
-    context, n_alive, holds = get_context("fork"), 0, True
+    context = get_context("fork")
+    n_alive = 0
+    holds = True
     with ProcessPoolExecutor(args.jobs, context, max_tasks_per_child=None) as pool:
         # The largest first, so that no process waits for the last one for long.
         order = sorted(
@@ -181,15 +193,19 @@ def main():
             n_alive += len(alive)
             holds = holds and len(alive) <= (1 - LEAST_KILLED) * tasks[task]
             print(report, flush=True)
-    killed = len(found) - n_alive
-    print(f"{n_found - len(found)} of {n_found} mutants are known to be equivalent")
+    n_examined = len(examined)
+    n_killed = n_examined - n_alive
+    n_equivalent = len(sample) - n_examined
+    print(f"{n_equivalent} of {len(sample)} mutants are known to be equivalent")
     print(
-        f"{killed} of the other {len(found)} killed: {100 * killed / len(found):.1f} %"
+        f"{n_killed} of the other {n_examined} killed: "
+        f"{100 * n_killed / n_examined:.1f} %"
     )
-    if is_sample:
-        low, high = interval(killed, len(found))
+    if len(sample) < len(population):
+        low, high = interval(n_killed, n_examined)
         print(
-            f"a sample of {n_all}: between {100 * low:.1f} and {100 * high:.1f} % (95 %)"
+            f"a sample of {len(population)}: between {100 * low:.1f} and "
+            f"{100 * high:.1f} % (95 %)"
         )
     return 0 if holds else 1
 

@@ -1,8 +1,12 @@
 """Small changes of a program, one at a time."""
 
 import ast
-from collections import defaultdict
+import builtins
+import keyword
+import re
+from collections import Counter
 from pathlib import Path
+from typing import NamedTuple
 
 _PACKAGE = Path(__file__).parents[2] / "skarxlag"
 #: Compiled loops, not what they compute.
@@ -55,30 +59,50 @@ _NAMES = {
 }
 
 
+#: Smaller numbers, and larger ones than the inverse, only guard against rounding and
+#: overflow: any number near them does.
+_NEGLIGIBLE = 1e-8
+#: The key of a mutant shows so many expressions around the changed one.
+_N_AROUND = 2
+_NAME = re.compile(r"(?<!\w)[^\W\d][\w.]*")
+
+
+class Mutant(NamedTuple):
+    """A program that differs from a module by one small error."""
+
+    #: Number of the changed line.
+    line: int
+    #: Innermost function around the change, "" outside of functions.
+    function: str
+    #: The changed line.
+    text: str
+    #: The function and the changed expression without names, such as ``"f: _ + 3"``. A
+    #: second change of the same key ends in ``"(2)"``.
+    key: str
+    #: The error is taken back before the next mutant is yielded.
+    program: ast.Module
+
+
 def known_equivalent():
-    """Mutants ``module.function: changed line`` that no test can kill.
+    """Return the mutants that no test can kill.
 
     Returns
     -------
-    dict of str to list of str
-        Their reasons, one for each place of a function that the changed line could
-        stand in.
+    dict of str to str
+        Their reasons by ``module.key``, see `Mutant`.
     """
-    reasons = defaultdict(list)
-    for line in Path(__file__).with_name("equivalent.txt").read_text().splitlines():
-        if not line.startswith("#"):
-            name, reason = line.split("  # ")
-            reasons[name].append(reason)
-    return dict(reasons)
+    lines = Path(__file__).with_name("equivalent.txt").read_text().splitlines()
+    return dict(line.split("  # ") for line in lines if not line.startswith("#"))
 
 
 def mutants(source):
-    """Every program that differs from the source by one small error.
+    """Yield every program that differs from the source by one small error.
 
     Comparisons move their boundary and turn round, arithmetic and logic change their
     operator, a number grows by 1 (an integer) or by a tenth, a sign is dropped, min and
-    max are exchanged. The -1 of a `reshape` stays, since any negative number stands for
-    the length that is left.
+    max are exchanged. Some changes are left out, since no result depends on them: the
+    -1 of a `reshape`, since any negative number stands for the length that is left,
+    numbers that are negligible or nearly infinite, and code for Windows.
 
     Parameters
     ----------
@@ -87,44 +111,79 @@ def mutants(source):
 
     Yields
     ------
-    line : int
-        Where the error is.
-    change : str
-        The function, a colon and the line as it reads with the error.
-    program : ast.Module
-        The module with the error, which is taken back before the next one is yielded.
+    Mutant
 
     Examples
     --------
-    >>> [change for _, change, _ in mutants("def f(a):\\n  if a < 2: b = -a")]
-    ['f: a <= 2', 'f: a >= 2', 'f: a < 3', 'f: b = +a']
+    >>> for mutant in mutants("def f(a):\\n  if a < 2: b = -max(a, 0)"):
+    ...     print(f"{mutant.text:16}{mutant.key}")
+    a <= 2          f: if _ <= 2:
+    a >= 2          f: if _ >= 2:
+    a < 3           f: if _ < 3:
+    b = +max(a, 0)  f: _ = +max(_, 0)
+    b = -min(a, 0)  f: -min(_, 0)
+    b = -max(a, 1)  f: -max(_, 1)
     """
     tree = ast.parse(source)
-    parents = {id(c): p for p in ast.walk(tree) for c in ast.iter_child_nodes(p)}
-    left_out = {id(n.value) for n in ast.walk(tree) if isinstance(n, ast.Expr)}
-    left_out |= {
-        id(length.operand) for n in ast.walk(tree) for length in _free_lengths(n)
+    parents = {
+        id(child): parent
+        for parent in ast.walk(tree)
+        for child in ast.iter_child_nodes(parent)
     }
-    places = [node for node in ast.walk(tree) if hasattr(node, "lineno")]
-    for place in sorted(places, key=lambda node: (node.lineno, node.col_offset)):
-        if id(place) in left_out:
+    left_out = {id(node) for part in ast.walk(tree) for node in _without_effect(part)}
+    nodes = [node for node in ast.walk(tree) if hasattr(node, "lineno")]
+    counts = Counter()
+    for node in sorted(nodes, key=lambda node: (node.lineno, node.col_offset)):
+        if id(node) in left_out:
             continue
-        for name, value in _changes(place):
-            right = getattr(place, name)
-            setattr(place, name, value)
-            shown = place
-            while (
-                not isinstance(shown, ast.stmt | ast.Compare) and id(shown) in parents
-            ):
-                shown = parents[id(shown)]
-            line = ast.unparse(shown).split("\n")[0]
-            inside = next(_functions(shown, parents), "")
-            yield place.lineno, f"{inside}: {line}", tree
-            setattr(place, name, right)
+        function = next(_functions(node, parents), "")
+        for name, value in _changes(node):
+            original = getattr(node, name)
+            setattr(node, name, value)
+            key = f"{function}: {_without_names(_around(node, parents))}"
+            counts[key] += 1
+            ordinal = f" ({counts[key]})" if counts[key] > 1 else ""
+            text = _changed_line(node, parents)
+            yield Mutant(node.lineno, function, text, key + ordinal, tree)
+            setattr(node, name, original)
+
+
+def _changed_line(node, parents):
+    """Return the comparison or else the first line of the statement around a node."""
+    while not isinstance(node, ast.stmt | ast.Compare):
+        node = parents[id(node)]
+    return ast.unparse(node).split("\n")[0]
+
+
+def _around(node, parents):
+    """Return the first line of a node with the expressions next to it."""
+    for _ in range(_N_AROUND):
+        if not isinstance(node, ast.stmt):
+            node = parents[id(node)]
+    return ast.unparse(node).split("\n")[0]
+
+
+def _without_names(text):
+    """Replace the names in a line, except those of the language and of changes.
+
+    Examples
+    --------
+    >>> _without_names("for row in range(first.max(), np.sin(n_rows) + 1e-9):")
+    'for _ in range(max(), sin(_) + 1e-9):'
+    """
+
+    def replaced(match):
+        name = match[0].rpartition(".")[2]
+        stays = keyword.iskeyword(name) or hasattr(builtins, name) or name in _NAMES
+        return name if stays else "_"
+
+    return _NAME.sub(replaced, text)
 
 
 def compiled_functions(source):
-    """Names of the functions of a module that are loops, and "" for its constants if there are any.
+    """Return the names of the compiled functions of a module.
+
+    If there are any, ``""``, which stands for its constants, is among them.
 
     Examples
     --------
@@ -143,16 +202,22 @@ def compiled_functions(source):
     return loops | {""} if loops else loops
 
 
-def _free_lengths(node):
-    """Negative arguments of a `reshape`."""
+def _without_effect(node):
+    """Return the parts of a node whose changes have no effect."""
     match node:
         case ast.Call(func=ast.Attribute(attr="reshape")):
-            return [each for each in node.args if isinstance(each, ast.UnaryOp)]
+            return [
+                length.operand
+                for length in node.args
+                if isinstance(length, ast.UnaryOp)
+            ]
+        case ast.If() if ast.unparse(node.test) == "os.name == 'nt'":
+            return [part for line in node.body for part in ast.walk(line)]
     return []
 
 
 def _functions(node, parents):
-    """Names of the functions about a node, the innermost first."""
+    """Yield the names of the functions around a node, the innermost first."""
     while id(node) in parents:
         node = parents[id(node)]
         if isinstance(node, ast.FunctionDef):
@@ -160,7 +225,7 @@ def _functions(node, parents):
 
 
 def _changes(node):
-    """Attributes of a node and other values of them, one error each."""
+    """Return attributes of a node with other values of them, one error each."""
     if isinstance(node, ast.Compare):
         others = _COMPARISONS.get(type(node.ops[0]), ())
         return [("ops", [other(), *node.ops[1:]]) for other in others]
@@ -174,7 +239,10 @@ def _changes(node):
     if isinstance(node, ast.Constant) and type(node.value) is int:
         return [("value", node.value + 1)]
     if isinstance(node, ast.Constant) and type(node.value) is float:
-        return [("value", node.value * 1.1 or 1.0)]
+        size = abs(node.value)
+        if size and not _NEGLIGIBLE < size < 1 / _NEGLIGIBLE:
+            return []
+        return [("value", float(f"{node.value * 1.1:.6g}") or 1.0)]
     if isinstance(node, ast.Name) and node.id in _NAMES:
         return [("id", _NAMES[node.id])]
     if isinstance(node, ast.Attribute) and node.attr in _NAMES:

@@ -12,8 +12,8 @@ DRIFT = 0.01
 #: Seconds over which the rate is measured. Equal times over more samples are a clock
 #: that stands.
 MEASURED_FOR = 10.0
-#: So many wrong steps in a row come from another sampling rate, not from gaps.
-_WRONG_STEPS = 10
+#: So many breaks in a row come from another sampling rate, not from gaps.
+_BREAKS_IN_A_ROW = 10
 
 
 class WrongRate(NamedTuple):
@@ -21,7 +21,7 @@ class WrongRate(NamedTuple):
 
     Attributes
     ----------
-    place : int
+    sample : int
         Sample at which this is noticed, counted from the first of the source.
     n_samples : int
         Samples before it.
@@ -29,7 +29,7 @@ class WrongRate(NamedTuple):
         Seconds that these samples take by their times.
     """
 
-    place: int
+    sample: int
     n_samples: int
     seconds: float
 
@@ -39,7 +39,7 @@ class Compared(NamedTuple):
 
     Attributes
     ----------
-    places : ndarray of int of shape (n_changes,)
+    samples : ndarray of int of shape (n_changes,)
         Samples of the block whose time is known and differs from the one before.
     seconds : ndarray of shape (n_changes,)
         Their times.
@@ -51,7 +51,7 @@ class Compared(NamedTuple):
         First times of another sampling rate.
     """
 
-    places: NDArray[Any]
+    samples: NDArray[Any]
     seconds: NDArray[Any]
     steps: NDArray[Any]
     is_break: NDArray[Any]
@@ -59,7 +59,7 @@ class Compared(NamedTuple):
 
 
 def changes(times: NDArray[Any], before: float = np.nan) -> NDArray[Any]:
-    """Return the places of times that are known and differ from the last known one.
+    """Return the samples whose time is known and differs from the last known one.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def changes(times: NDArray[Any], before: float = np.nan) -> NDArray[Any]:
     >>> changes(np.array([0.5, 0.5, np.nan, 0.5, 0.6, np.nan]))
     array([0, 4])
     """
-    places = np.flatnonzero(np.isfinite(times))
-    return places[np.diff(times[places], prepend=before) != 0]
+    samples = np.flatnonzero(np.isfinite(times))
+    return samples[np.diff(times[samples], prepend=before) != 0]
 
 
 @dataclass
@@ -100,6 +100,11 @@ class Clock:
     resolution : float, default=0.0
         Seconds to which times are rounded: a step of this size is right after any
         number of samples.
+
+    Attributes
+    ----------
+    n_samples : int
+        Samples of the blocks that were compared.
     """
 
     rate: float
@@ -109,95 +114,94 @@ class Clock:
     resolution: float = 0.0
 
     def __post_init__(self) -> None:
-        # Place and time of the last change, and of that from which the rate is
-        # measured.
-        self._last: tuple[int, float] | None = None
-        self._origin: tuple[int, float] | None = None
-        self._n_samples = self._n_wrong = self._last_known = 0
+        self.n_samples = 0
+        # Sample and time of the last change, and of the one from which the rate is
+        # measured, with the largest step since then.
+        self._last = (0, np.nan)
+        self._origin = (0, np.nan)
         self._largest_step = 0.0
+        # Breaks in a row, and the last sample of known time.
+        self._n_breaks = 0
+        self._last_timed = 0
 
     def compare(self, times: NDArray[Any]) -> Compared:
         """Compare the times of the next block, in seconds and NaN if unknown."""
-        last = self._last or (0, np.nan)
-        places = changes(times, last[1])
-        seconds = times[places]
-        where = places + self._n_samples
-        n_steps = np.diff(where, prepend=last[0])
-        steps = np.diff(seconds, prepend=last[1])
+        last_sample, last_seconds = self._last
+        in_block = changes(times, last_seconds)
+        seconds = times[in_block]
+        samples = in_block + self.n_samples
+        n_steps = np.diff(samples, prepend=last_sample)
+        steps = np.diff(seconds, prepend=last_seconds)
         late = steps - np.maximum(n_steps / self.rate, self.resolution)
         is_break = np.abs(late) > self.tolerance
         if not self.may_fall:
             is_break = (late > self.tolerance) | (steps < 0)
-        wrong = [self._other_rate(where, seconds, steps, is_break)]
-        if is_break.any():
-            wrong.append(self._all_wrong(where, n_steps, steps, is_break))
-        elif len(places) > 0:
-            self._n_wrong = 0
-        if len(places) < len(times):
-            wrong.append(self._standing(np.flatnonzero(np.isfinite(times)), places))
-        elif len(times) > 0:
-            self._last_known = self._n_samples + len(times) - 1
-        if len(places) > 0:
-            self._last = int(where[-1]), float(seconds[-1])
-        self._n_samples += len(times)
+        wrong = [self._standing(times, in_block)]
+        if len(samples) > 0:
+            wrong.append(self._other_rate(samples, seconds, steps, is_break))
+            wrong.append(self._all_breaks(samples, n_steps, steps, is_break))
+            self._last = (int(samples[-1]), float(seconds[-1]))
+        self.n_samples += len(times)
         first = min(filter(None, wrong), default=None)
-        return Compared(places, seconds, steps, is_break, first)
+        return Compared(in_block, seconds, steps, is_break, first)
 
-    def _standing(self, timed, places):
+    def _standing(self, times, in_block):
         """Return the end of a time that stays the same for too long."""
-        offset = self._n_samples
-        ends = np.append(self._last_known, timed + offset)
-        starts = np.append(
-            offset if self._last is None else self._last[0], places + offset
-        )
-        n_equal = np.append(ends[np.searchsorted(timed, places)], ends[-1]) - starts
-        self._last_known = int(ends[-1])
-        bad = np.flatnonzero(n_equal > MEASURED_FOR * self.rate)
-        if bad.size == 0:
-            return None
-        n_samples = int(n_equal[bad[0]])
-        return WrongRate(int(starts[bad[0]]) + n_samples, n_samples, 0.0)
+        timed = np.flatnonzero(np.isfinite(times))
+        ends = np.append(self._last_timed, timed + self.n_samples)
+        starts = np.append(self._last[0], in_block + self.n_samples)
+        n_equal = np.append(ends[np.searchsorted(timed, in_block)], ends[-1]) - starts
+        self._last_timed = int(ends[-1])
+        is_wrong = n_equal > MEASURED_FOR * self.rate
+        return _first_wrong(is_wrong, starts + n_equal, n_equal, np.zeros(len(starts)))
 
-    def _all_wrong(self, where, n_steps, steps, is_break):
-        """Return the step with which so many in a row are wrong."""
-        place = np.arange(1, len(is_break) + 1)
-        last_right = np.maximum.accumulate(np.where(is_break, -self._n_wrong, place))
-        n_wrong = place - last_right
-        self._n_wrong = int(n_wrong[-1])
-        bad = np.flatnonzero(n_wrong >= _WRONG_STEPS)
-        if bad.size == 0:
-            return None
-        return WrongRate(int(where[bad[0]]), int(n_steps[bad[0]]), float(steps[bad[0]]))
+    def _all_breaks(self, samples, n_steps, steps, is_break):
+        """Return the step with which so many in a row are breaks."""
+        order = np.arange(1, len(is_break) + 1)
+        last_right = np.maximum.accumulate(np.where(is_break, -self._n_breaks, order))
+        n_breaks = order - last_right
+        self._n_breaks = int(n_breaks[-1])
+        return _first_wrong(n_breaks >= _BREAKS_IN_A_ROW, samples, n_steps, steps)
 
-    def _other_rate(self, where, seconds, steps, is_break):
+    def _other_rate(self, samples, seconds, steps, is_break):
         """Return the first change at which the rate since the origin is wrong."""
+        longest = MEASURED_FOR * self.rate
+        origins = is_break | np.isnan(steps)
+        ends = np.append(np.flatnonzero(origins), len(samples))
         start = 0
-        long = MEASURED_FOR * self.rate
-        ends = np.append(np.flatnonzero(is_break), len(where))
-        while start < len(where):
-            if self._origin is None or is_break[start]:
-                self._measure_from(where, seconds, start)
+        while start < len(samples):
+            if origins[start]:
+                self._measure_from(samples[start], seconds[start])
                 start += 1
                 continue
-            stop = int(ends[np.searchsorted(ends, start, side="right")])
-            n_samples = where[start:stop] - self._origin[0]
-            stop = min(stop, start + int(np.searchsorted(n_samples, long)) + 1)
-            n_samples = n_samples[: stop - start]
-            passed = seconds[start:stop] - self._origin[1]
-            sizes = np.maximum(np.abs(steps[start:stop]), self._largest_step)
+            stop = int(ends[np.searchsorted(ends, start)])
+            n_samples = samples[start:stop] - self._origin[0]
+            n_measured = int(np.searchsorted(n_samples, longest)) + 1
+            n_samples = n_samples[:n_measured]
+            part = slice(start, start + len(n_samples))
+            passed = seconds[part] - self._origin[1]
+            sizes = np.maximum(np.abs(steps[part]), self._largest_step)
             largest = np.maximum.accumulate(sizes)
             expected = n_samples / self.rate
             is_wrong = np.abs(passed - expected) > DRIFT * expected + 2 * largest
-            bad = np.flatnonzero(is_wrong & (n_samples >= self.shortest))
-            if bad.size > 0:
-                place = int(where[start + bad[0]])
-                return WrongRate(place, int(n_samples[bad[0]]), float(passed[bad[0]]))
+            is_wrong &= n_samples >= self.shortest
+            wrong = _first_wrong(is_wrong, samples[part], n_samples, passed)
+            if wrong is not None:
+                return wrong
             self._largest_step = float(largest[-1])
-            if n_samples[-1] >= long:
-                self._measure_from(where, seconds, stop - 1)
-            start = stop
+            start = part.stop
+            if n_samples[-1] >= longest:
+                self._measure_from(samples[start - 1], seconds[start - 1])
         return None
 
-    def _measure_from(self, where, seconds, i):
-        self._origin = (int(where[i]), float(seconds[i]))
+    def _measure_from(self, sample, seconds):
+        self._origin = (int(sample), float(seconds))
         self._largest_step = 0.0
+
+
+def _first_wrong(is_wrong, samples, n_samples, seconds):
+    """Return the first of the wrong times, None if none is wrong."""
+    if not is_wrong.any():
+        return None
+    i = np.argmax(is_wrong)
+    return WrongRate(int(samples[i]), int(n_samples[i]), float(seconds[i]))

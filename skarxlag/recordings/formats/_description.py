@@ -1,6 +1,7 @@
 """What one file states: its channels, their facts, and the choice among them."""
 
 from dataclasses import dataclass, replace
+from math import isclose
 from numbers import Integral
 from typing import Any
 
@@ -162,4 +163,4 @@ def _agreed_with_times(rate, axis, stated_rate):
 
 
 def _is_near(value, other, tolerance):
-    return other is not None and abs(value - other) <= tolerance * max(value, other)
+    return other is not None and isclose(value, other, rel_tol=tolerance)

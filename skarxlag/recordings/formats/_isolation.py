@@ -24,6 +24,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+try:
+    import resource
+except ImportError:
+    # Windows has none.
+    resource = None
+
 #: Seconds of processor time that a reply may take, and bytes of the file that allow one
 #: more.
 _PATIENCE = 60.0
@@ -117,9 +123,9 @@ def _received(process, path, patience):
 
 
 def _end(process):
-    # The pipe may hold a request that was never sent.
-    with suppress(OSError), process:
-        process.kill()
+    process.kill()
+    # It closes the pipes, also one that holds a request that was never sent.
+    process.communicate()
 
 
 @atexit.register
@@ -159,22 +165,22 @@ def serve() -> None:
 
 
 def _limit_memory(path):
-    """Limit the growth of this process to the needs of a file of this size, if possible."""
-    with suppress(OSError, ValueError):
-        n_pages = int(Path("/proc/self/statm").read_text().split()[0])
-        page = os.sysconf("SC_PAGE_SIZE")
-        allowed = _MEMORY + _MEMORY_PER_BYTE * path.stat().st_size
-        _limit(
-            "RLIMIT_AS",
-            page * n_pages + min(allowed, os.sysconf("SC_PHYS_PAGES") * page),
-        )
+    """Limit the growth of this process to the needs of a file of this size, on Linux."""
+    statm = Path("/proc/self/statm")
+    if not statm.exists():
+        return
+    page = os.sysconf("SC_PAGE_SIZE")
+    n_pages = int(statm.read_text().split()[0])
+    growth = _MEMORY + _MEMORY_PER_BYTE * path.stat().st_size
+    growth = min(growth, page * os.sysconf("SC_PHYS_PAGES"))
+    _limit("RLIMIT_AS", page * n_pages + growth)
 
 
 def _limit(name, value):
-    with suppress(ImportError):
-        import resource
-
-        kind = getattr(resource, name)
-        hard = resource.getrlimit(kind)[1]
-        if hard == resource.RLIM_INFINITY or value < hard:
-            resource.setrlimit(kind, (math.ceil(value), hard))
+    """Limit a resource of this process, unless it is limited to less."""
+    if resource is None:
+        return
+    kind = getattr(resource, name)
+    hard = resource.getrlimit(kind)[1]
+    if hard == resource.RLIM_INFINITY or value < hard:
+        resource.setrlimit(kind, (math.ceil(value), hard))

@@ -62,7 +62,7 @@ def signal_blocks(
         values = dict(zip(read_names, block, strict=True))
         signals = [_as_signal(name, values[name], start) for name in names]
         if times is not None:
-            times.check(values[axis.name], start)
+            times.check(values[axis.name])
         yield signals[0] if is_single(channel) else np.stack(signals)
         start += len(signals[0])
     if start == 0:

@@ -11,8 +11,8 @@ from itertools import chain
 import numpy as np
 
 from ._contents import ContentError
-from ._facts import SECONDS, names_times, seconds_of_dates
-from ._fields import distinct, is_number, number, unit_in_name
+from ._facts import SECONDS, names_times
+from ._fields import distinct, is_number, number, seconds_of_date, unit_in_name
 
 _LINES = 200
 UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -20,6 +20,10 @@ UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 #: after it.
 _WITH_COMMA = re.compile(r"([+-]?)(\d*),(\d+)")
 _INTEGER = re.compile(r"[+-]?\d+")
+#: Roles of the comma in lines that hold one comma each.
+_SEPARATOR = "separator"
+_DECIMAL = "decimal sign"
+_UNCLEAR = "either"
 _AMBIGUOUS = (
     "the comma may separate two columns of integers, or be the decimal sign of one column: write "
     "the names of the columns into the first line, one for each"
@@ -107,8 +111,9 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     if not filled:
         raise ContentError("No columns to parse: the file holds no line of text")
     separator = _separator(filled[len(filled) // 2 :][-20:])
-    is_one_column = None if separator != "," else _has_decimal_commas(filled)
-    if is_one_column:
+    comma = _role_of_comma(filled) if separator == "," else None
+    if comma == _DECIMAL:
+        # None of the lines has a semicolon: each is one field.
         separator = ";"
     n_lines_before, rows = zip(*split_rows(body, separator), strict=True)
     with_comma = [field for field in chain.from_iterable(rows) if "," in field]
@@ -122,58 +127,52 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     if above:
         names, unit_line = _names_and_units(above, n_fields, n_filled, decimal)
     elif n_comments:
-        ((_, last),) = split_rows([lines[n_comments - 1].lstrip("#% ")], separator)
-        are_numbers = all(is_number(field, decimal) for field in last)
-        if len(last) == n_fields and not are_numbers:
-            names = last
+        names = _names_in_comment(lines[n_comments - 1], separator, n_fields, decimal)
     has_header = names is not None
-    n_ignored = max(len(above) - has_header - bool(unit_line), 0)
     names = distinct(names) if has_header else [str(i) for i in range(n_fields)]
     units = {name: unit_in_name(name) or "" for name in names}
     units |= zip(names, unit_line, strict=False)
     units = {name: unit.strip("[]() ") for name, unit in units.items()}
     n_above = n_lines_before[first] if first < len(rows) else len(body)
-    is_ambiguous = is_one_column is False and not has_header
     return TextLayout(
         encoding,
         separator,
         decimal,
         has_header,
         n_head_lines=n_comments + n_above,
-        n_ignored=n_ignored,
+        n_ignored=max(len(above) - has_header - bool(unit_line), 0),
         names=names,
         units={name: unit for name, unit in units.items() if unit},
-        advice=_AMBIGUOUS if is_ambiguous else "",
+        advice=_AMBIGUOUS if comma == _UNCLEAR and not has_header else "",
     )
 
 
-def _has_decimal_commas(lines):
-    """Return whether the comma is the decimal sign of one column.
-
-    It is True if the lines show it, False if they do not, and None if the comma
-    separates.
-    """
+def _role_of_comma(lines):
+    """Return whether the comma separates, is the decimal sign of one column, or is unclear."""
     texts = [line.strip().strip('"') for line in lines]
     matches = [_WITH_COMMA.fullmatch(text) for text in texts]
     first = next((i for i, match in enumerate(matches) if match), len(matches))
     samples = [match for match in matches[first:] if match]
     others = [text for text in texts[first:] if not _WITH_COMMA.fullmatch(text)]
     if not samples or not all(map(_INTEGER.fullmatch, others)):
-        return None
+        return _SEPARATOR
     if first > 0:
-        return True if "," not in texts[first - 1] else None
-    # Integers have no such signs and zeros.
-    return any(
-        match[1] == "+"
-        or not match[2]
-        or (match[1] == "-" and not match[2].strip("0"))
-        or (match[3][0] == "0" and len(match[3]) > 1)
-        for match in samples
-    )
+        return _SEPARATOR if "," in texts[first - 1] else _DECIMAL
+    return _DECIMAL if any(map(_is_no_pair_of_integers, samples)) else _UNCLEAR
+
+
+def _is_no_pair_of_integers(match):
+    """Return whether a number has signs or zeros that integers at its comma would not have."""
+    sign, before, after = match.groups()
+    is_signed = sign == "+" or (sign == "-" and not before.strip("0"))
+    return is_signed or not before or (after[0] == "0" and len(after) > 1)
 
 
 def _first_sample(kinds, may_be_cut):
-    """Fields of a sample, those before the empty ones at its end, and rows above the samples."""
+    """Return the number of fields of a sample, that of the fields in use, and the first row.
+
+    Fields that are empty in all samples, at the end of the lines, are not in use.
+    """
     tail = [row for row in kinds[len(kinds) // 2 :] if row]
     n_fields = Counter(map(len, tail)).most_common(1)[0][0]
     columns = [*zip(*(row for row in tail if len(row) == n_fields), strict=True)]
@@ -189,11 +188,10 @@ def _first_sample(kinds, may_be_cut):
         return n_fields, n_filled, next(i for i, row in enumerate(kinds) if row) + 1
 
     def is_usual(row):
-        pairs = zip(row, usual, strict=False)
-        is_like = all(
-            expected == "text" or kind in ("", expected) for kind, expected in pairs
+        return len(row) == n_fields and all(
+            kind in ("", expected) or expected == "text"
+            for kind, expected in zip(row, usual, strict=True)
         )
-        return len(row) == n_fields and is_like
 
     first = next(i for i, row in enumerate(kinds) if is_usual(row))
     above = kinds[:first]
@@ -204,15 +202,13 @@ def _first_sample(kinds, may_be_cut):
     elif not may_be_cut:
         # A row of more fields is a preamble. Any other may be a damaged sample: the
         # reader refuses it.
-        is_long = [any(row[n_fields:]) for row in kinds]
-        first = next(
-            i for i, row in enumerate(kinds) if row and not (is_long[i] and i < first)
-        )
+        samples = (i for i, row in enumerate(above) if row and not any(row[n_fields:]))
+        first = next(samples, first)
     return n_fields, n_filled, first
 
 
 def _names_and_units(above, n_fields, n_filled, decimal):
-    """Names of the columns, None if there are none, and units, from the rows above the samples."""
+    """Return names, None if there are none, and units, from the rows above the samples."""
 
     def fitted(fields):
         """Lines of names or of samples may end with separators."""
@@ -239,12 +235,19 @@ def _names_and_units(above, n_fields, n_filled, decimal):
     return names, []
 
 
+def _names_in_comment(line, separator, n_fields, decimal):
+    """Return the names in the last comment, None if it holds something else."""
+    ((_, fields),) = split_rows([line.lstrip("#% ")], separator)
+    are_numbers = all(is_number(field, decimal) for field in fields)
+    return None if are_numbers or len(fields) != n_fields else fields
+
+
 def _kind(field, decimal):
     if not field:
         return ""
     if is_number(field, decimal):
         return "number"
-    return "text" if np.isnan(seconds_of_dates([field])[0]) else "date"
+    return "text" if np.isnan(seconds_of_date(field)) else "date"
 
 
 def _is_text(kinds):

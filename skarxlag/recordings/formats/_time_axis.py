@@ -8,15 +8,8 @@ from numpy.typing import NDArray
 
 from ._clock import Clock, changes
 from ._contents import Channel, ContentError, Contents
-from ._facts import (
-    RATE_TOLERANCE,
-    SECONDS,
-    letters,
-    names_times,
-    rounded,
-    seconds_of_dates,
-)
-from ._fields import number, unit_in_name
+from ._facts import RATE_TOLERANCE, SECONDS, letters, names_times, rounded
+from ._fields import number, seconds_of_date, unit_in_name
 
 #: Times from which the sampling rate is computed, and more if they are too coarse.
 _N_PROBED = 10_000
@@ -86,35 +79,32 @@ class EvenTimes:
             resolution=axis.resolution,
         )
 
-    def check(self, values: Any, start: int) -> None:
+    def check(self, values: Any) -> None:
         """Refuse times that are not even, in themselves or after the block before.
 
         Parameters
         ----------
         values : ndarray of shape (n_samples,)
             Times of the next block.
-        start : int
-            Position of the first of them.
         """
-        name = self._axis.name
+        start = self._clock.n_samples
         times, _ = _in_seconds(values, self._axis.unit)
-        if times is None:
-            raise ContentError(f"channel {name!r} is not numeric, expected times")
-        rate = self._clock.rate
         compared = self._clock.compare(times)
-        breaks = np.flatnonzero(compared.is_break)
+        name = self._axis.name
+        rate = self._clock.rate
         wrong = compared.wrong
-        if breaks.size:
-            place = start + compared.places[breaks[0]]
-            if wrong is None or place <= wrong.place:
+        if compared.is_break.any():
+            first = np.argmax(compared.is_break)
+            sample = start + compared.samples[first]
+            if wrong is None or sample <= wrong.sample:
                 raise ContentError(
-                    f"{name!r} is not evenly spaced: {compared.steps[breaks[0]]:g} s "
-                    f"before sample {place}, expected {1 / rate:g} s"
+                    f"{name!r} is not evenly spaced: {compared.steps[first]:g} s "
+                    f"before sample {sample}, expected {1 / rate:g} s"
                 )
         if wrong is not None:
             raise ContentError(
                 f"{name!r} is not evenly spaced: {wrong.n_samples} samples before "
-                f"sample {wrong.place} take {wrong.seconds:g} s, expected "
+                f"sample {wrong.sample} take {wrong.seconds:g} s, expected "
                 f"{wrong.n_samples / rate:g} s at {rate:g} Hz"
             )
 
@@ -132,90 +122,88 @@ def find_time_axis(contents: Contents) -> TimeAxis | None:
     return next((axis for axis in axes if axis is not None), None)
 
 
-def _axis(contents, name):
+def _axis(contents, name, n_probed=_N_PROBED):
+    """Return the axis of a channel, judged by its first times; None if it has no times."""
     channel = contents.channels[name]
     unit = channel.unit or unit_in_name(name)
-    for n_probed in (_N_PROBED, _N_COARSE):
-        (values,) = next(contents.read([name], n_probed), [np.zeros(0)])
-        values = np.asarray(values[:n_probed])
-        times, is_date = _in_seconds(values, unit)
-        if times is None or np.isfinite(times).sum() < 2:
-            return None
+    (values,) = next(contents.read([name], n_probed), [np.zeros(0)])
+    values = np.asarray(values[:n_probed])
+    times, is_date = _in_seconds(values, unit)
+    timed = np.flatnonzero(np.isfinite(times))
+    if len(timed) < 2:
+        return None
+    if not unit and not is_date:
         is_integer = values.dtype.kind in "iu"
-        if not unit and not is_date and (is_integer or _usual_step(times) == 1):
+        if is_integer or np.median(np.diff(times[timed])) == 1:
             return None
-        places = changes(times)
-        first = places[0]
-        steps = np.diff(times[places])
-        if len(steps) == 0 and n_probed == _N_PROBED == len(times):
-            continue
-        if len(steps) == 0:
-            # A letter may stand for another quantity, such as a torque.
-            if letters(name) == "t":
-                return None
-            return TimeAxis(name, channel.length, None, None, 0.0, None)
+    changed = changes(times)
+    steps = np.diff(times[changed])
+    is_constant = len(steps) == 0
+    rate = None
+    resolution = 0.0
+    tolerance = np.inf
+    if not is_constant:
         if max(np.mean(steps > 0), np.mean(steps < 0)) < _ONE_WAY:
             return None
-        rate, tolerance = _rate_of_times(places, times)
-        if tolerance < RATE_TOLERANCE or len(times) < n_probed:
-            break
+        resolution = float(np.abs(steps).min())
+        rate, tolerance = _rate_of_times(times, timed, changed)
+    if tolerance >= RATE_TOLERANCE and len(times) == n_probed < _N_COARSE:
+        return _axis(contents, name, _N_COARSE)
+    if is_constant:
+        # A letter may stand for another quantity, such as a torque.
+        if letters(name) == "t":
+            return None
+        return TimeAxis(name, channel.length, None, None, resolution, None)
     if tolerance > _COARSE_TOLERANCE:
         return None
-    start = float(times[first] - first / rate) if is_date else None
-    resolution = float(np.abs(steps).min())
+    start = float(times[changed[0]] - changed[0] / rate) if is_date else None
     return TimeAxis(name, channel.length, rate, start, resolution, unit)
 
 
-def _usual_step(times):
-    return np.median(np.diff(times[np.isfinite(times)]))
+def _rate_of_times(times, timed, changed):
+    """Return the sampling rate of times, and its relative tolerance.
 
-
-def _rate_of_times(places, times):
-    """Return the sampling rate of times that change at places, and its relative tolerance."""
-    timed = np.flatnonzero(np.isfinite(times))
-    is_coarse = len(places) < len(timed)
-    # Coarse times are equal for several samples. How long the first and last of them
-    # were equal is unknown, so the rate is that between two changes, which are known to
-    # about a sample.
-    ends = places[[1, -1]] if is_coarse else timed[[0, -1]]
-    n_steps = np.diff(ends)[0]
-    seconds = np.diff(times[ends])[0]
-    steps = np.diff(times[places])
-    n_between = np.diff(places)
+    `timed` are the samples of known times, and `changed` those of them whose time
+    differs from the one before.
+    """
+    steps = np.diff(times[changed])
+    n_between = np.diff(changed)
     usual = np.median(steps / n_between)
     resolution = np.abs(steps).min()
     late = steps - np.maximum(n_between * usual, resolution)
-    if np.any(steps <= 0) or np.any(
-        late > np.maximum(_LATE * usual, _LATE_STEPS * resolution)
-    ):
+    is_late = late > np.maximum(_LATE * usual, _LATE_STEPS * resolution)
+    if np.any((steps <= 0) | is_late):
         # A gap or a jump is no time that samples took.
         return rounded(1 / abs(usual), RATE_TOLERANCE / 2), RATE_TOLERANCE / 2
+    # Coarse times are equal for several samples. How long the first and last of them
+    # were equal is unknown, so the rate is that between two changes, which are known to
+    # about a sample.
+    is_coarse = len(changed) < len(timed)
+    ends = changed[[1, -1]] if is_coarse else timed[[0, -1]]
+    n_steps = ends[1] - ends[0]
     if n_steps == 0:
         return np.nan, np.inf
-    tolerance = (
-        1.5 / n_steps
-        if is_coarse
-        else max(1e-5, 2 * np.spacing(times[ends[1]]) / seconds)
-    )
+    seconds = times[ends[1]] - times[ends[0]]
+    tolerance = max(1e-5, 2 * np.spacing(times[ends[1]]) / seconds)
+    if is_coarse:
+        tolerance = 1.5 / n_steps
     return rounded(n_steps / seconds, tolerance), tolerance
 
 
-def _in_seconds(values: Any, unit: str | None) -> tuple[NDArray[Any] | None, bool]:
-    """Return times in seconds, NaN if unknown, or None if none is known, and if dates."""
+def _in_seconds(values: Any, unit: str | None) -> tuple[NDArray[Any], bool]:
+    """Return times in seconds, NaN if unknown, and whether they are dates."""
     values = np.asarray(values)
-    if values.dtype.kind in "mM":
-        is_known = ~np.isnat(values)
-        seconds = values.astype(f"{values.dtype.kind}8[ns]").astype(np.int64) / 1e9
-        return np.where(is_known, seconds, np.nan), values.dtype.kind == "M"
-    if values.dtype.kind in "OU":
-        seconds = seconds_of_dates(values)
+    kind = values.dtype.kind
+    if kind in "mM":
+        seconds = values.astype(f"{kind}8[ns]").astype(np.int64) / 1e9
+        return np.where(np.isnat(values), np.nan, seconds), kind == "M"
+    if kind in "OU":
+        seconds = np.array([seconds_of_date(value) for value in values])
         if not np.isnan(seconds).all():
             return seconds, True
         # Texts among numbers are unknown times.
         values = np.array([number(str(value)) for value in values.tolist()])
-        if np.isnan(values).all():
-            return None, False
-    scale = SECONDS.get(unit.strip().lower()) if unit else 1.0
-    if values.dtype.kind not in "fiu" or scale is None:
-        return None, False
+    elif kind not in "fiu":
+        return np.full(len(values), np.nan), False
+    scale = SECONDS.get(unit.strip().lower(), np.nan) if unit else 1.0
     return values.astype(np.float64) * scale, False

@@ -1,7 +1,6 @@
 """HDF5 files of any layout, MATLAB 7.3 among them, which are read in parts."""
 
 from collections.abc import Iterator
-from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -35,8 +34,8 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
     separator = "." if is_matlab else "/"
     with h5py.File(path, "r") as file:
         arrays = NamedArrays(file.__getitem__, separator)
-        for name, node in _nodes("", file, file, is_matlab, set(), count()):
-            arrays.add_numbers(name, node.attrs)
+        for name, node in _nodes(file, is_matlab):
+            arrays.add_properties(name, node.attrs)
             if not isinstance(node, h5py.Dataset) or not _is_signal(node):
                 continue
             if node.external or node.is_virtual:
@@ -53,17 +52,24 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
         yield arrays.contents()
 
 
-def _nodes(name, node, file, is_matlab, seen, number, depth=0):
-    """Yield a node, and all groups and data sets below it, with their names; no links."""
-    if depth > _DEEPEST or next(number) >= _MOST_NODES:
-        raise ContentError(
-            f"groups are nested more than {_DEEPEST} deep, or over {_MOST_NODES}"
-        )
-    if node.id not in seen:
-        seen.add(node.id)
-        yield name, node
-        for inner, below in _below(name, node, file, is_matlab):
-            yield from _nodes(inner, below, file, is_matlab, seen, number, depth + 1)
+def _nodes(file, is_matlab):
+    """Yield the file, and all groups and data sets in it, with their names; no links."""
+    seen = set()
+    n_visited = 0
+    waiting = [("", file, 0)]
+    while waiting:
+        name, node, depth = waiting.pop()
+        n_visited += 1
+        if depth > _DEEPEST or n_visited > _MOST_NODES:
+            raise ContentError(
+                f"groups are nested more than {_DEEPEST} deep, or over {_MOST_NODES}"
+            )
+        if node.id not in seen:
+            seen.add(node.id)
+            yield name, node
+            below = _below(name, node, file, is_matlab)
+            deeper = [(inner, child, depth + 1) for inner, child in below]
+            waiting += reversed(deeper)
 
 
 def _below(name, node, file, is_matlab):

@@ -4,7 +4,6 @@ import struct
 import warnings
 import zlib
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -44,36 +43,38 @@ def contents(path: Path) -> Iterator[Contents]:
         n_bytes = path.stat().st_size
         check_unpacked(n_bytes, _unpacked_size(file, n_bytes))
         headers = {name: (shape, kind) for name, shape, kind in whosmat(file)}
-        # The samples of a variable are not loaded before it is chosen.
-        lengthy = [
+        signals = {
             name
             for name, (shape, kind) in headers.items()
             if kind in _NUMERIC and np.prod(shape) > 1
-        ]
-        others = _loaded(file, headers.keys() - lengthy)
-        inner: dict[str, Any] = {}
-        chosen = cache(lambda name: _loaded(file, [name])[name])
-        arrays = NamedArrays(
-            lambda name: inner[name] if name in inner else chosen(name)
-        )
+        }
+        others = _variables(file, headers.keys() - signals)
+        loaded: dict[str, Any] = {}
+
+        def array_of(name):
+            # The samples of a variable are not loaded before it is chosen.
+            if name not in loaded:
+                loaded.update(_variables(file, [name]))
+            return loaded[name]
+
+        arrays = NamedArrays(array_of)
         for variable, (shape, kind) in headers.items():
-            if variable in lengthy:
+            if variable in signals:
                 arrays.add(variable, shape, kind)
             for name, values in _arrays(variable, others.get(variable)):
-                inner[name] = values
+                loaded[name] = values
                 arrays.add(name, values.shape, values.dtype)
         yield arrays.contents()
 
 
-def _loaded(file, variables):
-    """Return variables by name."""
+def _variables(file, names):
+    """Load variables by name."""
     from scipy.io import loadmat
 
     with warnings.catch_warnings():
         # Function handles and other objects that SciPy cannot read are not channels.
         warnings.simplefilter("ignore")
-        options = {"squeeze_me": False, "struct_as_record": False}
-        return loadmat(file, variable_names=variables, **options)
+        return loadmat(file, variable_names=names, struct_as_record=False)
 
 
 def _arrays(name, values):

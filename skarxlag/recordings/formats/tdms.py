@@ -28,31 +28,40 @@ def contents(path: Path) -> Iterator[Contents]:
     with path.open("rb") as stream, TdmsFile.open(stream) as file:
         channels = _by_name(file)
         arrays = NamedArrays(channels.__getitem__, _SEPARATOR)
-        arrays.add_numbers("", file.properties)
+        arrays.add_properties("", file.properties)
         for group in file.groups():
-            arrays.add_numbers(group.name, group.properties)
+            arrays.add_properties(group.name, group.properties)
         for name, channel in channels.items():
             if len(channel) > 8 * n_bytes:
                 raise ContentError(
                     f"{len(channel)} samples are stated in {n_bytes} bytes"
                 )
-            place = f"{channel.group_name}{_SEPARATOR}{name}"
-            start = None
-            arrays.add_numbers(place, channel.properties)
-            unit = stated_unit(channel.properties)
-            date = channel.properties.get("wf_start_time")
-            if isinstance(date, np.datetime64) and date > _NO_DATE:
-                start = float(date.astype("datetime64[us]").astype(float) / 1e6)
-                start += arrays.scalars.get(f"{place}{_SEPARATOR}wf_start_offset", 0.0)
-            arrays.add(name, (len(channel),), at=place, unit=unit, start=start)
+            channel_path = f"{channel.group_name}{_SEPARATOR}{name}"
+            arrays.add_properties(channel_path, channel.properties)
+            arrays.add(
+                name,
+                (len(channel),),
+                path=channel_path,
+                unit=stated_unit(channel.properties),
+                start=_start(channel.properties),
+            )
         yield arrays.contents()
 
 
+def _start(properties):
+    """Return the seconds since 1970 at the first sample, None if no date was set."""
+    date = properties.get("wf_start_time")
+    if not isinstance(date, np.datetime64) or not date > _NO_DATE:
+        return None
+    seconds = float(date.astype("datetime64[us]").astype(float) / 1e6)
+    return seconds + properties.get("wf_start_offset", 0.0)
+
+
 def _by_name(file):
-    channels = [channel for group in file.groups() for channel in group.channels()]
     channels = [
         channel
-        for channel in channels
+        for group in file.groups()
+        for channel in group.channels()
         if channel.dtype is not None and is_numeric(channel.dtype)
     ]
     counts = Counter(channel.name for channel in channels)

@@ -52,7 +52,7 @@ def cut_in(times, cuts):
     clock, found, is_wrong, offset = Clock(RATE, TOLERANCE, SHORTEST), [], False, 0
     for part in np.split(times, sorted(cuts)):
         block = clock.compare(part)
-        columns = (block.places + offset, block.seconds, block.is_break)
+        columns = (block.samples + offset, block.seconds, block.is_break)
         found += list(zip(*map(np.ndarray.tolist, columns), strict=True))
         is_wrong |= block.wrong is not None
         offset += len(part)
