@@ -159,7 +159,7 @@ def diagnose(
     has_profile = opened.entry.profile is not None
     is_compared = are_compared(model.facts, recording.channel)
     unit = plain_unit(opened.channels[0][1] or "") if is_compared else None
-    judge = None
+    judge = model.judge
     starts = []
     results = []
     mean_speeds = []

@@ -104,6 +104,10 @@ class RecordingModel:
         self.train_rpm: list[float] = facts.get("train_rpm") or []
         self.sampling_rate: float | None = facts.get("sampling_rate")
         self.window_length: int | None = facts.get("window_length")
+        #: Samples that are read at a time; None if a recording is one row.
+        self._n_read: int | None = None
+        if self.window_length is not None:
+            self._n_read = block_length(self.window_length)
         self.usual_channels: list[list[str]] = channels_of_model(facts)
 
     def open(self, recording: ListedRecording, resample: bool = False) -> OpenRecording:
@@ -112,9 +116,8 @@ class RecordingModel:
         A file that has no more channels than the model needs none to be stated. With
         `resample`, the recording is brought to the sampling rate of the model.
         """
-        whole_rows = self.window_length and block_length(self.window_length)
         return recording.open(
-            whole_rows,
+            self._n_read,
             channels=self.channel_choices(recording),
             reads_speed=self.takes_rpm,
             resample=self.sampling_rate if resample else None,
@@ -144,9 +147,7 @@ class RecordingModel:
     def judge_of(
         self, row: NDArray[Any], rpm: Any, sampling_rate: float | None
     ) -> Judge:
-        """Return the judge of a row and of all that follow."""
-        if self.judge is not None:
-            return self.judge
+        """Return a judge that is fitted to a row, for a model without one."""
         # Its limits hold at the speed of the row that it is fitted to.
         return Judge(
             self.fitted(row, sampling_rate),

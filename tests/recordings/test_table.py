@@ -46,6 +46,7 @@ def test_table(folder):
     assert table.rpm.tolist() == [300, 400.5, 300]
     assert table.recording == ["a.npy", "sub/b.mat", "c.csv"]
     assert table.sampling_rate == 50_000
+    assert table.channels == [[("0", None)], [("y", None)], [("y", None)]]
     assert table.filenames == [
         str(folder / name) for name in ("a.npy", "sub/b.mat", "c.csv")
     ]
