@@ -71,9 +71,8 @@ def test_several_channels_and_none_named(tmp_path, suffix):
 @pytest.mark.parametrize("channel", ["x", 2, -1, "2", "-1", "", ["y", "x"]])
 def test_unknown_channel_lists_those_available(tmp_path, suffix, channel):
     path = write(tmp_path / f"run{suffix}", {"y": Y, "u": U})
-    with pytest.raises(
-        ValueError, match=rf"run{suffix}: no channel .*; available: 'y', 'u'"
-    ):
+    message = rf"run{suffix}: no channel .*; available: 'y', 'u'"
+    with pytest.raises(ValueError, match=message):
         read_recording(path, channel=channel)
 
 
@@ -86,17 +85,15 @@ def test_long_lists_are_shortened(tmp_path):
 @pytest.mark.parametrize("channel", [["y", "y"], ["y", 0], ["y", "u", "*y"]])
 def test_a_channel_that_is_chosen_twice(tmp_path, channel):
     path = write(tmp_path / "run.csv", {"y": Y, "u": U})
-    with pytest.raises(
-        ValueError, match=r"run.csv: channel 'y' is chosen more than once"
-    ):
+    message = r"run.csv: channel 'y' is chosen more than once"
+    with pytest.raises(ValueError, match=message):
         read_recording(path, channel=channel)
 
 
 def test_empty_sequence_of_channels(tmp_path):
     path = write(tmp_path / "run.csv", {"y": Y})
-    with pytest.raises(
-        ValueError, match=r"run.csv: channel is an empty sequence; available: 'y'"
-    ):
+    message = r"run.csv: channel is an empty sequence; available: 'y'"
+    with pytest.raises(ValueError, match=message):
         read_recording(path, channel=[])
 
 
@@ -208,17 +205,15 @@ def test_complex_values(tmp_path, suffix):
         np.save(path, Y + 1j * U)
     else:
         write(path, {"y": Y + 1j * U})
-    with pytest.raises(
-        ValueError, match=rf"run{suffix}: channel .* of type complex128"
-    ):
+    message = rf"run{suffix}: channel .* of type complex128"
+    with pytest.raises(ValueError, match=message):
         read_recording(path)
 
 
 def test_array_of_text(tmp_path):
     np.save(tmp_path / "run.npy", np.array(["1", "2"]))
-    with pytest.raises(
-        ValueError, match=r"run.npy: channel '0' is of type <U1, expected real numbers"
-    ):
+    message = r"run.npy: channel '0' is of type <U1, expected real numbers"
+    with pytest.raises(ValueError, match=message):
         read_recording(tmp_path / "run.npy")
 
 
@@ -226,9 +221,8 @@ def test_array_of_text(tmp_path):
 def test_columns_of_text_and_flags(tmp_path, suffix):
     content = {"y": ["1.5", "2,5", "x"], "flag": [True, False, True]}
     path = write(tmp_path / f"run{suffix}", content)
-    with pytest.raises(
-        ValueError, match="channel 'y' is not numeric: '2,5' at sample 1"
-    ):
+    message = "channel 'y' is not numeric: '2,5' at sample 1"
+    with pytest.raises(ValueError, match=message):
         read_recording(path, channel="y")
     with pytest.raises(ValueError, match="channel 'flag' is of type bool"):
         read_recording(path, channel="flag")
@@ -361,9 +355,8 @@ def test_pickles_are_refused_and_never_run(tmp_path, name):
         np.savez(path, y=Y, trap=trap)
     else:
         path.write_bytes(pickle.dumps(Trap()))
-    with pytest.raises(
-        ValueError, match=rf"{name}: holds pickled objects, which are refused"
-    ):
+    message = rf"{name}: holds pickled objects, which are refused"
+    with pytest.raises(ValueError, match=message):
         read_recording(path, channel=0)
 
 
@@ -379,9 +372,8 @@ def test_missing_file(tmp_path, suffix):
 @pytest.mark.parametrize("name", ["run.log", "run", "run.pkl", "run.gz"])
 def test_unknown_suffix(tmp_path, name):
     (tmp_path / name).write_text("1\n2\n")
-    with pytest.raises(
-        ValueError, match=rf"{name}: unknown suffix .* expected one of .mat, .npy"
-    ):
+    message = rf"{name}: unknown suffix .* expected one of .mat, .npy"
+    with pytest.raises(ValueError, match=message):
         read_recording(tmp_path / name)
 
 
@@ -412,9 +404,8 @@ def test_a_missing_library_is_named_with_its_extra(
 def test_arrays_without_a_time_axis_do_not_hide_the_others(tmp_path, suffix):
     path = write(tmp_path / f"run{suffix}", {"square": np.eye(3), "y": Y})
     np.testing.assert_array_equal(read_recording(path)[0], Y)
-    with pytest.raises(
-        ValueError, match=rf"run{suffix}: array 'square' of shape \(3, 3\)"
-    ):
+    message = rf"run{suffix}: array 'square' of shape \(3, 3\)"
+    with pytest.raises(ValueError, match=message):
         read_recording(path, channel="square")
 
 

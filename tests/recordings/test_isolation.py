@@ -48,9 +48,8 @@ def test_a_crash_is_reported_and_the_next_file_is_read(
     run, program, monkeypatch, prelude
 ):
     program(prelude + "import os; os.abort()")
-    with pytest.raises(
-        ValueError, match=r"run.mat: its reader crashed \(exit status .*damaged"
-    ):
+    message = r"run.mat: its reader crashed \(exit status .*damaged"
+    with pytest.raises(ValueError, match=message):
         read_recording(run)
     monkeypatch.undo()
     np.testing.assert_array_equal(read_recording(run)[0], Y)
@@ -77,9 +76,8 @@ def endless(path):
 def test_a_reader_that_computes_for_ever_is_ended(run, monkeypatch):
     monkeypatch.setattr(_isolation, "_PATIENCE", 0.5)
     monkeypatch.setattr(_isolation, "_CLOCK", 1000)
-    with pytest.raises(
-        ValueError, match=r"run.mat: .* more than 1 s of processor time, damaged"
-    ):
+    message = r"run.mat: .* more than 1 s of processor time, damaged"
+    with pytest.raises(ValueError, match=message):
         list(_isolation.isolated(endless, run))
 
 
@@ -188,18 +186,16 @@ def test_matlab_files_that_unpack_to_gigabytes(tmp_path):
     head = struct.pack("<II", 14, n_bytes)
     packed = zlib.compress(head + bytes(2**20))
     (tmp_path / "run.mat").write_bytes(matlab_file(element(15, packed)))
-    with pytest.raises(
-        ValueError, match=r"run.mat: .* bytes would unpack to 3000000000"
-    ):
+    message = r"run.mat: .* bytes would unpack to 3000000000"
+    with pytest.raises(ValueError, match=message):
         read_recording(tmp_path / "run.mat")
 
 
 def test_archives_that_unpack_to_gigabytes(tmp_path, monkeypatch):
     monkeypatch.setattr("skarxlag.recordings.formats._contents._ALWAYS_ALLOWED", 2**20)
     np.savez_compressed(tmp_path / "run.npz", y=np.zeros(2**18))
-    with pytest.raises(
-        ValueError, match=r"run.npz: \d+ bytes would unpack to 2097280, "
-    ):
+    message = r"run.npz: \d+ bytes would unpack to 2097280, "
+    with pytest.raises(ValueError, match=message):
         read_recording(tmp_path / "run.npz")
     np.savez_compressed(
         tmp_path / "run.npz", y=np.random.default_rng(0).normal(size=2**18)
@@ -224,9 +220,8 @@ def test_members_of_a_packed_text_are_counted_while_they_are_unpacked(
     monkeypatch.setattr("skarxlag.recordings.formats._contents._ALWAYS_ALLOWED", 2**20)
     member = gzip.compress(b"0\n" * 2**18)
     (tmp_path / "run.csv.gz").write_bytes(member * 4)
-    with pytest.raises(
-        ValueError, match=r"run.csv.gz: \d+ bytes would unpack to 1\d{6},"
-    ):
+    message = r"run.csv.gz: \d+ bytes would unpack to 1\d{6},"
+    with pytest.raises(ValueError, match=message):
         read_recording(tmp_path / "run.csv.gz")
 
 

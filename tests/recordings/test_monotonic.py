@@ -61,9 +61,8 @@ def test_the_direction_of_a_recording(cuts):
 def test_few_samples_show_no_direction(tmp_path, n_samples, is_refused):
     np.save(tmp_path / "run.npy", np.arange(n_samples) / 7)
     if is_refused:
-        with pytest.raises(
-            ValueError, match=r"run.npy: the channel only rises or only falls"
-        ):
+        message = r"run.npy: the channel only rises or only falls"
+        with pytest.raises(ValueError, match=message):
             load_recordings(tmp_path, window_length=10, sampling_rate=1.0)
     else:
         found = load_recordings(tmp_path, window_length=10, sampling_rate=1.0)

@@ -76,58 +76,39 @@ def test_a_log_over_time(folder, is_date):
 
 
 @pytest.mark.parametrize(
-    ("rpm", "log", "message"),
+    ("rpm", "message"),
     [
-        ("tacho:none", None, "no channel 'none'; available: 'y', 'key'"),
-        ("tacho:fs", None, "no channel 'fs'"),
-        ("speeds.csv", None, "No such file"),
-        (
-            "speeds.csv",
-            "recording,speed\na,5\n",
-            "speeds.csv: the columns are .* expected rpm, and",
-        ),
-        (
-            "speeds.csv",
-            "rpm,load\n5,5\n",
-            "speeds.csv: the columns are .* expected rpm, and",
-        ),
-        (
-            "speeds.csv",
-            "recording,rpm\nb,5\n",
-            "speeds.csv: the log states no speed above 0",
-        ),
-        (
-            "speeds.csv",
-            "recording,rpm\na,-5\n",
-            "speeds.csv: the log states no speed above 0",
-        ),
-        (
-            "speeds.csv",
-            "recording,rpm\na,fast\n",
-            "speeds.csv: the log states no speed above 0",
-        ),
-        (
-            "speeds.csv",
-            "recording,rpm\na,1.797\nb,985\n",
-            "1.797', which means 1797 or",
-        ),
-        ("speeds.csv", "recording;rpm\na;1,797\n", "1,797', which means 1797 or"),
-        (
-            "speeds.csv",
-            "time,rpm\n9.5,600\n",
-            "speeds.csv: the log states no speed above 0",
-        ),
-        ("speeds.csv", "time,rpm\n2026-11-22,600\n", "does not state the date"),
-        ("speeds.txt", None, "rpm is 'speeds.txt', expected a positive number"),
+        ("tacho:none", "no channel 'none'; available: 'y', 'key'"),
+        ("tacho:fs", "no channel 'fs'"),
+        ("speeds.csv", "No such file"),
+        ("speeds.txt", "rpm is 'speeds.txt', expected a positive number"),
     ],
 )
-def test_errors_name_the_entry(folder, rpm, log, message):
-    if log is not None:
-        (folder / "speeds.csv").write_text(log)
-    with pytest.raises(
-        (ValueError, FileNotFoundError), match=rf"table.csv, line 2: .*{message}"
-    ):
+def test_errors_name_the_entry(folder, rpm, message):
+    error = (ValueError, FileNotFoundError)
+    with pytest.raises(error, match=rf"table.csv, line 2: .*{message}"):
         list_recordings(table(folder, f"a.npz,a,y,{rpm}"))[0].with_speed()
+
+
+@pytest.mark.parametrize(
+    ("log", "message"),
+    [
+        ("recording,speed\na,5\n", "the columns are .* expected rpm, and"),
+        ("rpm,load\n5,5\n", "the columns are .* expected rpm, and"),
+        ("recording,rpm\nb,5\n", "the log states no speed above 0"),
+        ("recording,rpm\na,-5\n", "the log states no speed above 0"),
+        ("recording,rpm\na,fast\n", "the log states no speed above 0"),
+        ("recording,rpm\na,1.797\nb,985\n", "'1.797', which means 1797 or"),
+        ("recording;rpm\na;1,797\n", "'1,797', which means 1797 or"),
+        ("time,rpm\n9.5,600\n", "the log states no speed above 0"),
+        ("time,rpm\n2026-11-22,600\n", "does not state the date"),
+    ],
+)
+def test_wrong_logs_are_named(folder, log, message):
+    (folder / "speeds.csv").write_text(log)
+    (entry,) = list_recordings(table(folder, "a.npz,a,y,speeds.csv"))
+    with pytest.raises(ValueError, match=rf"table.csv, line 2: .*{message}"):
+        entry.with_speed()
 
 
 @pytest.mark.parametrize("other", ["112.125", "45.5", "0.875"])

@@ -103,7 +103,6 @@ def test_speeds_of_a_list(tmp_path):
 def test_an_error_names_the_line_of_the_table(tmp_path):
     (tmp_path / "table.csv").write_text("path\na.npz\n")
     (entry,) = list_recordings(tmp_path / "table.csv")
-    with pytest.raises(
-        FileNotFoundError, match=r"table.csv, line 2: .*a.npz: no such file"
-    ):
+    message = r"table.csv, line 2: .*a.npz: no such file"
+    with pytest.raises(FileNotFoundError, match=message):
         entry.with_speed()

@@ -504,9 +504,8 @@ def test_limits_that_widen_hold_at_any_plausible_speed(detector, windows):
 def test_combinations_of_models_that_make_no_sense_are_refused(
     detector, diagnoser, healthy
 ):
-    with pytest.raises(
-        ValueError, match=r"diagnoser == .*, expected a classifier beside a det"
-    ):
+    message = r"diagnoser == .*, expected a classifier beside a det"
+    with pytest.raises(ValueError, match=message):
         Judge(detector, detector=detector)
     with pytest.raises(ValueError, match="diagnoser states no probabilities"):
         Judge(RidgeClassifier().fit(healthy, np.repeat([0, 1], 100)))
