@@ -165,8 +165,12 @@ def bearing_model(bearing: str) -> RecordingModel:
         The bearing, as `skarxlag.bearings.bearing_orders` takes it.
     """
     conditions = [HEALTHY, *FAULTS]
+    # The sampling rate of each recording replaces this one.
+    diagnoser = diagnosers.make_fault_order_classifier(
+        bearing=bearing, sampling_rate=1.0
+    )
     return RecordingModel(
-        diagnosers.make_fault_order_classifier(bearing=bearing, sampling_rate=1.0),
+        diagnoser,
         {"bearing": bearing, "conditions": conditions, "healthy": HEALTHY},
         None,
         takes_rpm=True,
