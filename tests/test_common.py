@@ -31,17 +31,18 @@ from skarxlag import (
     SpectralDistance,
     ThresholdLadder,
     make_alpio,
-    make_detector,
     make_diagnoser,
     make_extended_state_pio,
 )
 from skarxlag.core.registry import ESTIMATORS as REGISTRY
-from skarxlag.models.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
+
+from .estimators import ESTIMATORS, labels, outputs, signals
 
 #: Sampling noise of few rows: what the detector says of its calibration.
 pytestmark = [
-    pytest.mark.filterwarnings(f"ignore:{said}:UserWarning")
-    for said in (
+    pytest.mark.filterwarnings(f"ignore:{message}:UserWarning")
+    for message in (
         ".* healthy rows are too few",
         ".* rows of condition .* are too few",
         "Conditions with one row at each speed",
@@ -49,29 +50,6 @@ pytestmark = [
         "rpm is not given",
         "y has .* labels .* but all rows count as healthy",
     )
-]
-#: Parameters of estimators that are tested with other ones than the defaults.
-VARIANTS = {
-    "ARXLaguerre": [
-        {},
-        {"pole": "optimise", "order": 4},
-        {"bank": False, "unit_rms": False},
-    ],
-    "PIObserver": [{"evaluation": name} for name in RESIDUAL_EVALUATIONS],
-    "ExtendedStatePIObserver": [{"evaluation": name} for name in RESIDUAL_EVALUATIONS],
-    "ExtendedStatePIObserverBank": [{"n_members": 8}],
-    "SpectralDistance": [{}, {"joint_weight": 0.5}],
-    "FaultOrderClassifier": [
-        {"bearing": "6205", "sampling_rate": 100.0, "speed_range": (2000.0, 2600.0)}
-    ],
-    "SensorFusion": [{"estimator": make_diagnoser()}, {"estimator": make_detector()}],
-}
-# A Pipeline cannot be checked without its steps; those of the makers are, below.
-ESTIMATORS = [
-    getattr(skarxlag, name)(**parameters)
-    for name in REGISTRY
-    if name != "DiagnosisPipeline"
-    for parameters in VARIANTS.get(name, [{}])
 ]
 
 
@@ -90,26 +68,6 @@ TABLES = [e for e in CHECKED if e in TRANSFORMERS and not isinstance(e, THREE_AX
 #: Checks that scikit-learn 1.6.1 and 1.9 make of an estimator of each type, at least.
 LEAST = {"classifier": 45, "outlier_detector": 45, None: 47}
 RAN = Counter()
-
-
-def signals(shape, seed=0):
-    return np.random.default_rng(seed).normal(size=shape)
-
-
-def labels(n):
-    return np.arange(n) % 2
-
-
-def outputs(estimator, X):
-    """Everything that a fitted estimator says of X."""
-    methods = (
-        "transform",
-        "predict",
-        "decision_function",
-        "predict_proba",
-        "score_samples",
-    )
-    return [getattr(estimator, m)(X) for m in methods if hasattr(estimator, m)]
 
 
 def assert_same(one, other):
@@ -173,8 +131,8 @@ def of_any_pipeline():
 )
 def test_diagnosers_fail_no_check_that_a_pipeline_can_pass(make, of_any_pipeline):
     inevitable, number = of_any_pipeline
-    found, n_checks = failures(make())
-    assert found <= inevitable
+    failed, n_checks = failures(make())
+    assert failed <= inevitable
     assert len(inevitable) <= 2
     assert n_checks >= 50 and n_checks == number
 
@@ -245,8 +203,8 @@ class TestEveryEstimator:
         X, y = signals((12, 40)), labels(12)
         fitted = clone(estimator).fit(X, y)
         # Parts compare by what they are made of.
-        found, given = (each.get_params() for each in (clone(fitted), estimator))
-        assert {k: repr(v) for k, v in found.items()} == {
+        of_clone, given = (each.get_params() for each in (clone(fitted), estimator))
+        assert {k: repr(v) for k, v in of_clone.items()} == {
             k: repr(v) for k, v in given.items()
         }
         assert_same(outputs(pickle.loads(pickle.dumps(fitted)), X), outputs(fitted, X))
@@ -285,8 +243,8 @@ class TestEveryEstimator:
         expected = outputs(clone(estimator).fit(X, y), X)
         for other in (X.copy(), strided, np.asfortranarray(X)):
             other.flags.writeable = other is strided
-            found = outputs(clone(estimator).fit(other, y), other)
-            for a, b in zip(found, expected, strict=True):
+            results = outputs(clone(estimator).fit(other, y), other)
+            for a, b in zip(results, expected, strict=True):
                 np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-12)
             np.testing.assert_array_equal(other, X)
 
@@ -320,9 +278,11 @@ class TestEveryEstimator:
         fitted = clone(estimator).fit(X, y)
         mixed, others = X.copy(), np.ones(12, dtype=bool)
         mixed[[2, 5]], others[[2, 5]] = [[0.0], [5.0]], False
-        found = outputs(fitted, mixed)
-        assert_same([o[others] for o in found], [o[others] for o in outputs(fitted, X)])
-        assert all(np.isfinite(o).all() for o in found)
+        of_mixed = outputs(fitted, mixed)
+        assert_same(
+            [o[others] for o in of_mixed], [o[others] for o in outputs(fitted, X)]
+        )
+        assert all(np.isfinite(o).all() for o in of_mixed)
         for value in (0.0, 5.0):
             constant = np.full((4, 40), value)
             of_constants = clone(estimator).fit(constant, labels(4))
@@ -355,7 +315,7 @@ def test_scale(estimator, factor):
         X = X[:, np.newaxis]
         assert np.isfinite(clone(estimator).fit(X * factor).transform(X * factor)).all()
         return
-    found = clone(estimator).fit(X * factor, y).transform(X * factor)
+    levels = clone(estimator).fit(X * factor, y).transform(X * factor)
     expected = clone(estimator).fit(X, y).transform(X)
     evaluation = RESIDUAL_EVALUATIONS.get(getattr(estimator, "evaluation", None))
     if (evaluation and evaluation.trajectory) or getattr(
@@ -363,7 +323,7 @@ def test_scale(estimator, factor):
     ) is False:
         expected = expected * factor
     np.testing.assert_allclose(
-        found, expected, rtol=1e-5, atol=1e-9 * np.abs(expected).max()
+        levels, expected, rtol=1e-5, atol=1e-9 * np.abs(expected).max()
     )
 
 

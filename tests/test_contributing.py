@@ -108,11 +108,11 @@ def test_each_change_is_one_piece_and_one_line_of_a_list(tmp_path):
             if "fetch" in text
             else f"from . import {name}"
         )
-        head, found, rest = source.partition("\nfrom .")
+        head, mark, rest = source.partition("\nfrom .")
         path.write_text(
-            head + f"\n{imported}" + (found + rest).replace(line, longer), "utf-8"
+            head + f"\n{imported}" + (mark + rest).replace(line, longer), "utf-8"
         )
-    path = tmp_path / "skarxlag" / "models" / "observers.py"
+    path = tmp_path / "skarxlag" / "models" / "residual_evaluations.py"
     before, listed, after = path.read_text("utf-8").partition(
         "RESIDUAL_EVALUATIONS = {\n"
     )
@@ -186,14 +186,14 @@ def documented_defaults(public):
 def defaults_that_differ(public):
     """Parameters whose default is another than the docstring states."""
     parameters = inspect.signature(public).parameters
-    found = {}
+    differing = {}
     for name, text in documented_defaults(public).items():
         # A name of a constant says which one it is, not its value.
         if not re.fullmatch(r"[A-Z]\w+", text) or text in ("None", "True", "False"):
             stated = ast.literal_eval(text)
             if stated != parameters[name].default:
-                found[name] = (stated, parameters[name].default)
-    return found
+                differing[name] = (stated, parameters[name].default)
+    return differing
 
 
 PUBLIC = {

@@ -18,7 +18,7 @@ import skarxlag
 from skarxlag import datasets, kernels, plotting
 from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import Rig
-from skarxlag.models.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
 
 ROOT = Path(__file__).parents[1]
 # Written by a build of the site.
@@ -64,10 +64,10 @@ def _links(page):
     prose = re.sub(
         r"\$+[^$]*\$+|^```\{.*?^```", "", page.read_text("utf-8"), flags=re.S | re.M
     )
-    found = re.findall(r"\]\((?!\w+:)([^)#\s]*)(?:#([^)\s]*))?\)", prose)
+    links = re.findall(r"\]\((?!\w+:)([^)#\s]*)(?:#([^)\s]*))?\)", prose)
     return [
         ((page.parent / path).resolve() if path else page, anchor)
-        for path, anchor in found
+        for path, anchor in links
     ]
 
 
@@ -88,13 +88,13 @@ def test_links_within_the_repository(page):
 
 @pytest.mark.parametrize("page", LINKED, ids=_name)
 def test_anchors(page):
-    wanted = [
+    linked = [
         (path, anchor)
         for path, anchor in _links(page)
         if anchor and path.suffix == ".md"
     ]
     assert not [
-        (path, anchor) for path, anchor in wanted if anchor not in _anchors(path)
+        (path, anchor) for path, anchor in linked if anchor not in _anchors(path)
     ]
 
 
@@ -102,8 +102,8 @@ def test_readme_reaches_everything_in_two_clicks():
     first = {path for path, _ in _links(ROOT / "README.md")}
     pages = [path for path in first if path.suffix == ".md"]
     second = first.union(*({path for path, _ in _links(page)} for page in pages))
-    wanted = {*LINKED, ROOT / "examples"} - {ROOT / "README.md"}
-    assert not wanted - second
+    expected = {*LINKED, ROOT / "examples"} - {ROOT / "README.md"}
+    assert not expected - second
 
 
 def test_a_list_of_the_site_holds_every_page():
@@ -214,7 +214,7 @@ def test_notebook_runs(name, monkeypatch):
     pyplot.close("all")
     assert not any(cell["outputs"] for cell in cells)
     if name == "real_recordings":
-        assert names["places"].tolist() == names["rig"].target.tolist()
+        assert names["locations"].tolist() == names["rig"].target.tolist()
     else:
         assert len(names["verdicts"]) == len(names["conditions"])
 

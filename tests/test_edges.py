@@ -52,34 +52,39 @@ def levels(observer, rows):
     except ValueError as error:
         assert "is unstable" in str(error) or "certifies" in str(error)
         return None
-    found = fitted.transform(rows)
-    assert np.isfinite(found).all()
-    return found
+    of_rows = fitted.transform(rows)
+    assert np.isfinite(of_rows).all()
+    return of_rows
 
 
 @pytest.mark.parametrize("pole", [0.3, NEXT_TO_1, -NEXT_TO_1])
 def test_a_pi_observer_at_the_edge_is_finite_or_refused(pole):
-    rows, found = np.tile(X, 50), []
+    rows, results = np.tile(X, 50), []
     for kp in (0.1, 0.0, 1e-300):
         # With a = pole - kp it is stable if a + ki < 1 and 2 (1 + a) + ki > 0.
         for ki in beside(1 - pole + kp):
-            found += [levels(PIObserver(pole=pole, kp=kp, ki=max(ki, 0)), rows)]
+            results += [levels(PIObserver(pole=pole, kp=kp, ki=max(ki, 0)), rows)]
     for kp in beside(1 + pole) + beside(pole - 1):
-        found += [levels(PIObserver(pole=pole, kp=kp, ki=0.0), rows)]
-    assert any(each is None for each in found) and not all(
-        each is None for each in found
+        results += [levels(PIObserver(pole=pole, kp=kp, ki=0.0), rows)]
+    assert any(each is None for each in results) and not all(
+        each is None for each in results
     )
 
 
 @pytest.mark.parametrize("saturation", [0.0, 2.0, 1e100])
 def test_an_extended_observer_at_the_edge_is_finite_or_refused(saturation):
-    rows, found = np.tile(X, 20), []
+    rows, results = np.tile(X, 20), []
     for pole in (0.3, NEXT_TO_1, -NEXT_TO_1):
         edge = (1 - pole + 0.1) / (1 + saturation)
         for ki in [1e-300, 0.1 * edge, *beside(edge)]:
-            own = {"pole": pole, "ki_a": ki, "exponent": 1.0, "saturation": saturation}
-            found.append(levels(ExtendedStatePIObserver(**own), rows))
-    refused = [each is None for each in found]
+            parameters = {
+                "pole": pole,
+                "ki_a": ki,
+                "exponent": 1.0,
+                "saturation": saturation,
+            }
+            results.append(levels(ExtendedStatePIObserver(**parameters), rows))
+    refused = [each is None for each in results]
     # Without room between the gains, some are certified.
     assert any(refused) and (all(refused) == (saturation > 2))
 

@@ -89,12 +89,12 @@ def test_a_reader_that_went_away_ends_without_a_traceback():
 )
 def test_a_full_disk_ends_without_a_traceback():
     with open("/dev/full", "w") as full:
-        found = subprocess.run(
+        done = subprocess.run(
             PRINTS_MUCH, stdout=full, stderr=subprocess.PIPE, text=True
         )
-    assert found.returncode == 1
+    assert done.returncode == 1
     assert (
-        found.stderr.strip()
+        done.stderr.strip()
         == "skarxlag diagnose: error: [Errno 28] No space left on device"
     )
 
@@ -131,7 +131,7 @@ sys.meta_path.insert(0, Interrupter())
 @pytest.mark.skipif(
     os.name == "nt", reason="Windows sends Ctrl-C to a whole group of processes"
 )
-@pytest.mark.parametrize("library", ["numpy", "scipy", "sklearn", "sklearn.pipeline"])
+@pytest.mark.parametrize("library", ["numpy", "sklearn.pipeline"])
 @pytest.mark.parametrize(
     "command", [["fit", "x.csv", "-o", "new.skops"], ["diagnose", "m.skops", "x.npy"]]
 )
@@ -147,9 +147,9 @@ def test_control_c_during_imports_ends_with_one_line(tmp_path, library, command)
     }
     arguments = [sys.executable, "-m", "skarxlag", *command]
     streams = {"capture_output": True, "text": True}
-    found = subprocess.run(arguments, cwd=tmp_path, env=environment, **streams)
-    assert found.returncode == 130 and found.stdout == ""
-    assert re.fullmatch(r"skarxlag( fit| diagnose)?: interrupted", found.stderr.strip())
+    done = subprocess.run(arguments, cwd=tmp_path, env=environment, **streams)
+    assert done.returncode == 130 and done.stdout == ""
+    assert re.fullmatch(r"skarxlag( fit| diagnose)?: interrupted", done.stderr.strip())
 
 
 @pytest.mark.parametrize(

@@ -60,8 +60,8 @@ def test_masked_samples_are_no_signal(diagnoser):
     assert set(signal_quality(MASKED)) == {"not finite"}
     assert set(window_verdicts(diagnoser, MASKED, rpm=900)["verdict"]) == {"no signal"}
     monitor = ConditionMonitor(diagnoser, RATE, window_length=LENGTH)
-    found = monitor.update(np.ma.concatenate([X[0], MASKED[1]]), rpm=900)
-    assert [verdict.quality for verdict in found] == ["good", "not finite"]
+    verdicts = monitor.update(np.ma.concatenate([X[0], MASKED[1]]), rpm=900)
+    assert [verdict.quality for verdict in verdicts] == ["good", "not finite"]
     integers = np.ma.array(np.arange(LENGTH) % 7, mask=np.arange(LENGTH) == 3)
     assert signal_quality(integers[np.newaxis]).tolist() == ["not finite"]
 
@@ -94,5 +94,5 @@ def test_flags_in_a_monitor(diagnoser):
 
 def test_a_masked_speed_is_unknown(diagnoser):
     speeds = np.ma.array(np.full(40, 900.0), mask=np.arange(40) == 3)
-    found = window_verdicts(diagnoser, X, rpm=speeds)["verdict"]
-    assert found[3].startswith("no verdict: speed nan rpm") and found[4] == "good"
+    verdicts = window_verdicts(diagnoser, X, rpm=speeds)["verdict"]
+    assert verdicts[3].startswith("no verdict: speed nan rpm") and verdicts[4] == "good"

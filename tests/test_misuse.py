@@ -65,8 +65,8 @@ def test_labels_of_several_conditions_for_a_detector_are_warned_of(rows, detecto
 
 def test_labels_are_the_conditions_of_known_conditions(rows):
     X, y, rpm = rows
-    for known in (make_known_conditions(), KnownConditions()):
-        assert not any("label" in each for each in said(known.fit, X, y, rpm=rpm))
+    for estimator in (make_known_conditions(), KnownConditions()):
+        assert not any("label" in each for each in said(estimator.fit, X, y, rpm=rpm))
 
 
 @pytest.mark.parametrize("rpm", [0, 0.0, -900, np.nan, np.inf, np.array(0.0)])
@@ -75,8 +75,8 @@ def test_one_speed_for_all_rows_must_be_above_0(rows, fitted, rpm):
     by_orders = make_fault_order_classifier(bearing="6205", sampling_rate=20_000).fit(X)
     with warnings.catch_warnings(action="ignore", category=UserWarning):
         detector = make_detector().fit(X[:12], rpm=speeds[:12])
-        known = make_known_conditions().fit(X, y, rpm=speeds)
-    for model in (fitted, detector, known, by_orders):
+        estimator = make_known_conditions().fit(X, y, rpm=speeds)
+    for model in (fitted, detector, estimator, by_orders):
         with pytest.raises(
             ValueError, match=r"rpm == .*, expected revolutions per minute above 0"
         ):

@@ -4,7 +4,6 @@ import pytest
 import sklearn
 from joblib import parallel_config
 from sklearn.base import clone
-from sklearn.metrics import confusion_matrix
 from sklearn.model_selection import GridSearchCV, cross_validate
 
 from skarxlag import (
@@ -12,7 +11,7 @@ from skarxlag import (
     SpeedSplit,
     ThresholdLadder,
     cross_speed_predict,
-    make_alpio,
+    make_diagnoser,
 )
 from skarxlag.model_selection import first_and_second_half
 
@@ -58,6 +57,7 @@ HALVES = [[1, 1, 1, 2, 2, 1, 1, 2, 2, 2, 2], list("aaabbccdddd")]
                 ([3, 7, 8], [4, 9, 10]),
             ],
         ),
+        (HALVES, {"leave_out": True}, [([3, 7, 8], [2, 6]), ([0, 5], [4, 9, 10])]),
         # Recordings need not lie in one piece.
         ([[1, 2, 1, 2], list("abab")], {}, [([0], [3]), ([1], [2])]),
         ([[5, 5], [0, 0]], {"same_speed": True}, [([0], [1])]),
@@ -87,19 +87,6 @@ def test_settings_of_another_type_are_named(settings, groups, name):
         list(SpeedSplit(**settings).split(None, groups=groups))
 
 
-def test_nothing_is_on_both_sides():
-    rng = np.random.default_rng(0)
-    rpm, recording = 1 + rng.integers(3, size=90), rng.integers(9, size=90)
-    for train, test in speed_splits(rpm, rpm * 10 + recording, same_speed=True):
-        assert len(train) and len(test)
-        assert not set(train) & set(test)
-
-
-def test_recordings_of_one_window_are_refused_where_they_leave_nothing():
-    with pytest.raises(ValueError, match="recording"):
-        speed_splits([1, 1, 2], ["a", "a", "b"])
-
-
 def test_overlapping_windows_of_different_halves_share_no_sample():
     start = np.tile(np.arange(0, 5000, 250), 2)
     rpm = np.repeat([300, 500], 20)
@@ -119,12 +106,12 @@ def test_order_of_windows_does_not_matter_where_starts_are_known():
     assert sorted(start[first]) == [0, 10] and sorted(start[second]) == [20, 30]
 
 
-RNG = np.random.default_rng(0)
 SPEED = np.repeat([300, 400, 500], 20)
 RUN = np.arange(60) // 10
 START = np.tile(np.arange(0, 1000, 100), 6)
 LABELS = np.where(RUN % 2, "worn", "good")
-LEVELS = (1 + RUN % 2)[:, np.newaxis] * np.exp(0.1 * RNG.normal(size=(60, 1)))
+NOISE = np.random.default_rng(0).normal(size=(60, 1))
+LEVELS = (1 + RUN % 2)[:, np.newaxis] * np.exp(0.1 * NOISE)
 GROUPS = pd.DataFrame({"rpm": SPEED, "recording": RUN, "start": START})
 
 
@@ -145,172 +132,78 @@ def test_groups_are_a_table_an_array_or_rows(train_rpm, same_speed):
     assert repr(SpeedSplit(train_rpm=4)).startswith("SpeedSplit(")
 
 
-def test_one_speed_is_left_out():
-    splits = as_lists(SpeedSplit(leave_out=True).split(LEVELS, groups=SPEED))
-    assert [set(SPEED[test]) for _, test in splits] == [{300}, {400}, {500}]
-    assert all(
-        set(SPEED[train]) == {300, 400, 500} - set(SPEED[test])
-        for train, test in splits
-    )
-    halves = as_lists(
-        SpeedSplit(leave_out=True).split(LEVELS, groups=GROUPS.iloc[:, :2])
-    )
-    assert [(len(train), len(test)) for train, test in halves] == [(20, 10)] * 3
-
-
 @pytest.mark.parametrize("routing", [False, True])
 def test_splitter_within_a_search_within_a_cross_validation(routing):
     inner, outer = (SpeedSplit(leave_out=b, window_length=100) for b in (False, True))
-    settings = {"error_score": "raise"}
-    search = GridSearchCV(
-        ThresholdLadder(), {"false_alarm_rate": [0.1, 0.2]}, cv=inner, **settings
-    )
+    grid = {"false_alarm_rate": [0.1, 0.2]}
+    search = GridSearchCV(ThresholdLadder(), grid, cv=inner, error_score="raise")
+    settings = {"cv": outer, "error_score": "raise", "params": {"groups": GROUPS}}
+    if not routing:
+        settings["groups"] = GROUPS
     with sklearn.config_context(enable_metadata_routing=routing):
-        settings |= {"params": {"groups": GROUPS}} | (
-            {} if routing else {"groups": GROUPS}
-        )
-        scores = cross_validate(search, LEVELS, LABELS, cv=outer, **settings)
+        scores = cross_validate(search, LEVELS, LABELS, **settings)
     assert len(scores["test_score"]) == 3 and scores["test_score"].min() > 0.5
 
 
-def test_predictions_out_of_speed_make_a_confusion_matrix():
-    found = cross_speed_predict(ThresholdLadder(), LEVELS, LABELS, groups=SPEED)
-    assert confusion_matrix(found["true"], found["predicted"]).sum(axis=1).tolist() == [
-        60,
-        60,
-    ]
-    assert (found["true"] == found["predicted"]).mean() > 0.8
-    for (train, test), (_, rows) in zip(
-        speed_splits(SPEED), found.groupby("split"), strict=True
-    ):
+def test_predictions_are_those_of_the_estimator_of_each_split():
+    arguments = {"y": LABELS, "groups": SPEED}
+    table = cross_speed_predict(ThresholdLadder(), LEVELS, **arguments)
+    assert (table["true"] == table["predicted"]).mean() > 0.8
+    splits = speed_splits(SPEED)
+    for (train, test), (_, rows) in zip(splits, table.groupby("split"), strict=True):
         assert rows["window"].tolist() == test.tolist()
         assert rows["true"].tolist() == LABELS[test].tolist()
         fitted = ThresholdLadder().fit(LEVELS[train], LABELS[train])
         assert rows["predicted"].tolist() == fitted.predict(LEVELS[test]).tolist()
+    X = pd.DataFrame(LEVELS, columns=["r"])
     with parallel_config(backend="threading"):
-        table = cross_speed_predict(
-            ThresholdLadder(),
-            pd.DataFrame(LEVELS, columns=["r"]),
-            LABELS,
-            groups=SPEED,
-            n_jobs=2,
-            cv=SpeedSplit(train_rpm=400),
-        )
-    pd.testing.assert_frame_equal(table, found[found["split"].isin([2, 3])].reset_index(drop=True)
-                                  .assign(split=lambda t: t["split"] - 2))  # fmt: skip
-
-
-def test_metadata_of_windows_reach_fit_and_predict():
-    class Recorder(ThresholdLadder):
-        __metadata_request__predict = {"rpm": True}  # noqa: RUF012
-        seen = []  # noqa: RUF012
-
-        def fit(self, X, y, rpm):
-            self.seen.append(set(rpm))
-            return super().fit(X, y)
-
-        def predict(self, X, rpm):
-            self.seen.append(set(rpm))
-            return super().predict(X)
-
-    cross_speed_predict(Recorder(), LEVELS, LABELS, groups=SPEED, cv=SpeedSplit(train_rpm=300),
-                        params={"rpm": SPEED})  # fmt: skip
-    assert Recorder.seen == [{300}, {400}, {300}, {500}]
+        of_table = cross_speed_predict(ThresholdLadder(), X, **arguments, n_jobs=2)
+    pd.testing.assert_frame_equal(of_table, table)
 
 
 def test_each_method_gets_the_metadata_that_it_requests():
-    weights = np.where(RUN % 4 < 2, 1.0, 0.0)
+    X = np.random.default_rng(0).normal(size=(60, 200)) * LEVELS
     cv = SpeedSplit(train_rpm=300)
-    found = cross_speed_predict(
-        ThresholdLadder(),
-        LEVELS,
-        LABELS,
-        groups=SPEED,
-        cv=cv,
-        params={"sample_weight": weights},
-    )
+    metadata = {"rpm": SPEED, "sample_weight": np.where(RUN % 4 < 2, 1.0, 0.0)}
+    arguments = {"y": LABELS, "groups": SPEED, "cv": cv}
+    table = cross_speed_predict(make_diagnoser(), X, **arguments, params=metadata)
     for train, test in cv.split(None, groups=SPEED):
-        fitted = ThresholdLadder().fit(LEVELS[train], LABELS[train], weights[train])
-        rows = found[found["window"].isin(test)]
-        assert rows["predicted"].tolist() == fitted.predict(LEVELS[test]).tolist()
+        of_fit = {name: values[train] for name, values in metadata.items()}
+        fitted = make_diagnoser().fit(X[train], LABELS[train], **of_fit)
+        predicted = table["predicted"][table["window"].isin(test)].tolist()
+        assert predicted == fitted.predict(X[test], rpm=SPEED[test]).tolist()
     with pytest.raises(TypeError, match="load"):
         cross_speed_predict(
-            ThresholdLadder(), LEVELS, LABELS, groups=SPEED, params={"load": weights}
+            ThresholdLadder(), LEVELS, **arguments, params={"load": SPEED}
         )
 
 
 @pytest.mark.parametrize(
-    ("splitter", "groups", "message"),
+    ("settings", "groups", "message"),
     [
-        (SpeedSplit(), None, r"groups.shape == \(0, 0\)"),
-        (SpeedSplit(), SPEED[:5], "groups.shape =="),
-        (SpeedSplit(), np.ones((60, 4)), "groups.shape =="),
-        (SpeedSplit(), ["fast"] * 60, "rpm must hold numbers"),
-        (SpeedSplit(), SPEED - 300, "rpm of row 0: 0.0, expected .* above 0"),
-        (SpeedSplit(), np.ones(60), "Speeds in groups: .* at least two"),
-        (
-            SpeedSplit(leave_out=True),
-            np.ones(60),
-            "Speeds in groups: .* at least two",
-        ),
-        (
-            SpeedSplit(leave_out=True, train_rpm=300),
-            SPEED,
-            "leave_out == True, expected False with",
-        ),
-        (
-            SpeedSplit(window_length=0),
-            GROUPS,
-            "window_length for the starts in groups == 0, must be >= 1",
-        ),
-        (
-            SpeedSplit(train_rpm=3),
-            SPEED,
-            r"train_rpm == 3, expected .* \[300.0",
-        ),
-        (SpeedSplit(train_rpm=-5), SPEED, "train_rpm == -5, must be > 0"),
-        (SpeedSplit(train_rpm=np.nan), SPEED, "train_rpm == nan, must be finite"),
-        (
-            SpeedSplit(window_length=1),
-            GROUPS.assign(start=0.5),
-            r"Starts in groups: \[0.5",
-        ),
-        (
-            SpeedSplit(window_length=1),
-            GROUPS.assign(start=np.nan),
-            r"Starts in groups: \[nan",
-        ),
-        (
-            SpeedSplit(window_length=1),
-            GROUPS.assign(start="a"),
-            r"Starts in groups: \['a'",
-        ),
-        (SpeedSplit(same_speed=True), SPEED, "same_speed == True, .* second column"),
-        (SpeedSplit(), np.where(SPEED > 400, np.nan, SPEED), "rpm of row 40: nan"),
+        ({}, None, r"groups.shape == \(0, 0\)"),
+        ({}, SPEED[:5], "groups.shape =="),
+        ({}, np.ones((60, 4)), "groups.shape =="),
+        ({}, ["fast"] * 60, "rpm must hold numbers"),
+        ({}, SPEED - 300, "rpm of row 0: 0.0, expected .* above 0"),
+        ({}, np.where(SPEED > 400, np.nan, SPEED), "rpm of row 40: nan"),
+        ({}, np.ones(60), "Speeds in groups: .* at least two"),
+        ({}, GROUPS[["rpm"]].assign(recording=range(60)), "halves of the recordings"),
+        ({"leave_out": True}, np.ones(60), "Speeds in groups: .* at least two"),
+        ({"leave_out": True, "train_rpm": 300}, SPEED, "leave_out == True, expected F"),
+        ({"train_rpm": 3}, SPEED, r"train_rpm == 3, expected .* \[300.0"),
+        ({"train_rpm": -5}, SPEED, "train_rpm == -5, must be > 0"),
+        ({"train_rpm": np.nan}, SPEED, "train_rpm == nan, must be finite"),
+        ({"same_speed": True}, SPEED, "same_speed == True, .* second column"),
+        ({"window_length": 0}, GROUPS, "window_length for the starts in groups == 0"),
+        ({"window_length": 1}, GROUPS.assign(start=0.5), r"Starts in groups: \[0.5"),
+        ({"window_length": 1}, GROUPS.assign(start=np.nan), r"Starts in groups: \[nan"),
+        ({"window_length": 1}, GROUPS.assign(start="a"), r"Starts in groups: \['a'"),
     ],
 )
-def test_splitter_says_what_is_wrong(splitter, groups, message):
+def test_splitter_of_speeds_names_what_is_wrong(settings, groups, message):
     with pytest.raises(ValueError, match=message):
-        list(splitter.split(LEVELS, groups=groups))
-
-
-def test_diagnosers_are_cross_validated_at_other_speeds():
-    X = RNG.normal(size=(60, 300))
-    X[LABELS == "worn"] = np.diff(X[LABELS == "worn"], axis=1, prepend=0)
-    scores = cross_validate(
-        make_alpio(), X, LABELS, groups=SPEED, cv=SpeedSplit(train_rpm=300)
-    )
-    assert scores["test_score"].tolist() == [1.0, 1.0]
-
-
-@pytest.mark.parametrize("leave_out", [False, True])
-def test_speeds_with_jitter_are_one_speed(leave_out):
-    rng = np.random.default_rng(0)
-    rpm = np.repeat([600.0, 900.0], 200) * rng.uniform(0.991, 1.009, 400)
-    splitter = SpeedSplit(leave_out=leave_out)
-    expected = as_lists(splitter.split(None, groups=np.repeat([600.0, 900.0], 200)))
-    assert len(expected) == 2
-    assert as_lists(splitter.split(None, groups=rpm)) == expected
+        list(SpeedSplit(**settings).split(LEVELS, groups=groups))
 
 
 def test_training_speed_may_have_jitter():
@@ -424,42 +317,17 @@ def test_places_of_other_specimens_are_cross_validated(routing):
 
 
 @pytest.mark.parametrize(
-    ("splitter", "y", "groups", "message"),
+    ("settings", "y", "groups", "message"),
     [
-        (SpecimenSplit(), LABELS, None, r"groups.shape == \(0, 0\)"),
-        (
-            SpecimenSplit(),
-            LABELS,
-            np.ones((60, 5)),
-            "columns specimen, rpm, recording, start",
-        ),
-        (
-            SpecimenSplit(),
-            None,
-            RUN,
-            "y is missing, expected the condition of each window",
-        ),
-        (SpecimenSplit(), LABELS[:5], RUN, "inconsistent numbers of samples"),
-        (
-            SpecimenSplit(),
-            LABELS,
-            np.where(RUN == 5, np.nan, RUN),
-            r"without a specimen: \[50",
-        ),
-        (
-            SpecimenSplit(),
-            LABELS,
-            LABELS,
-            r"'healthy': 1, 'worn': 1\}, expected at least two",
-        ),
-        (
-            SpecimenSplit(test_speed="next"),
-            LABELS,
-            RUN,
-            "test_speed == 'next', expected one of",
-        ),
+        ({}, LABELS, None, r"groups.shape == \(0, 0\)"),
+        ({}, LABELS, np.ones((60, 5)), "columns specimen, rpm, recording, start"),
+        ({}, None, RUN, "y is missing, expected the condition of each window"),
+        ({}, LABELS[:5], RUN, "inconsistent numbers of samples"),
+        ({}, LABELS, np.where(RUN == 5, np.nan, RUN), r"without a specimen: \[50"),
+        ({}, LABELS, LABELS, r"'healthy': 1, 'worn': 1\}, expected at least two"),
+        ({"test_speed": "next"}, LABELS, RUN, "test_speed == 'next', expected one of"),
     ],
 )
-def test_splitter_of_specimens_says_what_is_wrong(splitter, y, groups, message):
+def test_splitter_of_specimens_names_what_is_wrong(settings, y, groups, message):
     with pytest.raises(ValueError, match=message):
-        list(splitter.split(LEVELS, y, groups))
+        list(SpecimenSplit(**settings).split(LEVELS, y, groups))

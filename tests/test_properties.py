@@ -145,9 +145,9 @@ def test_number_of_threads_does_not_matter(fitted, seed, n_jobs, n_windows):
         for name, step in fitted.steps
         if hasattr(step, "n_jobs")
     }
-    found = fitted.set_params(n_jobs=n_jobs, **steps).predict_proba(X)
+    probability = fitted.set_params(n_jobs=n_jobs, **steps).predict_proba(X)
     fitted.set_params(n_jobs=None, **dict.fromkeys(steps))
-    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(probability, expected)
 
 
 @some_examples

@@ -49,11 +49,11 @@ def documented(owner):
     """What a docstring says of each parameter, and of a single result."""
     parts = re.split(r"\n\n(\w[\w ]*)\n---+\n", inspect.getdoc(owner) or "")
     sections = dict(zip(parts[1::2], parts[2::2], strict=True))
-    for names, said in re.findall(
+    for names, text in re.findall(
         r"^(\w+(?:, \w+)*) : (.+)$", sections.get("Parameters", ""), flags=re.M
     ):
         for name in names.split(", "):
-            yield name, said
+            yield name, text
     results = re.findall(
         r"^(?:\w+ : )?(\w.*)$", sections.get("Returns", ""), flags=re.M
     )
@@ -78,16 +78,16 @@ def test_annotations_are_what_docstrings_say(name):
             key: each.annotation for key, each in signature.parameters.items()
         }
         annotations["return"] = signature.return_annotation
-        for key, said in documented(owner):
-            plain = PLAIN.match(said)
+        for key, stated in documented(owner):
+            plain = PLAIN.match(stated)
             # joblib has no types.
-            if plain is None or key not in annotations or "joblib." in said:
+            if plain is None or key not in annotations or "joblib." in stated:
                 continue
             given = annotations[key]
             text = given if isinstance(given, str) else inspect.formatannotation(given)
             # An array-like may be a list or a table.
             fits = plain[1] in text or "ArrayLike" in text
-            assert fits, f"{owner.__qualname__}, {key}: {said!r}, but {text}"
+            assert fits, f"{owner.__qualname__}, {key}: {stated!r}, but {text}"
 
 
 def test_types_reach_checkers_of_installations_in_place():

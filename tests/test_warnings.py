@@ -48,8 +48,8 @@ def detector():
 @pytest.mark.parametrize("rpm", [15.0, 1800.0])
 def test_a_warning_names_the_file_of_its_caller(make, rpm):
     ask = make()
-    with warnings.catch_warnings(record=True) as found:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         ask(rpm)
-    assert {Path(each.filename).name for each in found} <= {Path(__file__).name}
-    assert found or rpm > 1200
+    assert {Path(each.filename).name for each in caught} <= {Path(__file__).name}
+    assert caught or rpm > 1200

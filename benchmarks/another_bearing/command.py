@@ -1,4 +1,4 @@
-"""Name the place of a fault on another bearing, at the same and at other speeds and loads.
+"""Name the fault location on another bearing, at the same and at other speeds and loads.
 
 Run ``python -m benchmarks.another_bearing`` from the root of the repository. The folder
 of the rigs is ``$SKARXLAG_DATA``. Rows are 1 s long; `protocol.py` describes the folds.
@@ -43,7 +43,7 @@ _NOTE = (
 
 
 def scored(rig):
-    """Return the probabilities of the places of all test rows, by all methods."""
+    """Return the probabilities of the locations of all test rows, by all methods."""
     parts = []
     for fold in folds(rig):
         for name, method in METHODS.items():
@@ -55,23 +55,27 @@ def scored(rig):
     return pd.concat(parts, ignore_index=True)
 
 
-def overview(found):
+def overview(measures):
     """Return the table of README: our recommended diagnoser on another bearing, by rig."""
-    shown = found[found["method"].isin(_OURS) & (found["protocol"] == ANOTHER_SPEED)]
+    shown = measures[
+        measures["method"].isin(_OURS) & (measures["protocol"] == ANOTHER_SPEED)
+    ]
     return shown.drop(columns=["protocol", "AUROC", "log loss"])
 
 
-def side_by_side(found):
+def side_by_side(measures):
     """Return a table with a column for each method, and the main measures in its cells."""
     cells = [
         f"{row['right'].partition(' ')[0]} / {row['error']:.2f} / {row['stated']:.2f}"
         + ("" if pd.isna(row["of these"]) else f" : {row['of these']:.2f}")
-        for _, row in found.iterrows()
+        for _, row in measures.iterrows()
     ]
     keys = ["protocol", "rig", "rows", "method"]
-    table = found[keys].assign(cell=cells).set_index(keys)["cell"].unstack()
+    table = measures[keys].assign(cell=cells).set_index(keys)["cell"].unstack()
     order = list(
-        dict.fromkeys(zip(found["protocol"], found["rig"], found["rows"], strict=True))
+        dict.fromkeys(
+            zip(measures["protocol"], measures["rig"], measures["rows"], strict=True)
+        )
     )
     return table.loc[order, list(METHODS)].reset_index()
 
@@ -85,14 +89,14 @@ def main(arguments=None):
         )
         for rig in real_rigs(options.rig, options.data_home)
     ]
-    found = table(pd.concat(frames))
-    found["protocol"] = pd.Categorical(found["protocol"], _ORDER, ordered=True)
-    found = found.sort_values("protocol", kind="stable")
+    measures = table(pd.concat(frames))
+    measures["protocol"] = pd.Categorical(measures["protocol"], _ORDER, ordered=True)
+    measures = measures.sort_values("protocol", kind="stable")
     publish(
         options,
         {
-            "another bearing": f"{_CELLS}\n\n{markdown(side_by_side(found))}",
-            "another bearing measures": f"{_NOTE}\n\n{markdown(found)}",
-            "another bearing overview": markdown(overview(found)),
+            "another bearing": f"{_CELLS}\n\n{markdown(side_by_side(measures))}",
+            "another bearing measures": f"{_NOTE}\n\n{markdown(measures)}",
+            "another bearing overview": markdown(overview(measures)),
         },
     )

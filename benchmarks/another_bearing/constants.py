@@ -2,7 +2,7 @@
 
 Run ``python -m benchmarks.another_bearing constants`` from the root of the repository.
 It scores random settings of the constants of `skarxlag.kernels.posterior`. The score of
-a rig is the mean log loss of the place over two protocols, the same bearing at other
+a rig is the mean log loss of the location over two protocols, the same bearing at other
 speeds and another bearing, and over diagnosers with and without the bearing. The score
 of a setting is the mean over rigs, plus .3 times the worst rig. A setting that states
 more than 1 % of noise and sines with at least .9 is left out. Each rig is left out in
@@ -48,7 +48,7 @@ _LEAST = 1e-6
 
 def compared(rig):
     """Return what the probabilities are computed from, for all folds of a rig."""
-    found = []
+    parts = []
     n_samples = int(rig.sampling_rate)
     for seed, fold in enumerate(folds(rig)):
         train = fold.train
@@ -57,18 +57,18 @@ def compared(rig):
         diagnoser.fit(train.X, train.condition, rpm=train.rpm)
         noise = np.stack(list(synthetic(rig.sampling_rate, n_samples, seed).values()))
         sets = [
-            (name, rows.X, rows.rpm, rows.place) for name, rows in fold.tests.items()
+            (name, rows.X, rows.rpm, rows.location) for name, rows in fold.tests.items()
         ]
         for factor in (1.0, 1.5):
             rpm = np.full(len(noise), factor * train.rpm[0])
             sets.append(("noise", noise, rpm, np.full(len(noise), "healthy")))
-        for protocol, X, rpm, place in sets:
-            found.append(_compared(diagnoser, protocol, X, rpm, place))
-        print(rig.name, len(found), file=sys.stderr, flush=True)
-    return found
+        for protocol, X, rpm, location in sets:
+            parts.append(_compared(diagnoser, protocol, X, rpm, location))
+        print(rig.name, len(parts), file=sys.stderr, flush=True)
+    return parts
 
 
-def _compared(diagnoser, protocol, X, rpm, place):
+def _compared(diagnoser, protocol, X, rpm, location):
     decide = diagnoser["decide"]
     learned = decide.conditions_
     innovations = diagnoser["identify"].transform(X)
@@ -76,7 +76,7 @@ def _compared(diagnoser, protocol, X, rpm, place):
     combs = decide.match(innovations, rpm=rpm)
     has_healthy = len(decide.healthy_scores_) > 0
     scores = combs.scores - (decide.reference_ if has_healthy else 0.8)
-    places = np.append(decide.class_locations_, FAULT_LOCATIONS.index("healthy"))
+    locations = np.append(decide.class_locations_, FAULT_LOCATIONS.index("healthy"))
     return {
         "protocol": protocol,
         "levels": np.log(levels),
@@ -84,8 +84,8 @@ def _compared(diagnoser, protocol, X, rpm, place):
         "questions": learned.questions(),
         "noise_gaps": tuple(learned.noise_gaps_),
         "class_locations": decide.class_locations_,
-        "by_combs": comb_evidence(scores, places),
-        "true": np.array([FAULT_LOCATIONS.index(each) for each in place]),
+        "by_combs": comb_evidence(scores, locations),
+        "true": np.array([FAULT_LOCATIONS.index(each) for each in location]),
     }
 
 
@@ -104,31 +104,31 @@ def losses(parts, setting):
                 **options,
             ).log_probability
             if part["protocol"] == "noise":
-                noise.append(_of_places(np.exp(spectra), part).max(axis=1) >= STATED)
+                noise.append(_of_locations(np.exp(spectra), part).max(axis=1) >= STATED)
                 continue
             joint = spectra + part["by_combs"]
             for logs in (spectra, joint):
                 probability = np.exp(
                     logs - np.logaddexp.reduce(logs, axis=1, keepdims=True)
                 )
-                every = _of_places(probability, part)
-                own = every[np.arange(len(every)), part["true"]]
+                every = _of_locations(probability, part)
+                of_truth = every[np.arange(len(every)), part["true"]]
                 is_same = part["protocol"] == SAME_BEARING
                 by_protocol.setdefault(is_same, []).append(
-                    -np.log(np.maximum(own, _LEAST)).mean()
+                    -np.log(np.maximum(of_truth, _LEAST)).mean()
                 )
     return float(
         np.mean([np.mean(each) for each in by_protocol.values()])
     ), np.concatenate(noise)
 
 
-def _of_places(probability, part):
-    """Probabilities of the places; that of an unknown condition is left out."""
-    places = [
+def _of_locations(probability, part):
+    """Probabilities of the locations; that of an unknown condition is left out."""
+    locations = [
         probability[:, :-1][:, part["class_locations"] == p]
         for p in range(len(FAULT_LOCATIONS))
     ]
-    return np.stack([each.sum(axis=1) for each in places], axis=1)
+    return np.stack([each.sum(axis=1) for each in locations], axis=1)
 
 
 def settings():
@@ -149,7 +149,7 @@ def left_out(scores, noise):
     scores, noise : DataFrame of shape (n_settings, n_rigs)
         Scores, and shares of noise that are stated.
     """
-    tried = settings()
+    grid = settings()
     rows = []
     for rig in scores:
         others = scores.drop(columns=rig)
@@ -160,7 +160,7 @@ def left_out(scores, noise):
             {"left out": rig}
             | {
                 name.lower().replace("_", " "): value
-                for name, value in tried[best].items()
+                for name, value in grid[best].items()
             }
             | {"log loss": scores.loc[best, rig], "in use": scores.loc[0, rig]}
         )
@@ -174,9 +174,9 @@ def main(arguments=None):
     noise = {}
     for rig in real_rigs(options.rig, options.data_home):
         parts = compared(rig)
-        found = [losses(parts, setting) for setting in settings()]
-        scores[rig.name] = [loss for loss, _ in found]
-        noise[rig.name] = [stated.mean() for _, stated in found]
+        results = [losses(parts, setting) for setting in settings()]
+        scores[rig.name] = [loss for loss, _ in results]
+        noise[rig.name] = [stated.mean() for _, stated in results]
     scores = pd.DataFrame(scores)
     noise = pd.DataFrame(noise)
     scores.join(noise, rsuffix=" noise").to_csv(

@@ -1,8 +1,8 @@
 """Measure how verdicts on another bearing depend on the number of bearings in the training.
 
 Run ``python -m benchmarks.another_bearing curve`` from the root of the repository. The
-rigs are those with three specimens of a place. Of the specimens that a fold keeps, the
-first one or two of each place train, as in the main command.
+rigs are those with three specimens of a location. Of the specimens that a fold keeps, the
+first one or two of each location train, as in the main command.
 """
 
 import sys
@@ -21,25 +21,23 @@ _NUMBERS = (1, 2)
 
 
 def chosen(train, n_specimens):
-    """Return the rows of the first specimens of each place."""
+    """Return the rows of the first specimens of each location."""
     keep = np.zeros(len(train.X), dtype=bool)
-    for place in set(train.place):
-        names = sorted(set(train.specimen[train.place == place]))[:n_specimens]
-        keep |= (train.place == place) & np.isin(train.specimen, names)
+    for location in set(train.location):
+        names = sorted(set(train.specimen[train.location == location]))[:n_specimens]
+        keep |= (train.location == location) & np.isin(train.specimen, names)
     return train[keep]
 
 
 def scored(rig):
-    """Yield tables of the probabilities of the places of all rows of left-out specimens."""
+    """Yield tables of the location probabilities of all rows of left-out specimens."""
     for fold in folds(rig):
         tests = {name: rows for name, rows in fold.tests.items() if name in _PROTOCOLS}
         for number in _NUMBERS if tests else ():
             train = chosen(fold.train, number)
             for bearing in (BEARINGS[rig.name], None):
                 probabilities = fitted(rig, train, bearing, train.specimen)
-                method = (
-                    f"{number} of each place{', with the bearing' if bearing else ''}"
-                )
+                method = f"{number} of each location{', with the bearing' if bearing else ''}"
                 for protocol, rows in tests.items():
                     probability = probabilities(rows.X, rows.rpm)
                     facts = {"rig": rig.name, "protocol": protocol, "method": method}
@@ -57,9 +55,9 @@ def main(arguments=None):
     for rig in real_rigs(options.rig, options.data_home):
         parts += scored(rig)
         print(rig.name, file=sys.stderr, flush=True)
-    found = table(pd.concat(parts, ignore_index=True)).rename(
+    measures = table(pd.concat(parts, ignore_index=True)).rename(
         columns={"method": "training"}
     )
-    found = found.sort_values(["protocol", "rig"], kind="stable")
-    found.to_csv(options.output / "curve.csv", index=False)
-    publish(options, {"another bearing curve": markdown(found)})
+    measures = measures.sort_values(["protocol", "rig"], kind="stable")
+    measures.to_csv(options.output / "curve.csv", index=False)
+    publish(options, {"another bearing curve": markdown(measures)})

@@ -1,4 +1,4 @@
-"""Methods that name the place of rows: ours, with and without the bearing, and peers."""
+"""Methods that name fault locations: ours, with and without the bearing, and peers."""
 
 import numpy as np
 from sklearn.calibration import CalibratedClassifierCV
@@ -14,21 +14,21 @@ from skarxlag.core.fault_locations import FAULT_LOCATIONS
 
 
 def fitted(rig, train, bearing=None, specimen=None):
-    """Fit make_diagnoser; return its function from rows and speeds to probabilities of places."""
+    """Fit make_diagnoser and return a function from rows and speeds to location probabilities."""
     diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, bearing=bearing)
     diagnoser.fit(train.X, train.condition, rpm=train.rpm, specimen=specimen)
-    place = dict(zip(train.condition, train.place, strict=True))
-    of_class = np.array([place[name] for name in diagnoser.classes_])
+    location = dict(zip(train.condition, train.location, strict=True))
+    of_class = np.array([location[name] for name in diagnoser.classes_])
 
     def probabilities(X, rpm):
         logs = diagnoser.diagnose(X, rpm=rpm).log_probability
-        return by_place(np.exp(logs[:, :-1]), of_class)
+        return by_location(np.exp(logs[:, :-1]), of_class)
 
     return probabilities
 
 
 def ours(rig, train, tests, bearing=None):
-    """Yield the probabilities of places by make_diagnoser for each test set."""
+    """Yield the probabilities of locations by make_diagnoser for each test set."""
     probabilities = fitted(rig, train, bearing, train.specimen)
     for name, rows in tests.items():
         yield name, probabilities(rows.X, rows.rpm)
@@ -42,41 +42,44 @@ def with_bearing(rig, train, tests):
 def combs_alone(rig, train, tests):
     """Yield the probabilities by the orders of the bearing, with the limits of healthy rows."""
     options = {"bearing": BEARINGS[rig.name], "sampling_rate": rig.sampling_rate}
-    healthy = train.place == "healthy"
+    healthy = train.location == "healthy"
     classifier = make_fault_order_classifier(**options)
     if healthy.any():
         labels = np.full(healthy.sum(), "healthy")
         classifier.fit(train.X[healthy], labels, rpm=train.rpm[healthy])
     else:
         classifier.fit(train.X)
-    places = set(train.place)
+    locations = set(train.location)
     for name, rows in tests.items():
         probability = classifier.predict_proba(rows.X, rpm=rows.rpm)
-        known = by_place(probability, classifier.classes_)
-        # Places that no row of the rig has are no answer for the other methods, either.
-        known *= [place in places for place in FAULT_LOCATIONS]
-        yield name, known / known.sum(axis=1, keepdims=True)
+        by_classifier = by_location(probability, classifier.classes_)
+        # The other methods cannot name locations that no row of the rig has, either.
+        by_classifier *= [location in locations for location in FAULT_LOCATIONS]
+        yield name, by_classifier / by_classifier.sum(axis=1, keepdims=True)
 
 
 def _peer(classifier):
     def of_folds(rig, train, tests):
         spectra = FunctionTransformer(lambda X: log_spectrum(unit_rms(X)))
-        fitted = make_pipeline(spectra, classifier()).fit(train.X, train.place)
+        fitted = make_pipeline(spectra, classifier()).fit(train.X, train.location)
         for name, rows in tests.items():
-            yield name, by_place(fitted.predict_proba(rows.X), fitted.classes_)
+            yield name, by_location(fitted.predict_proba(rows.X), fitted.classes_)
 
     return of_folds
 
 
-def by_place(probability, places):
-    """Sum the probabilities of the classes of each place, in the order of `FAULT_LOCATIONS`."""
+def by_location(probability, locations):
+    """Sum the class probabilities of each location, in the order of `FAULT_LOCATIONS`."""
     return np.stack(
-        [probability[:, places == place].sum(axis=1) for place in FAULT_LOCATIONS],
+        [
+            probability[:, locations == location].sum(axis=1)
+            for location in FAULT_LOCATIONS
+        ],
         axis=1,
     )
 
 
-#: Functions from a rig, training rows and test rows to probabilities of the places of
+#: Functions from a rig, training rows and test rows to probabilities of the locations of
 #: the rows.
 METHODS = {
     "`make_diagnoser` with the bearing (ours)": with_bearing,

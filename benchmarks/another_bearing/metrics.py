@@ -1,4 +1,4 @@
-"""Measures of stated probabilities of places, with intervals over specimens."""
+"""Measures of stated probabilities of locations, with intervals over specimens."""
 
 import numpy as np
 import pandas as pd
@@ -16,9 +16,9 @@ _RESAMPLES = 1000
 
 
 def labelled(probability, rows, facts):
-    """Return a table of the probabilities of places, with the labels of the rows, for `table`."""
+    """Return a table of location probabilities with the labels of the rows, for `table`."""
     part = pd.DataFrame(probability, columns=list(FAULT_LOCATIONS))
-    return part.assign(place=rows.place, specimen=rows.specimen, **facts)
+    return part.assign(location=rows.location, specimen=rows.specimen, **facts)
 
 
 def measured(rows):
@@ -27,7 +27,7 @@ def measured(rows):
     Parameters
     ----------
     rows : DataFrame
-        Columns ``place``, ``specimen`` and the probability of each of `FAULT_LOCATIONS`. What is
+        Columns ``location``, ``specimen`` and the probability of each of `FAULT_LOCATIONS`. What is
         missing to 1 is the probability of an unknown condition.
 
     Returns
@@ -36,10 +36,10 @@ def measured(rows):
         ``rows``; ``right``, the share of right locations, with an interval of 90 % over
         specimens; ``log loss``; ``error``, the expected calibration error; ``stated``,
         the share of rows stated with at least .9; ``of these``, how many of them are
-        right, empty below 30 rows; and ``AUROC``, the mean over places.
+        right, empty below 30 rows; and ``AUROC``, the mean over locations.
     """
     probability = rows[list(FAULT_LOCATIONS)].to_numpy()
-    true = rows["place"].map(FAULT_LOCATIONS.index).to_numpy()
+    true = rows["location"].map(FAULT_LOCATIONS.index).to_numpy()
     stated = probability.max(axis=1)
     right = probability.argmax(axis=1) == true
     of_true = np.maximum(probability[np.arange(len(rows)), true], _LEAST)
@@ -74,7 +74,7 @@ def interval(right, specimen):
 
 
 def macro_auroc(probability, true):
-    """Return the mean area under the ROC curve of the places that some rows have and some have not.
+    """Return the mean area under the ROC curve of the locations that only some rows have.
 
     Examples
     --------
@@ -82,9 +82,9 @@ def macro_auroc(probability, true):
     1.0
     """
     areas = [
-        roc_auc_score(true == place, probability[:, place])
-        for place in np.unique(true)
-        if (true != place).any()
+        roc_auc_score(true == location, probability[:, location])
+        for location in np.unique(true)
+        if (true != location).any()
     ]
     return float(np.mean(areas)) if areas else np.nan
 
@@ -92,8 +92,7 @@ def macro_auroc(probability, true):
 def table(rows):
     """Return a row of measures for each rig, protocol and method."""
     groups = rows.groupby(["protocol", "rig", "method"], sort=False)
-    found = [
-        dict(zip(groups.keys, key, strict=True)) | measured(each)
-        for key, each in groups
-    ]
-    return pd.DataFrame(found)
+    return pd.DataFrame(
+        dict(zip(groups.keys, key, strict=True)) | measured(group)
+        for key, group in groups
+    )

@@ -84,13 +84,11 @@ def scored(rig, data_home):
 def main(arguments=None):
     """Run the command."""
     options = parse(arguments, __doc__, "another_bearing_noise")
-    found = []
+    rows = []
     for rig in real_rigs(options.rig, options.data_home):
-        found += scored(rig, options.data_home)
+        rows += scored(rig, options.data_home)
         print(rig.name, file=sys.stderr, flush=True)
-    counts = (
-        pd.DataFrame(found).groupby(["rows", "rig"], sort=False).sum().reset_index()
-    )
+    counts = pd.DataFrame(rows).groupby(["rows", "rig"], sort=False).sum().reset_index()
     counts.to_csv(options.output / "noise.csv", index=False)
     counts["stated"] = (
         counts["stated"].astype(str) + " of " + counts.pop("number").astype(str)

@@ -1,10 +1,10 @@
-"""Training and test rows for another bearing: specimens of each place that are left out.
+"""Training and test rows for another bearing: specimens of each location are left out.
 
-The rows of a recording are stretches of 1 s. A fold leaves one specimen of each place
+The rows of a recording are stretches of 1 s. A fold leaves one specimen of each location
 out of the training: a size of a fault (CWRU), an arc (HIT-SM) or a bearing of each
-class (Paderborn). A place with one specimen is never left out. The rest is trained at
+class (Paderborn). A location with one specimen is never left out. The rest is trained at
 one setting, a speed and a load, on the first halves of the recordings. Asked is the
-place of the rows of the specimens that are left out.
+location of the rows of the specimens that are left out.
 """
 
 from typing import NamedTuple
@@ -35,7 +35,7 @@ class Rows(NamedTuple):
 
     X: np.ndarray
     condition: np.ndarray
-    place: np.ndarray
+    location: np.ndarray
     specimen: np.ndarray
     rpm: np.ndarray
     load: np.ndarray
@@ -74,33 +74,33 @@ def rows_of(rig, recordings, half=None):
         n = len(signal) // length
         samples.append(signal[: n * length].reshape(n, length))
         specimen = recording.specimen or recording.condition
-        place = location_of_label(recording.condition) or recording.condition
+        location = location_of_label(recording.condition) or recording.condition
         load = recording.load or ""
         label = (
             f"{recording.condition} {specimen}"
             if recording.specimen
             else recording.condition
         )
-        facts += n * [(label, place, specimen, recording.rpm, load)]
+        facts += n * [(label, location, specimen, recording.rpm, load)]
     columns = [np.array(column) for column in zip(*facts, strict=True)]
     return Rows(np.concatenate(samples), *columns)
 
 
-def specimens_by_place(rig):
-    """Return the specimens of each place of a bearing, sorted."""
-    found = {}
+def specimens_by_location(rig):
+    """Return the specimens of each location of a bearing, sorted."""
+    specimens = {}
     for recording in rig.recordings:
-        place = location_of_label(recording.condition)
-        if place is not None:
-            found.setdefault(place, set()).add(
+        location = location_of_label(recording.condition)
+        if location is not None:
+            specimens.setdefault(location, set()).add(
                 recording.specimen or recording.condition
             )
-    return {place: sorted(names) for place, names in found.items()}
+    return {location: sorted(names) for location, names in specimens.items()}
 
 
 def left_out_sets(rig):
-    """Return the specimens that each fold leaves out: one of each place with several."""
-    several = [names for names in specimens_by_place(rig).values() if len(names) > 1]
+    """Return the specimens that each fold leaves out: one of each location with several."""
+    several = [names for names in specimens_by_location(rig).values() if len(names) > 1]
     n_folds = max(map(len, several), default=0)
     return [{names[k] for names in several if k < len(names)} for k in range(n_folds)]
 

@@ -78,15 +78,15 @@ def draws(recordings):
         A row for each method and draw; columns are the rigs and "mean of rigs".
     """
     rigs = recordings.rig.unique()
-    found = {}
+    frames = {}
     for method, rows in recordings.groupby("method", sort=False):
         of_rigs = [
-            rig_draws(rows[rows.rig == rig], random_state=place)
-            for place, rig in enumerate(rigs)
+            rig_draws(rows[rows.rig == rig], random_state=number)
+            for number, rig in enumerate(rigs)
         ]
         frame = pd.DataFrame(dict(zip(rigs, of_rigs, strict=True)))
-        found[method] = frame.assign(**{"mean of rigs": mean_draws(of_rigs)})
-    return pd.concat(found, names=["method", "draw"])
+        frames[method] = frame.assign(**{"mean of rigs": mean_draws(of_rigs)})
+    return pd.concat(frames, names=["method", "draw"])
 
 
 def interval(values):

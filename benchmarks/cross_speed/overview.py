@@ -112,14 +112,14 @@ def differences(recordings):
         "same draws."
     ]
     for length, rows in real.groupby("window_length"):
-        found = draws(rows)
-        if REFERENCE not in found.index.get_level_values("method"):
+        drawn = draws(rows)
+        if REFERENCE not in drawn.index.get_level_values("method"):
             continue
         parts.append(better_peers(rows, length))
         means = rig_means(rows)
         lines = []
-        for method in found.index.get_level_values("method").unique().drop(REFERENCE):
-            minus = found.loc[REFERENCE] - found.loc[method]
+        for method in drawn.index.get_level_values("method").unique().drop(REFERENCE):
+            minus = drawn.loc[REFERENCE] - drawn.loc[method]
             line = {
                 "method": method,
                 MEAN: f"{(means[REFERENCE] - means[method]).mean():+.3f}",

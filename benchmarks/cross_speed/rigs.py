@@ -107,7 +107,7 @@ def find_rig(name, data_home=None):
     return find(name, RIGS, "--rig")
 
 
-def find(name, known, option):
+def find(name, entries, option):
     """Entry of `known`, or the function that ``module:function`` names.
 
     Raises
@@ -115,19 +115,19 @@ def find(name, known, option):
     ValueError
         If `name` is neither.
     """
-    if name in known:
-        return known[name]
+    if name in entries:
+        return entries[name]
     module, colon, function = name.partition(":")
     if not colon:
         raise ValueError(
-            f"{option} {name!r}: expected module:function or one of {list(known)}."
+            f"{option} {name!r}: expected module:function or one of {list(entries)}."
         )
-    found = getattr(import_module(module), function, None)
-    if not callable(found):
+    entry = getattr(import_module(module), function, None)
+    if not callable(entry):
         raise ValueError(
             f"{option} {name!r}: module {module!r} has no function {function!r}."
         )
-    return found
+    return entry
 
 
 def split_by_crack(name, rig):

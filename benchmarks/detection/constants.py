@@ -49,7 +49,7 @@ def score_rig(rig, kind):
         healthy rows at each rate, and missed faulty rows at 1 %.
     """
     length = ROWS[kind] or int(rig.sampling_rate)
-    found = []
+    counts = []
     for protocol, trained, tested in folds(rig):
         X, y, rpm = rows_of(rig, length, 0, trained)
         healthy = np.isin(y, list(HEALTHY))
@@ -64,7 +64,7 @@ def score_rig(rig, kind):
             decide.drift_scale_ = fitted * factor
             with warnings.catch_warnings(action="ignore"):
                 p_values = decide.p_values(innovations, rpm=rpm)
-            found.append(
+            counts.append(
                 {
                     "rig": rig.name,
                     "rows": kind,
@@ -75,13 +75,13 @@ def score_rig(rig, kind):
                 | {f"flagged at {r:g}": np.sum(p_values[healthy] < r) for r in RATES}
                 | {"missed": np.sum(p_values[~healthy] >= RATES[0])}
             )
-    return found
+    return counts
 
 
-def cells(found):
+def cells(counts):
     """Sum over the folds, and add the shares of flagged and missed rows and the check of rule 1."""
     table = (
-        found.groupby(["trained at", "factor", "rig", "rows"], sort=False)
+        counts.groupby(["trained at", "factor", "rig", "rows"], sort=False)
         .sum()
         .reset_index()
     )
@@ -111,22 +111,24 @@ def choose(table):
     return float(scores[holds].idxmin() if holds.any() else scores.index.max())
 
 
-def report(found):
+def report(counts):
     """Format the choice, and the choices without each rig."""
-    table = cells(found)
+    table = cells(counts)
     lines = []
     parts = []
     for protocol, name in IN_USE.items():
-        own = table[table["trained at"] == protocol]
-        lines.append(f"{name}: factor **{choose(own):g}**")
+        of_protocol = table[table["trained at"] == protocol]
+        lines.append(f"{name}: factor **{choose(of_protocol):g}**")
         rows = []
-        for rig in own.rig.unique():
-            factor = choose(own[own.rig != rig])
-            here = own[(own.rig == rig) & (own.factor == factor)]
+        for rig in of_protocol.rig.unique():
+            factor = choose(of_protocol[of_protocol.rig != rig])
+            here = of_protocol[
+                (of_protocol.rig == rig) & (of_protocol.factor == factor)
+            ]
             for cell in here.itertuples(index=False):
                 row = {"left out": rig, "rows": cell.rows, "factor": factor}
                 row |= {"healthy rows": cell.healthy, "faulty rows": cell.faulty}
-                shares = dict(zip(own.columns, cell, strict=True))
+                shares = dict(zip(of_protocol.columns, cell, strict=True))
                 row |= {f"flagged at {r:g}": shares[f"flagged at {r:g}"] for r in RATES}
                 rows.append(row | {"missed at 0.01": cell.missed})
         parts += [f"{name}: what the other rigs choose, on the rig that is left out:",
@@ -147,12 +149,12 @@ def main(arguments=None):
     rigs = (r for r in real_rigs(home=options.data_home)
             if HEALTHY & {each.condition for each in r.recordings})  # fmt: skip
     kinds = [kind for kind in ROWS if ROWS[kind] != 1200]
-    found = pd.DataFrame(
+    counts = pd.DataFrame(
         [row for rig in rigs for kind in kinds for row in score_rig(rig, kind)]
     )
     options.output.mkdir(parents=True, exist_ok=True)
-    found.to_csv(options.output / "cells.csv", index=False)
-    publish(options, {"detection constants": report(found)})
+    counts.to_csv(options.output / "cells.csv", index=False)
+    publish(options, {"detection constants": report(counts)})
 
 
 if __name__ == "__main__":

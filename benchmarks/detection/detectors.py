@@ -37,19 +37,19 @@ def ours(rate, X, rpm, *, fixed_gain):
 def features(X, *, fixed_gain):
     """Log energies of 32 bands and kurtosis; the level where the gain is fixed."""
     y = X[:, 0] if X.ndim == 3 else X
-    found = [band_energies(unit_rms(y)), kurtosis(y, axis=1)[:, None]]
+    columns = [band_energies(unit_rms(y)), kurtosis(y, axis=1)[:, None]]
     if fixed_gain:
-        found.append(np.log(y.std(axis=1))[:, None])
-    return np.column_stack(found)
+        columns.append(np.log(y.std(axis=1))[:, None])
+    return np.column_stack(columns)
 
 
 def peer(rate, X, rpm, *, fixed_gain, make):
     """Peer with the order statistic of its scores that supports the rate as its threshold."""
     rows = features(X, fixed_gain=fixed_gain)
     score = make(rows)
-    own = np.sort(score(rows))
+    scores = np.sort(score(rows))
     # Rank floor((n + 1) rate) from below, the lowest at least.
-    threshold = own[max(int(np.floor((len(own) + 1) * rate + 1e-9)), 1) - 1]
+    threshold = scores[max(int(np.floor((len(scores) + 1) * rate + 1e-9)), 1) - 1]
     return lambda X, rpm: score(features(X, fixed_gain=fixed_gain)) - threshold
 
 

@@ -37,12 +37,12 @@ def splits(speeds):
 
 def methods(fixed_gain, *, peers=True):
     """Detectors by name."""
-    found = {"make_detector": partial(ours, fixed_gain=False)}
+    detectors = {"make_detector": partial(ours, fixed_gain=False)}
     if fixed_gain:
-        found["make_detector, fixed gain"] = partial(ours, fixed_gain=True)
+        detectors["make_detector, fixed gain"] = partial(ours, fixed_gain=True)
     if not peers:
-        return found
-    return found | {
+        return detectors
+    return detectors | {
         name: partial(peer, fixed_gain=fixed_gain, make=make)
         for name, make in PEERS.items()
     }
@@ -56,8 +56,8 @@ def detection_rates(rig, row_length, fixed_gain, *, peers=True):
     rows = []
     for name, calibrate in methods(fixed_gain, peers=peers).items():
         for rate in RATES:
-            for split, known, tested in splits(np.unique(rig.rpm)):
-                train = first & healthy & np.isin(rig.rpm, known)
+            for split, trained, tested in splits(np.unique(rig.rpm)):
+                train = first & healthy & np.isin(rig.rpm, trained)
                 clock = process_time()
                 score = calibrate(rate, rig.data[train], rig.rpm[train])
                 fit_seconds = process_time() - clock
@@ -68,19 +68,19 @@ def detection_rates(rig, row_length, fixed_gain, *, peers=True):
                     cost = (process_time() - clock) / (test.sum() * seconds_of_signal)
                     auc = roc_auc_score(healthy[test], scores)
                     for condition in rig.target_names:
-                        own = rig.target[test] == condition
+                        is_condition = rig.target[test] == condition
                         rows.append(
                             {
                                 "detector": name,
                                 "stated": rate,
                                 "split": split,
-                                "calibrated at": " ".join(f"{k:g}" for k in known),
+                                "calibrated at": " ".join(f"{k:g}" for k in trained),
                                 "rpm": speed,
                                 "condition": condition,
                                 "is_healthy": condition == rig.target_names[0],
                                 "healthy rows": int(train.sum()),
-                                "rows": int(own.sum()),
-                                "flagged": float(np.mean(scores[own] < 0)),
+                                "rows": int(is_condition.sum()),
+                                "flagged": float(np.mean(scores[is_condition] < 0)),
                                 "auc": auc,
                                 "fit_seconds": fit_seconds,
                                 "seconds a second": cost,
@@ -101,10 +101,12 @@ def rates_table(rates):
             false = []
             missed = []
             for rate in RATES:
-                own = part[part["stated"] == rate]
-                false.append(f"{100 * own[own['is_healthy']]['flagged'].mean():.0f}")
+                at_rate = part[part["stated"] == rate]
+                false.append(
+                    f"{100 * at_rate[at_rate['is_healthy']]['flagged'].mean():.0f}"
+                )
                 missed.append(
-                    f"{100 * (1 - own[~own['is_healthy']]['flagged'].mean()):.0f}"
+                    f"{100 * (1 - at_rate[~at_rate['is_healthy']]['flagged'].mean()):.0f}"
                 )
             auc = part["auc"].mean()
             line[split] = f"{'/'.join(false)}, {'/'.join(missed)}, {auc:.3f}"
@@ -120,14 +122,14 @@ def rates_table(rates):
 
 def family_table(rates):
     """Markdown: missed faults of each condition in %, at a stated 1 %."""
-    own = rates[
+    chosen = rates[
         rates["detector"].str.startswith("make_detector")
         & (rates["stated"] == RATES[0])
         & ~rates["is_healthy"]
         & (rates["split"] != "same")
     ]
     lines = []
-    for (rig, length, name, split), group in own.groupby(
+    for (rig, length, name, split), group in chosen.groupby(
         ["rig", "row", "detector", "split"], sort=False
     ):
         missed = group.groupby("condition", sort=False)["flagged"].mean()
@@ -148,7 +150,7 @@ def family_table(rates):
 
 def cost_table(rates):
     """Markdown: processor time."""
-    own = rates[rates["split"] == "same"]
+    chosen = rates[rates["split"] == "same"]
     lines = [
         {
             "rig": rig,
@@ -158,7 +160,7 @@ def cost_table(rates):
             "fit, s": group["fit_seconds"].mean(),
             "ms a second of signal": 1e3 * group["seconds a second"].mean(),
         }
-        for (rig, length, name), group in own.groupby(
+        for (rig, length, name), group in chosen.groupby(
             ["rig", "row", "detector"], sort=False
         )
     ]
@@ -177,7 +179,7 @@ def main(arguments=None):
     )
     chosen = parser.parse_args(arguments)
     chosen.output.mkdir(parents=True, exist_ok=True)
-    found = []
+    frames = []
     for name in chosen.rig:
         for label, length in row_lengths(name).items():
             if label not in chosen.rows:
@@ -186,9 +188,9 @@ def main(arguments=None):
             rates = detection_rates(
                 rig, length, fixed_gain=name not in FREE_GAIN, peers=not chosen.no_peers
             )
-            found.append(rates.assign(rig=name, row=label))
-            pd.concat(found).to_csv(chosen.output / "rates.csv", index=False)
-    rates = pd.concat(found)
+            frames.append(rates.assign(rig=name, row=label))
+            pd.concat(frames).to_csv(chosen.output / "rates.csv", index=False)
+    rates = pd.concat(frames)
     publish(
         chosen,
         {

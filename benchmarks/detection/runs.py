@@ -38,10 +38,10 @@ def load_run(path):
 
 
 def first_alarm(flagged):
-    """Place of the first row at which enough of the last rows are flagged; None for none."""
+    """Return the first row at which enough of the last rows are flagged; None for none."""
     recent = np.convolve(flagged, np.ones(OF), mode="full")[: len(flagged)]
-    places = np.flatnonzero(recent > SOME - 0.5)
-    return int(places[0]) if len(places) else None
+    rows = np.flatnonzero(recent > SOME - 0.5)
+    return int(rows[0]) if len(rows) else None
 
 
 def calibrated(run, fixed_gain):
@@ -59,12 +59,12 @@ def alarm_times(runs, fixed_gain):
             # One speed and few rows: the table states both.
             warnings.simplefilter("ignore", UserWarning)
             detector = calibrated(run, fixed_gain)
-            for name, (own, times, speed) in runs.items():
-                flagged = detector.predict(own, rpm=speed) < 0
+            for name, (snapshots, times, speed) in runs.items():
+                flagged = detector.predict(snapshots, rpm=speed) < 0
                 start = times <= HEALTHY * times[-1]
                 # The rows of the calibration cannot show alarms.
                 counted = flagged & ~start if name == calibration else flagged
-                place = first_alarm(counted)
+                row = first_alarm(counted)
                 rows.append(
                     {
                         "run": name,
@@ -76,11 +76,11 @@ def alarm_times(runs, fixed_gain):
                         "level counts": "yes" if fixed_gain else "no",
                         "flagged in its first tenth, %": 100 * flagged[start].mean(),
                         "first alarm, minutes before the end": np.nan
-                        if place is None
-                        else (times[-1] - times[place]) / 60,
+                        if row is None
+                        else (times[-1] - times[row]) / 60,
                         "at share of the run": np.nan
-                        if place is None
-                        else times[place] / times[-1],
+                        if row is None
+                        else times[row] / times[-1],
                         "flagged in its last ten minutes, %": 100
                         * flagged[times > times[-1] - 600].mean(),
                     }
@@ -105,9 +105,9 @@ def draw(runs, path):
                     warnings.simplefilter("ignore", UserWarning)
                     p_values = calibrated(run, fixed_gain).p_values(X, rpm=rpm)
                 ax.plot(left, p_values, color=colour, linewidth=0.8, label=label)
-                place = first_alarm((p_values < RATE) & ~start)
-                if place is not None:
-                    ax.axvline(left[place], color=colour, linestyle="--", linewidth=1)
+                row = first_alarm((p_values < RATE) & ~start)
+                if row is not None:
+                    ax.axvline(left[row], color=colour, linestyle="--", linewidth=1)
             ax.set(
                 yscale="log",
                 title=f"{name}, {rpm:g} rpm",
@@ -128,9 +128,9 @@ def main(arguments=None):
     chosen.output.mkdir(parents=True, exist_ok=True)
     folder = Path(get_data_home(chosen.data_home)) / "femto"
     runs = {path.stem: load_run(path) for path in sorted(folder.glob("*.npz"))}
-    found = pd.concat([alarm_times(runs, fixed_gain) for fixed_gain in (False, True)])
-    found = found.sort_values(["run", "level counts"], kind="stable")
-    found.to_csv(chosen.output / "runs.csv", index=False)
+    alarms = pd.concat([alarm_times(runs, fixed_gain) for fixed_gain in (False, True)])
+    alarms = alarms.sort_values(["run", "level counts"], kind="stable")
+    alarms.to_csv(chosen.output / "runs.csv", index=False)
     text = (
         "Runs to failure of the PRONOSTIA test "
         f"bench; stated rate {RATE:.0%}, rows of 0.1 s. The first tenth of a run is taken for "
@@ -138,4 +138,4 @@ def main(arguments=None):
     )
     if chosen.figure is not None:
         draw(runs, chosen.figure)
-    publish(chosen, {"runs": text + markdown(found, digits=2)})
+    publish(chosen, {"runs": text + markdown(alarms, digits=2)})

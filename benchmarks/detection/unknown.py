@@ -43,8 +43,8 @@ def fitted(rig, train, rate):
     with warnings.catch_warnings():
         # One speed, few rows: that is what the tables are about.
         warnings.simplefilter("ignore", UserWarning)
-        known = make_known_conditions(false_rejection_rate=rate)
-        return known.fit(rig.data[train], rig.target[train], rpm=rig.rpm[train])
+        estimator = make_known_conditions(false_rejection_rate=rate)
+        return estimator.fit(rig.data[train], rig.target[train], rpm=rig.rpm[train])
 
 
 def rejection_rates(rig, row_length, foreign):
@@ -58,13 +58,13 @@ def rejection_rates(rig, row_length, foreign):
     kinds = []
     for rate in RATES:
         for split, speeds, tested in splits(np.unique(rig.rpm)):
-            known = fitted(rig, first & np.isin(rig.rpm, speeds), rate)
+            estimator = fitted(rig, first & np.isin(rig.rpm, speeds), rate)
             here = {"stated": rate, "split": split}
             test = second & np.isin(rig.rpm, tested)
-            found = known.p_values(rig.data[test], rpm=rig.rpm[test])
-            for place, condition in enumerate(known[-1].classes_):
+            p_values = estimator.p_values(rig.data[test], rpm=rig.rpm[test])
+            for column, condition in enumerate(estimator[-1].classes_):
                 unknown = rig.target[test] == condition
-                rest = np.delete(found, place, axis=1).max(axis=1)
+                rest = np.delete(p_values, column, axis=1).max(axis=1)
                 rates.append(
                     here
                     | {
@@ -75,7 +75,9 @@ def rejection_rates(rig, row_length, foreign):
                     }
                 )
             for kind, X in others.items():
-                nearest = [known.p_values(X, rpm=speed).max(axis=1) for speed in tested]
+                nearest = [
+                    estimator.p_values(X, rpm=speed).max(axis=1) for speed in tested
+                ]
                 share = float(np.mean(np.array(nearest) < rate))
                 kinds.append(here | {"kind": kind, "rejected": share})
     return pd.DataFrame(rates), pd.DataFrame(kinds)
@@ -128,8 +130,8 @@ def kinds_table(kinds):
         ["rig", "row", "split"], sort=False
     ):
         line = {"rig": rig, "row": length, "calibrated and tested": SPLITS[split]}
-        for kind, own in group.groupby("kind", sort=False):
-            means = 100 * own.groupby("stated")["rejected"].mean()
+        for kind, of_kind in group.groupby("kind", sort=False):
+            means = 100 * of_kind.groupby("stated")["rejected"].mean()
             line[f"{kind}, %"] = "/".join(f"{value:.0f}" for value in means)
         lines.append(line)
     return (
@@ -155,9 +157,9 @@ def main(arguments=None):
                 find_rig(n)(length, data_home=chosen.data_home) for n in (name, other)
             )
             here = {"rig": name, "row": label}
-            found = rejection_rates(rig, length, foreign.data)
-            rates.append(found[0].assign(**here))
-            kinds.append(found[1].assign(**here))
+            tables = rejection_rates(rig, length, foreign.data)
+            rates.append(tables[0].assign(**here))
+            kinds.append(tables[1].assign(**here))
             pd.concat(rates).to_csv(chosen.output / "unknown.csv", index=False)
             pd.concat(kinds).to_csv(chosen.output / "other_kinds.csv", index=False)
     publish(

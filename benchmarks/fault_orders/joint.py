@@ -24,12 +24,8 @@ from benchmarks.fault_orders.rigs import RIGS, recordings
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import FaultOrderClassifier, make_diagnoser
 from skarxlag.core.fault_locations import FAULT_LOCATIONS
-from skarxlag.decisions.comb_probabilities import (
-    ODDS,
-    VISIBLE,
-    WITHOUT_COMB,
-    comb_evidence,
-)
+from skarxlag.decisions.comb_limits import WITHOUT_COMB
+from skarxlag.decisions.comb_probabilities import ODDS, VISIBLE, comb_evidence
 
 #: Log odds for each neper, and probability of a visible comb.
 SETTINGS = list(product([3.0, 5.0, 8.0, 12.0], [0.05, 0.1, 0.2, 0.4]))
@@ -48,11 +44,11 @@ _COSINES = 40
 
 
 class Rows(NamedTuple):
-    """Rows of a rig: samples, condition, place, speed, campaign, and whether they are learned."""
+    """Rows of a rig with their condition, location, speed and campaign; some are learned."""
 
     X: np.ndarray
     y: np.ndarray
-    place: np.ndarray
+    location: np.ndarray
     rpm: np.ndarray
     campaign: np.ndarray
     is_first_half: np.ndarray
@@ -69,7 +65,7 @@ class Scored(NamedTuple):
     by_combs: np.ndarray
     class_locations: np.ndarray
     truth: np.ndarray
-    true_place: np.ndarray
+    true_location: np.ndarray
 
 
 def rows_of(rig):
@@ -82,7 +78,7 @@ def rows_of(rig):
     for recording in rig:
         X = recording.samples.reshape(-1, int(recording.rate))
         campaign = recording.name.split("_")[-1] if one_speed else f"{recording.rpm:g}"
-        labels = (recording.condition, recording.place, recording.rpm, campaign)
+        labels = (recording.condition, recording.location, recording.rpm, campaign)
         first = np.arange(len(X)) < len(X) // 2
         parts.append((X, *(np.repeat(label, len(X)) for label in labels), first))
     return Rows(*(np.concatenate(each) for each in zip(*parts, strict=True)))
@@ -150,23 +146,25 @@ def compare(diagnoser, rows, bearing):
     innovations = diagnoser["identify"].transform(rows.X)
     learned = combs.conditions_.diagnose(innovations, rpm=rows.rpm)
     matcher = FaultOrderClassifier(bearing=bearing, sampling_rate=combs.sampling_rate)
-    found = matcher.fit(innovations[:1]).match(innovations, rpm=rows.rpm)
+    scores = matcher.fit(innovations[:1]).match(innovations, rpm=rows.rpm)
     classes = combs.classes_
     without = combs.reference_ if len(combs.healthy_scores_) > 0 else WITHOUT_COMB
-    named = np.searchsorted(classes, combs._judge(found).verdict)
-    known = np.searchsorted(classes, rows.y).clip(max=len(classes) - 1)
+    named = np.searchsorted(classes, combs._judge(scores).verdict)
+    true_class = np.searchsorted(classes, rows.y).clip(max=len(classes) - 1)
     return Scored(
         log_probability=learned.log_probability,
-        scores=found.scores - without,
+        scores=scores.scores - without,
         by_combs=combs.class_locations_[named],
         class_locations=combs.class_locations_,
-        truth=np.where(classes[known] == rows.y, known, -1),
-        true_place=np.array([FAULT_LOCATIONS.index(place) for place in rows.place]),
+        truth=np.where(classes[true_class] == rows.y, true_class, -1),
+        true_location=np.array(
+            [FAULT_LOCATIONS.index(location) for location in rows.location]
+        ),
     )
 
 
 def accuracies(part, setting):
-    """Return the shares of right conditions and places by spectra, combs and both."""
+    """Return the shares of right conditions and locations by spectra, combs and both."""
     evidence = comb_evidence(part.scores, part.class_locations, *setting)
     # An unknown condition is no answer here.
     spectra = part.log_probability[:, :-1]
@@ -175,9 +173,11 @@ def accuracies(part, setting):
     return {
         "condition, spectra": np.mean(nearest == part.truth),
         "condition, both": np.mean(both == part.truth),
-        "place, spectra": np.mean(part.class_locations[nearest] == part.true_place),
-        "place, combs": np.mean(part.by_combs == part.true_place),
-        "place, both": np.mean(part.class_locations[both] == part.true_place),
+        "location, spectra": np.mean(
+            part.class_locations[nearest] == part.true_location
+        ),
+        "location, combs": np.mean(part.by_combs == part.true_location),
+        "location, both": np.mean(part.class_locations[both] == part.true_location),
     }
 
 
@@ -191,19 +191,21 @@ def table(parts, setting=SETTINGS[IN_USE]):
 
 
 def settings_left_out(parts):
-    """Places named right on each rig, with the settings that are best on the mean of the others."""
-    place = pd.DataFrame([table(parts, setting)["place, both"] for setting in SETTINGS])
-    by_rig = place.T.groupby("rig", sort=False).mean().T.reset_index(drop=True)
+    """Return the share of right locations of each rig, with the settings best on the others."""
+    location = pd.DataFrame(
+        [table(parts, setting)["location, both"] for setting in SETTINGS]
+    )
+    by_rig = location.T.groupby("rig", sort=False).mean().T.reset_index(drop=True)
     rows = []
     for rig in by_rig:
         best = int(by_rig.drop(columns=rig).mean(axis=1).argmax())
         odds, visible = SETTINGS[best]
-        found = {"rig left out": rig, "odds": odds, "visible": visible}
-        found |= {
-            "place": by_rig.loc[best, rig],
-            "place, in use": by_rig.loc[IN_USE, rig],
+        row = {"rig left out": rig, "odds": odds, "visible": visible}
+        row |= {
+            "location": by_rig.loc[best, rig],
+            "location, in use": by_rig.loc[IN_USE, rig],
         }
-        rows.append(found)
+        rows.append(row)
     return pd.DataFrame(rows)
 
 
@@ -218,14 +220,14 @@ def main(arguments=None):
     for name in rigs:
         parts += [(name, protocol, part) for protocol, part in scored(name, rigs)]
         print(name, file=sys.stderr, flush=True)
-    found = table(parts).reindex(
+    accuracies_by_rig = table(parts).reindex(
         ["other speed", *_MOUNTINGS, "other rig"], level="protocol"
     )
-    found.to_csv(options.output / "joint.csv")
+    accuracies_by_rig.to_csv(options.output / "joint.csv")
     blocks = {
         "fault orders joint": "Rows of 1 s, nominal speed; share of right conditions and of right "
-        "places, mean over the speeds or loads that were learned.\n\n"
-        + markdown(found.reset_index()),
+        "locations, mean over the speeds or loads that were learned.\n\n"
+        + markdown(accuracies_by_rig.reset_index()),
     }
     if len(rigs) > 1:
         chosen = settings_left_out(parts)

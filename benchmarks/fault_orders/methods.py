@@ -1,6 +1,6 @@
-"""Methods that score the places of a fault: ours, and those of other packages.
+"""Methods that score fault locations: ours, and those of other packages.
 
-A method takes a recording and returns one score for each place, (ball, inner, outer).
+A method takes a recording and returns one score for each location, (ball, inner, outer).
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ _TOLERANCE = 0.03
 
 
 def orders_of(recording):
-    """Return the orders of impacts at the places."""
+    """Return the orders of impacts at the locations."""
     _, spin, inner, outer = recording.orders
     return {"ball": 2 * spin, "inner": inner, "outer": outer}
 
@@ -105,17 +105,19 @@ def predictive_maintenance(recording):
     grades = {"none": 0, "low": 1, "moderate": 2, "high": 3}
     names = {"ball": "BSF", "inner": "BPFI", "outer": "BPFO"}
     scores = []
-    for place, order in orders_of(recording).items():
-        found = check_bearing_fault_peak(
+    for location, order in orders_of(recording).items():
+        evidence = check_bearing_fault_peak(
             signal=_five_seconds(recording),
             fs=recording.rate,
             expected_freq=order * recording.rpm / 60,
-            fault_type=names[place],
+            fault_type=names[location],
             bearing_id="",
         )
         # The magnitude breaks ties between grades.
-        magnitude = found["magnitude"] or 0.0
-        scores.append(grades[found["evidence_strength"]] + magnitude / (1 + magnitude))
+        magnitude = evidence["magnitude"] or 0.0
+        scores.append(
+            grades[evidence["evidence_strength"]] + magnitude / (1 + magnitude)
+        )
     return scores
 
 
@@ -140,10 +142,11 @@ def pybearing(recording):
         f_inner_ring=inner,
     )
     envelope = envelope - envelope.mean()
-    found = rms_around_fault_frequencies_of_envelope(envelope, fs, frequencies)
+    levels = rms_around_fault_frequencies_of_envelope(envelope, fs, frequencies)
     names = {"ball": "rolling_element", "inner": "inner_ring", "outer": "outer_ring"}
     return [
-        found[f"rms_f_{names[place]}"] / envelope.std() for place in FAULT_LOCATIONS
+        levels[f"rms_f_{names[location]}"] / envelope.std()
+        for location in FAULT_LOCATIONS
     ]
 
 

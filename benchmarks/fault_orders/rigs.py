@@ -1,4 +1,4 @@
-"""Whole recordings of the rigs, with their bearings and the places of their faults."""
+"""Whole recordings of the rigs, with their bearings and fault locations."""
 
 from functools import partial
 from typing import Any, NamedTuple
@@ -24,11 +24,11 @@ _NOT_STATED = {"UESTC": "UC204", "self-built": "6205"}
 
 
 class Recording(NamedTuple):
-    """A recording of one condition at one speed; `place` is that of the fault, or "healthy"."""
+    """A recording of one condition at one speed, with a fault location or "healthy"."""
 
     rig: str
     name: str
-    place: str
+    location: str
     rpm: float
     rate: float
     bearing: BearingGeometry
@@ -38,8 +38,8 @@ class Recording(NamedTuple):
     @property
     def orders(self):
         """Return orders of cage, spin, inner and outer race."""
-        found = bearing_orders(self.bearing)
-        return np.array([found[name] for name in ("cage", "spin", "inner", "outer")])
+        by_name = bearing_orders(self.bearing)
+        return np.array([by_name[name] for name in ("cage", "spin", "inner", "outer")])
 
 
 def recordings(name, data_home=None):
@@ -58,19 +58,19 @@ def recordings(name, data_home=None):
     """
     rate = int(RIGS[name](data_home=data_home).sampling_rate)
     rig = RIGS[name](window_length=rate, data_home=data_home)
-    found = []
+    whole = []
     for recording in dict.fromkeys(rig.recording):
         rows = rig.recording == recording
         condition = rig.target[rows][0]
         rpm = float(rig.rpm[rows][0])
-        place = location_of_label(str(condition)) or condition
+        location = location_of_label(str(condition)) or condition
         samples = np.ascontiguousarray(rig.data[rows].ravel(), dtype=np.float64)
         bearing = rig.bearing or BEARINGS[_NOT_STATED[name]]
-        found.append(
+        whole.append(
             Recording(
                 name,
                 str(recording),
-                place,
+                location,
                 rpm,
                 float(rig.sampling_rate),
                 bearing,
@@ -78,4 +78,4 @@ def recordings(name, data_home=None):
                 str(condition),
             )
         )
-    return found
+    return whole

@@ -54,14 +54,14 @@ def name_row(verdicts, end):
     first = others[-1] + 1 if len(others) > 0 else 0
     if names[-1] == HEALTHY:
         first = len(names)
-    found = {
+    row = {
         "snapshots": len(names),
         "named one by one": f"{np.mean(single[:first] != HEALTHY):.2f}",
         "named before, gathered": f"{np.mean(names[:first] != HEALTHY):.2f}",
     }
     if names[-1] == HEALTHY:
-        return found | {"name that stays": "none"}
-    return found | {
+        return row | {"name that stays": "none"}
+    return row | {
         "name that stays": names[-1],
         "from, s": f"{verdicts[first].time:.0f}",
         "before the end, s": f"{end - verdicts[first].time:.0f}",

@@ -130,18 +130,18 @@ def few_healthy_table(runs):
             for _, signal, seconds, rpm, rate in runs
             for channel in signal.swapaxes(0, 1)
         ]
-        found = pd.DataFrame(of_channels)
-        at_end = found[found["alarm, s"] != "none"]
+        alarms = pd.DataFrame(of_channels)
+        at_end = alarms[alarms["alarm, s"] != "none"]
         rows.append(
             {
                 "healthy snapshots": n_healthy,
-                "channels": len(found),
+                "channels": len(alarms),
                 "with an alarm at the end": len(at_end),
                 "earliest, share of the run": min(
                     at_end["share of the run"], default=""
                 ),
                 "latest, share of the run": max(at_end["share of the run"], default=""),
-                "alarms before, that went off": found[
+                "alarms before, that went off": alarms[
                     "alarms before, that went off"
                 ].sum(),
             }

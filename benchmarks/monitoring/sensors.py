@@ -50,7 +50,7 @@ def sensors(counts):
     )
     rows = rig.data if rig.data.ndim == 2 else rig.data[:, 0]
     integers = np.round(rows / np.abs(rows).max() * 2**15 * 0.9).astype("<i2")
-    found = []
+    measured = []
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         with warnings.catch_warnings():
@@ -70,11 +70,13 @@ def sensors(counts):
                 for seconds in (SHORT, LONG)
             ]
             (_, before), (memory, after) = runs
-            found.append(
+            measured.append(
                 (files, count, round(memory), (after - before) / (LONG - SHORT))
             )
-            print(*found[-1], file=sys.stderr, flush=True)
-    return pd.DataFrame(found, columns=["files", "sensors", "MiB", "share of one core"])
+            print(*measured[-1], file=sys.stderr, flush=True)
+    return pd.DataFrame(
+        measured, columns=["files", "sensors", "MiB", "share of one core"]
+    )
 
 
 def _run(folder, integers, count, seconds, files):

@@ -61,8 +61,8 @@ def markdown(frame, digits=3):
         return len(filled) > 0 and pd.to_numeric(filled, errors="coerce").notna().all()
 
     numeric = [
-        pd.api.types.is_numeric_dtype(dtype) or is_number(frame.iloc[:, place])
-        for place, dtype in enumerate(frame.dtypes)
+        pd.api.types.is_numeric_dtype(dtype) or is_number(frame.iloc[:, number])
+        for number, dtype in enumerate(frame.dtypes)
     ]
     lines = [
         list(map(str, frame.columns)),

@@ -66,6 +66,6 @@ def _side_by_side(paths):
     bottom = int(np.flatnonzero((rows != rows[-1, -1]).any(axis=(1, 2)))[-1]) + GAP // 2
     width = pictures[0].width
     whole = Image.new("RGBA", (len(pictures) * (width + GAP) - GAP, bottom))
-    for place, each in enumerate(pictures):
-        whole.paste(each.crop((0, 0, width, bottom)), (place * (width + GAP), 0))
+    for number, each in enumerate(pictures):
+        whole.paste(each.crop((0, 0, width, bottom)), (number * (width + GAP), 0))
     return whole.quantize(N_COLOURS)

@@ -149,9 +149,9 @@ def another_bearing():
         n_samples=2 * SAMPLING_RATE,
         window_length=SAMPLING_RATE // 2,
     )
-    place = np.array([location_of_label(name) for name in rig.target])
-    specimen = np.char.add(place, rig.crack_mm.astype(str))
-    rows = Rows(rig.data, specimen, place, specimen, rig.rpm, place)
+    location = np.array([location_of_label(name) for name in rig.target])
+    specimen = np.char.add(location, rig.crack_mm.astype(str))
+    rows = Rows(rig.data, specimen, location, specimen, rig.rpm, location)
     is_first, _ = first_and_second_half(rig.recording, rig.start, rig.data.shape[-1])
     train = rows[is_first]
     probabilities = fitted(rig, train, specimen=train.specimen)(
@@ -238,7 +238,7 @@ def kept_windows():
         }
         table = read_recording_table(folder, sampling_rate=25_600, resample=51_200)
         power = float(np.var(table.recordings[0]))
-    means = {name: float(np.mean(places)) for name, places in starts.items()}
+    means = {name: float(np.mean(positions)) for name, positions in starts.items()}
     return means | {"power of the resampled recording": power}
 
 

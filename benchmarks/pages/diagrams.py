@@ -184,9 +184,9 @@ def draw(diagram):
             else "square,pad=.4",
         }
         size = TEXT + 5 * ("frac" in words)
-        place = (column + 0.5) * diagram.column, (row + 0.5) * diagram.row
+        centre = (column + 0.5) * diagram.column, (row + 0.5) * diagram.row
         centred = {"ha": "center", "va": "center", "fontsize": size, "bbox": frame}
-        drawn[name] = ax.text(*place, words.strip(), **centred)
+        drawn[name] = ax.text(*centre, words.strip(), **centred)
     for start, end, label in diagram.arrows:
         _draw_arrow(ax, drawn[start], drawn[end], label, (end, start) in ends)
     return figure

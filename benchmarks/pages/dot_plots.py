@@ -133,8 +133,8 @@ def draw(name, path):
 def _draw_panel(ax, table, rows, styles):
     """Draw the rows of one panel: dots of each series, and intervals as lines."""
     rigs = table[table["series"] == RIG]
-    places = [rows.index(row) for row in rigs["row"]]
-    ax.plot(rigs["value"], places, "|", color=GREY, alpha=0.8, markersize=6)
+    positions = [rows.index(row) for row in rigs["row"]]
+    ax.plot(rigs["value"], positions, "|", color=GREY, alpha=0.8, markersize=6)
     has_intervals = table["low"].notna().any()
     spread = min(SPREAD, (len(styles) - 1) * LANE) if has_intervals else 0.0
     shifts = spread * np.linspace(-0.5, 0.5, len(styles))

@@ -224,7 +224,7 @@ def _detection(table):
 def _named(table):
     made = []
     for cells in table.to_dict("records"):
-        label = f"{cells['rig']}, {cells['place']}"
+        label = f"{cells['rig']}, {cells['location']}"
         for outcome in ("right", "wrong", "abstained"):
             # A dot at zero would only hide the others.
             if count := int(cells[outcome]):
@@ -371,9 +371,9 @@ TABLES = {
         _protocol,
         _rig,
         {
-            "place, spectra": "spectra alone",
-            "place, combs": "combs alone",
-            "place, both": "both together",
+            "location, spectra": "spectra alone",
+            "location, combs": "combs alone",
+            "location, both": "both together",
         },
     ),
     "fault_orders_methods": means_and_rigs(_untitled, "method"),

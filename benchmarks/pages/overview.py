@@ -40,13 +40,15 @@ def overview(rig, stretches):
         Signals, spectra, distances and verdicts.
     """
     half = np.median(rig.start)
-    known = np.flatnonzero((rig.rpm == TRAIN_RPM) & (rig.start < half))
+    training = np.flatnonzero((rig.rpm == TRAIN_RPM) & (rig.start < half))
     new = np.flatnonzero((rig.rpm == TEST_RPM) & (rig.start >= half))
-    diagnoser = make_diagnoser(healthy="N").fit(rig.data[known], rig.target[known])
+    diagnoser = make_diagnoser(healthy="N").fit(
+        rig.data[training], rig.target[training]
+    )
     figure = Figure(figsize=(10, 7.2), layout="constrained")
     top, bottom = figure.subplots(2, 2)
     styles = condition_styles(rig.target_names)
-    _draw_recordings(top[0], rig, known, new, styles)
+    _draw_recordings(top[0], rig, training, new, styles)
     _draw_innovations(top[1], rig, diagnoser, new, styles)
     _draw_residuals(bottom[0], rig, diagnoser, new)
     _draw_verdicts(bottom[1], stretches, styles)
@@ -57,20 +59,20 @@ def _first(rig, rows, name):
     return rig.data[rows[rig.target[rows] == name][0]]
 
 
-def _draw_recordings(ax, rig, known, new, styles):
+def _draw_recordings(ax, rig, training, new, styles):
     shown = 800
     time = 1e3 * np.arange(shown) / rig.sampling_rate
-    lines = [(name, rows) for name in SHOWN for rows in (known, new)]
-    for place, (name, rows) in enumerate(lines):
+    lines = [(name, rows) for name in SHOWN for rows in (training, new)]
+    for line, (name, rows) in enumerate(lines):
         window = _first(rig, rows, name)[:shown]
         ax.plot(
             time,
-            window / np.abs(window).max() / 3.2 - place,
+            window / np.abs(window).max() / 3.2 - line,
             lw=0.8,
             **_color(styles, name),
         )
-        rpm = TRAIN_RPM if rows is known else TEST_RPM
-        ax.text(0, 0.33 - place, f"{NAMES[name]}, {rpm} rpm", fontsize=11, va="bottom")
+        rpm = TRAIN_RPM if rows is training else TEST_RPM
+        ax.text(0, 0.33 - line, f"{NAMES[name]}, {rpm} rpm", fontsize=11, va="bottom")
     ax.set_ylim(-3.5, 0.7)
     _finish(ax, "1. Recordings: one speed is known", "Time (ms)")
 
@@ -128,9 +130,9 @@ def _draw_residuals(ax, rig, diagnoser, new):
 def _draw_verdicts(ax, stretches, styles):
     """Draw the verdicts of second halves, fitted on stretches of one speed."""
     is_first = stretches.start < np.median(stretches.start)
-    known = is_first & (stretches.rpm == TRAIN_RPM)
+    training = is_first & (stretches.rpm == TRAIN_RPM)
     diagnoser = make_diagnoser(healthy="N", sampling_rate=stretches.sampling_rate)
-    diagnoser.fit(stretches.data[known], stretches.target[known], rpm=TRAIN_RPM)
+    diagnoser.fit(stretches.data[training], stretches.target[training], rpm=TRAIN_RPM)
     names = stretches.target_names
     for speed, marker in NEW_SPEEDS.items():
         tested = ~is_first & (stretches.rpm == speed)
@@ -142,10 +144,10 @@ def _draw_verdicts(ax, stretches, styles):
             rpm=speed,
             train_rpm=[TRAIN_RPM],
         )
-        for place, name in enumerate(names):
+        for line, name in enumerate(names):
             verdict = table.loc[name]
             color = styles[name]["color"] if verdict["verdict"] == name else NEUTRAL
-            ax.plot(verdict["probability"], -place, marker, color=color, ms=9)
+            ax.plot(verdict["probability"], -line, marker, color=color, ms=9)
         ax.plot([], [], marker, color=NEUTRAL, label=f"{speed} rpm", ls="", ms=9)
     ax.set_yticks(-np.arange(len(names)), [NAMES[name] for name in names], fontsize=11)
     ax.set_ylim(0.6 - len(names), 0.9)

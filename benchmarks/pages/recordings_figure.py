@@ -49,8 +49,8 @@ def draw(path):
         recorded = np.load(Path(folder, "noise.npy"))
     with saved_figure(path, 1, 2, size=(9.0, 2.6), width_ratios=(3, 2)) as axes:
         kept, spectrum = axes[0]
-        for row, own in enumerate(starts.values()):
-            for number, start in enumerate(own):
+        for row, starts_of_way in enumerate(starts.values()):
+            for number, start in enumerate(starts_of_way):
                 # Windows that share samples stand on two levels.
                 kept.broken_barh(
                     [(start + 20, LENGTH - 40)],

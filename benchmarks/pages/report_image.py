@@ -20,7 +20,7 @@ from skarxlag.commands import main as run
 from skarxlag.datasets import fetch_uestc
 
 TRAIN_RPM, RPM = 1000, 1400
-#: Place of the recording that is drawn.
+#: Number of the recording that is drawn.
 DRAWN = 2
 #: Its width in pixels.
 TELEPHONE = 390
@@ -61,8 +61,8 @@ def report(folder, data_home):
     lines[RPM] += [
         f"{name},N,{RPM},{rig.sampling_rate}" for name in ("dead.npy", "missing.npy")
     ]
-    for rpm, own in lines.items():
-        (folder / f"{rpm}.csv").write_text("\n".join(own))
+    for rpm, recordings in lines.items():
+        (folder / f"{rpm}.csv").write_text("\n".join(recordings))
     table, model, page = (
         folder / f"{RPM}.csv",
         folder / "uestc.skops",

@@ -104,15 +104,17 @@ def accuracy_with_paper(verdicts: pd.DataFrame, number: int) -> pd.DataFrame:
     else:
         chosen = verdicts[verdicts["crack_mm"] == table.crack_mm]
         inner = "test_rpm"
-    own = condition_accuracy(
+    simulated = condition_accuracy(
         chosen, table.frame.index, ["diagnoser", inner]
     ).sort_index(axis=1)
-    own = own[[name for name in METHODS if name in own.columns.levels[0]]]
+    simulated = simulated[
+        [name for name in METHODS if name in simulated.columns.levels[0]]
+    ]
     paper = table.frame.copy()
     paper.loc[AVERAGE] = paper.mean()
     paper.loc[PRINTED_AVERAGE] = table.average
     return pd.concat(
-        {OWN: own, PAPER: paper}, axis=1, names=["source", "method", inner]
+        {OWN: simulated, PAPER: paper}, axis=1, names=["source", "method", inner]
     )
 
 
@@ -158,9 +160,9 @@ def confusion_with_paper(
         (verdicts["test_rpm"] == table.rpm) & (verdicts["crack_mm"] == table.crack_mm)
     ]
     for name in METHODS:
-        own = chosen[chosen["diagnoser"] == name]
-        if len(own):
-            matrices[OWN, name] = confusion_table(own, table.frame.index.tolist())
+        of_method = chosen[chosen["diagnoser"] == name]
+        if len(of_method):
+            matrices[OWN, name] = confusion_table(of_method, table.frame.index.tolist())
     return matrices
 
 
@@ -230,9 +232,11 @@ def averages(verdicts: pd.DataFrame, halves: pd.DataFrame) -> pd.DataFrame:
         "rows of Tables 2-4, and of 5 by halves": pd.concat([tested, halves]),
     }
     rows = {}
-    for basis, own in sets.items():
-        right = 100.0 * (own["true"] == own["predicted"])
-        keys = [own[name] for name in ("diagnoser", "crack_mm", "test_rpm", "true")]
+    for basis, of_basis in sets.items():
+        right = 100.0 * (of_basis["true"] == of_basis["predicted"])
+        keys = [
+            of_basis[name] for name in ("diagnoser", "crack_mm", "test_rpm", "true")
+        ]
         rows[basis] = _with_both(
             right.groupby(keys).mean().groupby(level=[0, 1]).mean()
         )

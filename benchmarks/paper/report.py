@@ -67,12 +67,14 @@ def paper_report(outcome):
     tables.append(_by_speed(halves, 5, honest, suffix=" by halves"))
     tables += [_confusion(verdicts, number, about[number]) for number in (6, 7)]
     tables += [_by_crack(verdicts, number, about[number]) for number in (8, 9)]
-    own = averages(verdicts, halves)
+    simulated = averages(verdicts, halves)
     title = "Average accuracy in %, recomputed from rows where not claimed or printed"
-    tables.append(_both_sources(title, "averages", paper_averages(), own))
+    tables.append(_both_sources(title, "averages", paper_averages(), simulated))
     title = "Improvement of the proposed method on ALPIO, in percentage points"
     tables.append(
-        _both_sources(title, "improvements", paper_improvements(), improvements(own))
+        _both_sources(
+            title, "improvements", paper_improvements(), improvements(simulated)
+        )
     )
     return tables
 
@@ -89,8 +91,8 @@ def _by_crack(verdicts, number, about):
     blocks = []
     note = _SAME_WINDOWS
     for method in frame["simulated rig"].columns.unique("method"):
-        own = frame.loc[:, frame.columns.get_level_values("method") == method]
-        blocks.append((note, _accuracy_text(own.dropna(axis=0, how="all"))))
+        of_method = frame.loc[:, frame.columns.get_level_values("method") == method]
+        blocks.append((note, _accuracy_text(of_method.dropna(axis=0, how="all"))))
         note = ""
     title = f"Table {number}: accuracy in % by speed, crack {about.crack_mm} mm"
     return Table(title, blocks, f"table{number}", _flat(frame))
@@ -134,19 +136,21 @@ def _confusion(verdicts, number, about):
     return Table(title, blocks, f"table{number}", frame)
 
 
-def _both_sources(title, stem, paper, own):
-    frame = pd.concat({"paper": paper, "simulated rig": own}, names=["source", "basis"])
+def _both_sources(title, stem, paper, simulated):
+    frame = pd.concat(
+        {"paper": paper, "simulated rig": simulated}, names=["source", "basis"]
+    )
     cells = pd.concat(
         [
             rows.apply(_numbers, digits=_DIGITS[source]).set_axis(
                 [f"{source}, {basis}" for basis in rows.index]
             )
-            for source, rows in (("paper", paper), ("simulated rig", own))
+            for source, rows in (("paper", paper), ("simulated rig", simulated))
         ]
-    )[own.columns].fillna("")
-    if isinstance(own.columns, pd.MultiIndex):
-        cells.columns = pd.MultiIndex.from_tuples(own.columns.tolist())
-    return Table(title, [("", cells)], stem, _flat(frame[own.columns]))
+    )[simulated.columns].fillna("")
+    if isinstance(simulated.columns, pd.MultiIndex):
+        cells.columns = pd.MultiIndex.from_tuples(simulated.columns.tolist())
+    return Table(title, [("", cells)], stem, _flat(frame[simulated.columns]))
 
 
 def _flat(frame):

@@ -158,7 +158,7 @@ def compared(reports):
         Title and cells by the stem of the table. Rows are named by their source (for the
         simulated rig with the run) and by what they average.
     """
-    found = {}
+    by_stem = {}
     for stem in COMPARED:
         rows = {}
         for run, tables in reports.items():
@@ -170,9 +170,9 @@ def compared(reports):
             rows["paper"] = by_source.loc["paper"]
             rows[f"simulated rig, {run}"] = by_source.loc["simulated rig"]
         frame = pd.concat(rows, names=["source", "from"]).fillna("")
-        columns = max((tables.columns for tables in rows.values()), key=len)
-        found[stem] = table.title, frame[columns]
-    return found
+        columns = max((cells.columns for cells in rows.values()), key=len)
+        by_stem[stem] = table.title, frame[columns]
+    return by_stem
 
 
 def table_text(cells):
@@ -205,9 +205,9 @@ def blocks(reports, sizes, comparison):
     for title, cells in comparison.values():
         parts += [f"**{title}**", table_text(cells)]
     named = {"paper tables compared": "\n\n".join(parts)}
-    for place, run in enumerate(SHOWN):
+    for number, run in enumerate(SHOWN):
         parts = [f"Simulated rig, {sizes[run]}."]
-        parts += [folded(table, with_paper=place == 0) for table in reports[run]]
+        parts += [folded(table, with_paper=number == 0) for table in reports[run]]
         named[f"paper tables {run}"] = "\n\n".join(filter(None, parts))
     return named
 

@@ -42,8 +42,8 @@ def rows_of(samples, rate, seconds, count):
 def chosen(rig, most):
     """Return some of the recordings of a rig, evenly spread over all."""
     count = min(most, len(rig.recordings))
-    places = np.linspace(0, len(rig.recordings) - 1, count).astype(int)
-    return [rig.recordings[place] for place in places]
+    positions = np.linspace(0, len(rig.recordings) - 1, count).astype(int)
+    return [rig.recordings[position] for position in positions]
 
 
 def judged(rig, recording, treatment, rows, rate, rpm):
@@ -99,9 +99,9 @@ def length_name(seconds):
     return "whole" if seconds is None else f"{seconds:g} s"
 
 
-def refused(found, index, columns):
+def refused(rows, index, columns):
     """Return the share of rows that are refused, in percent and rounded up, as texts."""
-    bad = found.assign(refused=found["quality"] != "good")
+    bad = rows.assign(refused=rows["quality"] != "good")
     options = {"index": index, "columns": columns, "values": "refused", "sort": False}
     share = bad.pivot_table(**options) * 100
     share["all"] = bad.groupby(index, sort=False)["refused"].mean() * 100

@@ -92,8 +92,8 @@ def simulated_rig(seconds, rpm=1500.0):
     """Return a recording of a simulated bearing 6205 with an outer race fault, at 25.6 kHz."""
     # The modes of the default rig lie above half this rate.
     paths = {
-        place: replace(path, frequencies=tuple(f / _LOWER for f in path.frequencies))
-        for place, path in vars(DEFAULT_PATHS).items()
+        source: replace(path, frequencies=tuple(f / _LOWER for f in path.frequencies))
+        for source, path in vars(DEFAULT_PATHS).items()
     }
     facts = {
         "sampling_rate": float(SIMULATED_RATE),

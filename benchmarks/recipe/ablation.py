@@ -28,7 +28,7 @@ from skarxlag import (
     make_diagnoser,
 )
 from skarxlag.core.fault_locations import location_of_label
-from skarxlag.models.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
 
 EVALUATIONS = {name: name.replace("_", " ") for name in RESIDUAL_EVALUATIONS}
 OBSERVERS = {
@@ -43,15 +43,18 @@ NO_DRIFT = {"smooth_drift": 0.0, "rough_drift": TINY, "frequency_drift": 0.0}
 #: Changed parameters of `LogSpectra` and of `SpectralDistance` in `make_diagnoser`.
 PARTS = {
     "product of groups alone": ({}, {"joint_weight": 0.0}),
-    "joint distance of colour and steadiness alone": ({}, {"joint_weight": 1.0}),
+    "joint distance of spectral shape and impulsiveness alone": (
+        {},
+        {"joint_weight": 1.0},
+    ),
     "joint distance of all groups alone": (
         {},
         {"joint_weight": 1.0, "joint_groups": None},
     ),
-    "colour alone": ({"measures": ("spectral_shape",)}, {"joint_groups": None}),
+    "spectral shape alone": ({"measures": ("spectral_shape",)}, {"joint_groups": None}),
     "floor alone": ({"measures": ("floor",)}, {"joint_groups": None}),
-    "steadiness alone": ({"measures": ("steadiness",)}, {"joint_groups": None}),
-    "without steadiness": (
+    "impulsiveness alone": ({"measures": ("steadiness",)}, {"joint_groups": None}),
+    "without impulsiveness": (
         {"measures": ("spectral_shape", "floor")},
         {"joint_groups": None},
     ),
@@ -59,7 +62,10 @@ PARTS = {
         {"measures": ("spectral_shape", "steadiness")},
         {"joint_groups": None},
     ),
-    "without colour": ({"measures": ("floor", "steadiness")}, {"joint_groups": None}),
+    "without spectral shape": (
+        {"measures": ("floor", "steadiness")},
+        {"joint_groups": None},
+    ),
     "smooth drift 0": ({}, {"smooth_drift": 0.0}),
     f"rough drift {TINY:g}": ({}, {"rough_drift": TINY}),
     "frequency drift 0": ({}, {"frequency_drift": 0.0}),
@@ -123,29 +129,29 @@ def verdicts_only(make, healthy):
 
 def variants():
     """Functions from the healthy condition to a classifier, by name."""
-    found = {}
+    makers = {}
     for observer, make in OBSERVERS.items():
         for evaluation, words in EVALUATIONS.items():
-            found[f"{observer}, {words}"] = partial(
+            makers[f"{observer}, {words}"] = partial(
                 observing, make(evaluation=evaluation)
             )
-    found[PROPOSAL] = observing_bank
+    makers[PROPOSAL] = observing_bank
     linear = partial(ExtendedStatePIObserverBank, saturation=0.0, bandwidth=1.0)
-    found[f"{PROPOSAL}, linear observers"] = partial(observing_bank, observer=linear)
-    found[f"{PROPOSAL}, joint distance"] = partial(observing_bank, joint_weight=1.0)
-    found[f"{PROPOSAL}, model order 8"] = partial(observing_bank, order=8)
-    found[f"{PROPOSAL}, no drift at all"] = partial(observing_bank, **NO_DRIFT)
-    found[RECIPE] = comparing
-    found[f"{RECIPE}, measured inputs left out"] = output_alone
-    found[f"{RECIPE}, plain windows, no model"] = plain_windows
-    found[f"{RECIPE}, model order 32"] = partial(comparing, model={"order": 32})
+    makers[f"{PROPOSAL}, linear observers"] = partial(observing_bank, observer=linear)
+    makers[f"{PROPOSAL}, joint distance"] = partial(observing_bank, joint_weight=1.0)
+    makers[f"{PROPOSAL}, model order 8"] = partial(observing_bank, order=8)
+    makers[f"{PROPOSAL}, no drift at all"] = partial(observing_bank, **NO_DRIFT)
+    makers[RECIPE] = comparing
+    makers[f"{RECIPE}, measured inputs left out"] = output_alone
+    makers[f"{RECIPE}, plain windows, no model"] = plain_windows
+    makers[f"{RECIPE}, model order 32"] = partial(comparing, model={"order": 32})
     for name, (measure, distance) in PARTS.items():
-        found[f"{RECIPE}, {name}"] = partial(
+        makers[f"{RECIPE}, {name}"] = partial(
             comparing, measure=measure, distance=distance
         )
     for unit in UNITS:
-        found[f"healthy model alone, {unit}"] = partial(healthy_alone, unit=unit)
-    return found
+        makers[f"healthy model alone, {unit}"] = partial(healthy_alone, unit=unit)
+    return makers
 
 
 def comparisons():

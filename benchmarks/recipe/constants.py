@@ -106,8 +106,8 @@ class Fold:
 
     def verdicts(self, log_residuals, order_weight):
         """Log residuals with those of the orders, and which rows are right."""
-        found = log_residuals + order_weight * self.of_orders
-        return found, self.classes[found.argmin(axis=1)] == self.y_test
+        residuals = log_residuals + order_weight * self.of_orders
+        return residuals, self.classes[residuals.argmin(axis=1)] == self.y_test
 
 
 def _windows(rows):
@@ -147,7 +147,7 @@ def score_rig(rig, kinds, grid, report=print):
                 # Windows have no orders: their scores count for every weight.
                 same = [weight] if len(weights) > 1 else ORDER_WEIGHTS
                 for protocol in PROTOCOLS:
-                    found = [
+                    results = [
                         (fold, *fold.verdicts(each, weight))
                         for name, fold, each in residuals
                         if name == protocol
@@ -155,12 +155,12 @@ def score_rig(rig, kinds, grid, report=print):
                     right = np.mean(
                         [
                             np.mean(ok[fold.rpm_test == speed])
-                            for fold, _, ok in found
+                            for fold, _, ok in results
                             for speed in np.unique(fold.rpm_test)
                         ]
                     )
                     errors = {
-                        each: _calibration_error(found, each) for each in EXPONENTS
+                        each: _calibration_error(results, each) for each in EXPONENTS
                     }
                     for each in same:
                         values = (order, spectrum_order, smooth, joint, each)
@@ -180,13 +180,13 @@ def _score_frames(rig, kinds, grid):
     return {what: pd.DataFrame(rows) for what, rows in scores}
 
 
-def _calibration_error(found, exponent):
+def _calibration_error(verdicts, exponent):
     stated = [
         np.exp(log_softmax(-exponent * logs, axis=1).max(axis=1))
-        for _, logs, _ in found
+        for _, logs, _ in verdicts
     ]
     return expected_calibration_error(
-        np.concatenate(stated), np.concatenate([right for _, _, right in found])
+        np.concatenate(stated), np.concatenate([right for _, _, right in verdicts])
     )
 
 
@@ -242,15 +242,15 @@ def _of(frame, setting):
     ]
 
 
-def left_out_table(known, errors, real):
+def left_out_table(of_real, errors, real):
     """Table of the setting that the other rigs choose, and its scores on the left-out rig."""
     rows = []
     for rig in real:
-        others, _ = choose(known[known.rig != rig])
+        others, _ = choose(of_real[of_real.rig != rig])
         exponents = choose_exponents(errors[errors.rig != rig], others)
-        cells = _of(known[known.rig == rig], others).set_index(["rows", "trained at"])[
-            "right"
-        ]
+        cells = _of(of_real[of_real.rig == rig], others).set_index(
+            ["rows", "trained at"]
+        )["right"]
         row = {"left out": rig} | dict(zip(NAMES, others, strict=True))
         row |= {
             f"{kind}, {protocol}": value for (kind, protocol), value in cells.items()
@@ -272,9 +272,9 @@ def left_out_table(known, errors, real):
 
 def report(accuracies, calibrations, real):
     """Format the choice, the scores of each left-out rig and the calibration errors."""
-    known = accuracies[accuracies.rig.isin(real)]
+    of_real = accuracies[accuracies.rig.isin(real)]
     errors = calibrations[calibrations.rig.isin(real)]
-    setting, scores = choose(known)
+    setting, scores = choose(of_real)
     exponents = "; ".join(
         f"exponent {exponent:g} with {protocol} to train on (largest calibration error {error:.3f})"
         for protocol, (exponent, error) in choose_exponents(errors, setting).items()
@@ -290,7 +290,7 @@ def report(accuracies, calibrations, real):
             f"**{listed}**; {exponents}. First halves of the recordings train, second halves test: "
             "they share the specimen and its mounting, and differ in speed.",
             "Choice without each rig, and its score on that rig:",
-            markdown(left_out_table(known, errors, real)),
+            markdown(left_out_table(of_real, errors, real)),
             "The chosen setting on every rig:",
             markdown(chosen.reset_index()),
             "The best settings on all real rigs:",

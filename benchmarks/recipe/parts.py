@@ -14,9 +14,9 @@ WITHOUT = {
     "model of the signal": f"{RECIPE}, plain windows, no model",
     "measured inputs": f"{RECIPE}, measured inputs left out",
     "expected change with speed": f"{RECIPE}, no drift at all",
-    "colour of the spectrum": f"{RECIPE}, without colour",
+    "spectral shape": f"{RECIPE}, without spectral shape",
     "floor between impacts": f"{RECIPE}, without floor",
-    "steadiness": f"{RECIPE}, without steadiness",
+    "impulsiveness": f"{RECIPE}, without impulsiveness",
     "joint distance, next to the product of distances": f"{RECIPE}, product of groups alone",
     "short-time spectra, in place of a bank of observers": PROPOSAL,
 }
@@ -72,8 +72,8 @@ def _of_length(recordings):
         if variant not in accuracy.index:
             continue
         earned = (accuracy.loc[RECIPE] - accuracy.loc[variant]).map("{:+.3f}".format)
-        found = draws(real[real.method.isin([RECIPE, variant])])[_MEAN]
-        limits = interval(found[RECIPE] - found[variant])
+        mean_draws = draws(real[real.method.isin([RECIPE, variant])])[_MEAN]
+        limits = interval(mean_draws[RECIPE] - mean_draws[variant])
         lines.append({"part": part} | earned.to_dict() | {"90 % interval": limits})
     table = pd.DataFrame(lines).fillna("")
     columns = ["part", _MEAN, "90 % interval", *accuracy.columns[1:]]

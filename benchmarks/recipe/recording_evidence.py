@@ -73,9 +73,9 @@ def answer(log_probability, decide, groups, true):
     true : str
         The true answer.
     """
-    found = decided(log_probability[np.newaxis], decide.classes_, *decide.questions())
-    probability = pd.Series(found["probability"][0]).groupby(list(groups)).sum()
-    verdict = groups[int(found["probability"][0].argmax())]
+    shares = decided(log_probability[np.newaxis], decide.classes_, *decide.questions())
+    probability = pd.Series(shares["probability"][0]).groupby(list(groups)).sum()
+    verdict = groups[int(shares["probability"][0].argmax())]
     loss = -np.log(max(probability.get(true, 0.0), SMALLEST_PROBABILITY))
     return Answer(verdict == true, float(probability[verdict]), float(loss))
 
@@ -125,8 +125,8 @@ def other_speeds(rig, kind):
                 continue
             one = rig._replace(recordings=[recording])
             X, _, rpm = rows_of(one, length, 1, tested)
-            found = diagnoser.diagnose(X, rpm=rpm)
-            yield from answers(found, decide, classes, recording.condition)
+            diagnosis = diagnoser.diagnose(X, rpm=rpm)
+            yield from answers(diagnosis, decide, classes, recording.condition)
 
 
 def other_bearings(rig):
@@ -145,19 +145,19 @@ def other_bearings(rig):
         diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate)
         diagnoser.fit(train.X, train.condition, rpm=train.rpm)
         decide = diagnoser["decide"]
-        of_condition = dict(zip(train.condition, train.place, strict=True))
+        of_condition = dict(zip(train.condition, train.location, strict=True))
         groups = [of_condition[name] for name in decide.classes_]
         for rows in tests.values():
             facts = zip(rows.condition, rows.rpm, rows.load, strict=True)
             labels = pd.factorize(pd.Series(list(facts)))[0]
             for label in range(labels.max() + 1):
                 recording = rows[labels == label]
-                true = recording.place[0]
+                true = recording.location[0]
                 # A location without any training row cannot be named.
                 if location_of_label(true) is None or true not in groups:
                     continue
-                found = diagnoser.diagnose(recording.X, rpm=recording.rpm)
-                yield from answers(found, decide, groups, true)
+                diagnosis = diagnoser.diagnose(recording.X, rpm=recording.rpm)
+                yield from answers(diagnosis, decide, groups, true)
 
 
 def frame(rig):
@@ -166,32 +166,32 @@ def frame(rig):
     sources = {f"{SAME}, {kind}": other_speeds(rig, kind) for kind in kinds}
     sources[ANOTHER] = other_bearings(rig)
     rows = [
-        {"rig": rig.name, "test": test, "way": way} | found._asdict()
+        {"rig": rig.name, "test": test, "way": way} | answer_of_way._asdict()
         for test, source in sources.items()
-        for way, found in source
+        for way, answer_of_way in source
     ]
     return pd.DataFrame(rows)
 
 
-def chosen_correlation(found):
+def chosen_correlation(results):
     """Return the correlation with the least log loss: mean over both tests of each rig."""
-    is_same = found["test"] != ANOTHER
-    losses = found.groupby(["way", found["rig"], is_same])["loss"].mean()
+    is_same = results["test"] != ANOTHER
+    losses = results.groupby(["way", results["rig"], is_same])["loss"].mean()
     by_way = losses.groupby(level=0).mean().drop(SUM)
     return float(by_way.idxmin())
 
 
-def table(found):
+def table(results):
     """Tabulate both ways for each test and rig, with the choice of the other rigs."""
     rows = []
-    is_another = found["test"] == ANOTHER
+    is_another = results["test"] == ANOTHER
     for title, of_test in {
-        SAME: found[~is_another],
-        ANOTHER: found[is_another],
+        SAME: results[~is_another],
+        ANOTHER: results[is_another],
     }.items():
         left_out = []
         for rig, of_rig in of_test.groupby("rig", sort=False):
-            correlation = chosen_correlation(found[found["rig"] != rig])
+            correlation = chosen_correlation(results[results["rig"] != rig])
             chosen = of_rig[of_rig["way"].isin([SUM, str(correlation)])]
             left_out.append(chosen)
             facts = {"test": title, "rig": rig, "correlation": correlation}
@@ -228,14 +228,14 @@ def main(arguments=None):
         if not path.exists():
             frame(rig).to_csv(path, index=False)
         frames.append(pd.read_csv(path))
-    found = pd.concat(frames)
+    results = pd.concat(frames)
     text = (
         f"{len(CORRELATIONS)} correlations of the noise of rows were scored; all rigs "
-        f"choose {chosen_correlation(found):g}, and a row has the choice of the other "
+        f"choose {chosen_correlation(results):g}, and a row has the choice of the other "
         "rigs. *Same bearing*: the condition of second halves at the speeds that were "
         "not fitted at, with rows of 1200 samples, 4800 samples and 1 s; training and "
         "test share the specimen and its mounting. *Another bearing*: the fault "
         "location of recordings of left-out specimens. *Error*: expected calibration "
         "error, 10 bins."
     )
-    publish(options, {"recording evidence": f"{text}\n\n{markdown(table(found))}"})
+    publish(options, {"recording evidence": f"{text}\n\n{markdown(table(results))}"})

@@ -32,7 +32,7 @@ class Recording(NamedTuple):
 
 
 class Rig(NamedTuple):
-    """Recordings of one machine, their sampling rate in Hz, and the place where they lie."""
+    """Recordings of one machine, with their sampling rate in Hz."""
 
     name: str
     sampling_rate: float

@@ -178,20 +178,20 @@ def _verdicts(method, train, test, rig, kind):
     return of_ours(train, test, rate, method == STATED)
 
 
-def accuracy_table(found):
+def accuracy_table(scored):
     """Mean accuracy over pairs: a row for each kind, protocol and method, a column for each rig."""
     keys = ["rows", "trained at", "method", "rig"]
-    of_pair = found.groupby([*keys, "trained rpm", "rpm"], sort=False).right.mean()
+    of_pair = scored.groupby([*keys, "trained rpm", "rpm"], sort=False).right.mean()
     table = of_pair.groupby(keys, sort=False).mean().unstack("rig", sort=False)
     is_real = ~table.columns.str.startswith("simulated")
     table.insert(0, "mean of rigs", table.loc[:, is_real].mean(axis=1))
     return table.reset_index()
 
 
-def calibration_table(found):
+def calibration_table(scored):
     """Expected calibration error over all pairs, where probabilities are stated."""
     keys = ["rows", "trained at", "rig"]
-    stated = found[found.method == STATED].groupby(keys, sort=False)
+    stated = scored[scored.method == STATED].groupby(keys, sort=False)
     errors = {
         key: expected_calibration_error(of.confidence, of.right) for key, of in stated
     }
@@ -208,16 +208,16 @@ def cells(methods, kinds):
     ]
 
 
-def in_order(found):
+def in_order(scored):
     """Sort verdicts as the tables list them."""
     order = {
         "rows": list(ROWS),
         "trained at": ["one speed", "others"],
         "method": METHODS,
     }
-    places = {name: found[name].map(values.index) for name, values in order.items()}
-    return found.iloc[
-        pd.DataFrame(places).sort_values(list(order), kind="stable").index
+    ranks = {name: scored[name].map(values.index) for name, values in order.items()}
+    return scored.iloc[
+        pd.DataFrame(ranks).sort_values(list(order), kind="stable").index
     ]
 
 

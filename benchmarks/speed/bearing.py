@@ -26,10 +26,12 @@ _PEERS = {
 def bearing(n_rounds=9, n_stretches=20, n_samples=_RATE):
     """`FaultOrderClassifier` on stretches of a second, compared with peers and on two threads."""
     orders = bearing_orders(_BEARING)
-    places = [None, *itemgetter("inner", "outer")(orders)]
+    orders_of_impacts = [None, *itemgetter("inner", "outer")(orders)]
     X = np.stack(
         [
-            struck(places[n % len(places)], _RPM, [0, n], n_samples)
+            struck(
+                orders_of_impacts[n % len(orders_of_impacts)], _RPM, [0, n], n_samples
+            )
             for n in range(n_stretches)
         ]
     )

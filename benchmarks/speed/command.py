@@ -89,14 +89,16 @@ def missed_targets(measurements):
     measurements : list of dict
         As `rows` describes them.
     """
-    found = []
+    sentences = []
     for line in measurements:
         target, reached = line.get("target"), line["reached"]
         at_most = line.get("at_most", False)
         if target is not None and (reached > target if at_most else reached < target):
             bound = "at most" if at_most else "at least"
-            found.append(f"{line['what']}: {reached:.3g}, target {bound} {target:g}")
-    return found
+            sentences.append(
+                f"{line['what']}: {reached:.3g}, target {bound} {target:g}"
+            )
+    return sentences
 
 
 def machine():

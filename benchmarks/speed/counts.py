@@ -173,8 +173,8 @@ def sorting_comparisons(n_rows):
     while p > 0:
         q, first, distance = largest, 0, p
         while distance > 0:
-            places = np.arange(n_rows - distance)
-            count += int(np.count_nonzero(places & p == first))
+            rows = np.arange(n_rows - distance)
+            count += int(np.count_nonzero(rows & p == first))
             distance, first = q - p, p
             q //= 2
         p //= 2

@@ -36,8 +36,8 @@ WINDOW_LENGTH = 1200
 SENSORS, SAMPLING_RATE, SECONDS = 10_000, 25_600, 1.0
 
 
-def _place_after(task):
-    """Process that did a task."""
+def _process_after(task):
+    """Return the number of the process that did a task."""
     task()
     return os.getpid()
 
@@ -52,9 +52,9 @@ def _products(n):
 def _warm_workers(n_workers, tasks):
     """An executor of which every process has done one of the tasks."""
     with ProcessPoolExecutor(n_workers) as executor:
-        places = set()
-        while len(places) < n_workers:
-            places.update(executor.map(_place_after, tasks))
+        processes = set()
+        while len(processes) < n_workers:
+            processes.update(executor.map(_process_after, tasks))
         yield executor
 
 
@@ -115,8 +115,8 @@ def measure(n_rounds=9, n_recordings=24, n_windows=400):
 
 def fleet(**settings):
     """Return a row of the speed benchmark: two worker processes over one."""
-    found = measure(**settings)
-    seconds, n_samples = found["seconds"], found["n_samples"]
+    measured = measure(**settings)
+    seconds, n_samples = measured["seconds"], measured["n_samples"]
     faster, differs = ratio(seconds["one"], seconds["two"])
     possible, noise = ratio(seconds["product"], seconds["products"])
     return [
@@ -132,9 +132,9 @@ def fleet(**settings):
     ]
 
 
-def costs(found):
+def costs(measured):
     """Return the costs of a fleet as a data frame: measured values, then derived ones."""
-    seconds, n_samples = found["seconds"], found["n_samples"]
+    seconds, n_samples = measured["seconds"], measured["n_samples"]
     samples_a_second = n_samples / float(np.median(seconds["one"]))
     faster, differs = ratio(seconds["one"], seconds["two"])
     possible, noise = ratio(seconds["product"], seconds["products"])
@@ -148,15 +148,15 @@ def costs(found):
             "matrix products in two processes over one (spread)",
             f"{possible:.2f} ({noise:.0%})",
         ),
-        ("bytes to a worker for a recording, b", f"{found['bytes_out']:,}"),
-        ("bytes from a worker for a window, w", f"{found['bytes_back']:.0f}"),
+        ("bytes to a worker for a recording, b", f"{measured['bytes_out']:,}"),
+        ("bytes from a worker for a window, w", f"{measured['bytes_back']:.0f}"),
     ]
     for what, share in (("one recording a minute", SECONDS / 60), ("no pause", 1.0)):
         samples = SENSORS * SAMPLING_RATE * share
         recordings = SENSORS * share / SECONDS
         network = (
-            recordings * found["bytes_out"]
-            + samples / WINDOW_LENGTH * found["bytes_back"]
+            recordings * measured["bytes_out"]
+            + samples / WINDOW_LENGTH * measured["bytes_back"]
         )
         lines += [
             (f"example, {what}: cores", f"{samples / samples_a_second:,.1f}"),
@@ -171,11 +171,11 @@ def main(arguments=None):
     parser.add_argument("--rounds", type=int, default=9, metavar="N", help="default: 9")
     options = parser.parse_args(arguments)
     load = os.getloadavg()[0]
-    found = measure(options.rounds)
-    frame = costs(found)
+    measured = measure(options.rounds)
+    frame = costs(measured)
     options.output.mkdir(parents=True, exist_ok=True)
     frame.to_csv(options.output / "costs.csv", index=False)
-    n_rounds = len(found["seconds"]["one"])
+    n_rounds = len(measured["seconds"]["one"])
     about = (
         "`make_diagnoser`, windows of "
         f"{WINDOW_LENGTH}, recordings of 400 windows in float32, median of {n_rounds} rounds in "

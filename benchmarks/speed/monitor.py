@@ -35,7 +35,7 @@ def monitor(n_rounds=9, n_seconds=10):
     times, differs = ratio(seconds["monitor"], seconds["windows"])
     latency = np.median(seconds["block"])
     what = "`ConditionMonitor.update`, one channel of 25.6 kHz, blocks of 1 s"
-    found = [
+    lines = [
         {
             "what": f"{what}: time over `diagnose` on the same windows",
             "ours": rate(signal.size, seconds["monitor"]),
@@ -51,7 +51,7 @@ def monitor(n_rounds=9, n_seconds=10):
     ]
     if "river" in seconds:
         times, differs = ratio(seconds["monitor"], seconds["river"])
-        found.append(
+        lines.append(
             {
                 "what": f"{what}: time over river's classifier and detector on {_BANDS} band "
                 "energies of each window",
@@ -61,7 +61,7 @@ def monitor(n_rounds=9, n_seconds=10):
                 "spread": differs,
             }
         )
-    return found
+    return lines
 
 
 def sensors(n_rounds=3, sensors=_SENSORS):

@@ -22,7 +22,10 @@ def scale(counts=_COUNTS):
         seconds = [steps(SavedModel(model), recording, n) for n in counts]
     lines = []
     for what in seconds[0]:
-        each = [found[what] / n * 1e6 for found, n in zip(seconds, counts, strict=True)]
+        each = [
+            of_count[what] / n * 1e6
+            for of_count, n in zip(seconds, counts, strict=True)
+        ]
         lines.append(
             {
                 "what": f"{what}: processor time for {counts[-1]} recordings over that for "
@@ -59,16 +62,16 @@ def steps(model, recording, n):
         "\n".join(["path,condition,rpm,sampling_rate,channel", *lines, ""])
     )
     listed = list_recordings(table)
-    [known] = list_files(recording, sampling_rate=20e3)
-    found = [diagnose_file(known, model.load)] * n
+    [measured] = list_files(recording, sampling_rate=20e3)
+    diagnoses = [diagnose_file(measured, model.load)] * n
     rows, windows = (
-        recording_rows(listed, found, model.healthy),
-        window_rows(listed, found),
+        recording_rows(listed, diagnoses, model.healthy),
+        window_rows(listed, diagnoses),
     )
 
     def with_journal():
         with Journal(folder / "results", []) as journal:
-            for each, diagnosis in zip(listed, found, strict=True):
+            for each, diagnosis in zip(listed, diagnoses, strict=True):
                 journal.add(each, diagnosis)
                 journal.result(each)
 
@@ -76,10 +79,10 @@ def steps(model, recording, n):
         "files of a folder": lambda: list_files(folder),
         "recordings of a table": lambda: list_recordings(table),
         "journal": with_journal,
-        "rows of results": lambda: window_rows(listed, found),
+        "rows of results": lambda: window_rows(listed, diagnoses),
         "results as json": lambda: write_tables(
             folder / "results.json", rows, windows, model.summary
         ),
-        "report": lambda: html_report(model, listed, found, rows),
+        "report": lambda: html_report(model, listed, diagnoses, rows),
     }
     return {what: float(each[0]) for what, each in take_turns(tasks, 1).items()}

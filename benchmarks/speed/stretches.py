@@ -25,8 +25,8 @@ def stretches(n_rounds=9, n_stretches=20, n_samples=_RATE):
     def rows(rpm, each, seed):
         return np.stack(
             [
-                struck(order, rpm, [seed, place, n], n_samples)
-                for place, order in enumerate(_ORDERS)
+                struck(order, rpm, [seed, number, n], n_samples)
+                for number, order in enumerate(_ORDERS)
                 for n in range(each)
             ]
         )

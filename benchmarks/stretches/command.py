@@ -15,7 +15,7 @@ from benchmarks.cross_speed.protocol import check_rig, first_and_second_half
 from benchmarks.cross_speed.reporting import merge
 from benchmarks.pages.blocks import markdown, write_blocks
 from benchmarks.stretches.methods import CONDITIONS, RACES, SLOW, TRAINING, TooFew
-from benchmarks.stretches.rigs import BEARINGS, places, rigs_of_stretches
+from benchmarks.stretches.rigs import BEARINGS, locations, rigs_of_stretches
 from skarxlag import bearing_orders
 
 BLOCK = "stretches {}"
@@ -62,7 +62,7 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
-def speed_pairs(make_method, rig, *, of_place=False):
+def speed_pairs(make_method, rig, *, of_location=False):
     """Fit on first halves at each speed, score second halves at every other.
 
     Parameters
@@ -71,35 +71,35 @@ def speed_pairs(make_method, rig, *, of_place=False):
         Makes a method of ``methods``.
     rig : Bunch
         Stretches.
-    of_place : bool, default=False
-        Whether the method names places of faults. Compound faults are left out then.
+    of_location : bool, default=False
+        Whether the method names fault locations. Compound faults are left out then.
 
     Yields
     ------
     dict
-        ``train_rpm``, ``test_rpm``, ``accuracy``, ``place``, the accuracy on places,
+        ``train_rpm``, ``test_rpm``, ``accuracy``, ``location``, the accuracy on locations,
         and ``ms``, processor time of a verdict in milliseconds.
     """
     first, second = first_and_second_half(rig.recording, rig.start, rig.data.shape[-1])
-    of_row = places(rig.target)
-    has_place = of_row != None  # noqa: E711
+    of_row = locations(rig.target)
+    has_location = of_row != None  # noqa: E711
     speeds = np.unique(rig.rpm)
     for train_rpm in speeds:
-        train = first & (rig.rpm == train_rpm) & (has_place | (not of_place))
-        y = of_row if of_place else rig.target
+        train = first & (rig.rpm == train_rpm) & (has_location | (not of_location))
+        y = of_row if of_location else rig.target
         method = make_method().fit(rig.data[train], y[train], rig.rpm[train])
         for test_rpm in speeds[speeds != train_rpm]:
-            test = second & (rig.rpm == test_rpm) & (has_place | (not of_place))
+            test = second & (rig.rpm == test_rpm) & (has_location | (not of_location))
             clock = process_time()
             verdict = np.asarray(method.predict(rig.data[test], rig.rpm[test]))
             seconds = process_time() - clock
-            named = verdict if of_place else places(verdict)
-            right = np.nan if of_place else np.mean(verdict == rig.target[test])
+            named = verdict if of_location else locations(verdict)
+            right = np.nan if of_location else np.mean(verdict == rig.target[test])
             yield {
                 "train_rpm": train_rpm,
                 "test_rpm": test_rpm,
                 "accuracy": right,
-                "place": np.mean((named == of_row[test])[has_place[test]]),
+                "location": np.mean((named == of_row[test])[has_location[test]]),
                 "ms": 1e3 * seconds / test.sum(),
             }
 
@@ -132,11 +132,11 @@ def table(pairs, methods, cell):
 
 
 def _real_cell(pairs):
-    """Return the mean, worst pair and places, or places alone."""
-    place = f"({pairs['place'].mean():.3f})"
+    """Return the mean, worst pair and locations, or locations alone."""
+    location = f"({pairs['location'].mean():.3f})"
     if pairs["accuracy"].isna().all():
-        return place
-    return f"{pairs['accuracy'].mean():.3f} / {pairs['accuracy'].min():.3f} {place}"
+        return location
+    return f"{pairs['accuracy'].mean():.3f} / {pairs['accuracy'].min():.3f} {location}"
 
 
 def _simulated_cell(pairs):
@@ -153,23 +153,25 @@ def blocks(pairs):
         "every other speed. Accuracy over stretches of the length above: mean over all pairs of "
         "speeds"
     )
-    place = "(of the place of the fault alone: inner race, outer race, ball, healthy)"
+    location = (
+        "(of the location of the fault alone: inner race, outer race, ball, healthy)"
+    )
     is_simulated = pairs["rig"].str.startswith("simulated")
     real = pairs[~is_simulated]
     simulated = pairs[is_simulated]
-    found = {}
+    texts = {}
 
     def add(name, rows, methods, text, cell):
         # In the order of the methods, in which order ever they were run.
-        own = pd.concat([rows[rows["method"] == method] for method in methods])
-        if len(own):
-            found[BLOCK.format(name)] = f"{text}\n\n{table(own, methods, cell)}"
+        of_methods = pd.concat([rows[rows["method"] == method] for method in methods])
+        if len(of_methods):
+            texts[BLOCK.format(name)] = f"{text}\n\n{table(of_methods, methods, cell)}"
 
     add(
         "overview",
         real,
         CONDITIONS | SLOW | RACES,
-        f"{protocol} / worst pair {place}. An empty cell was not run.",
+        f"{protocol} / worst pair {location}. An empty cell was not run.",
         _real_cell,
     )
     if real["method"].isin(list(TRAINING)).any():
@@ -190,7 +192,7 @@ def blocks(pairs):
         "over the seeds / worst pair of all.",
         _simulated_cell,
     )
-    return found
+    return texts
 
 
 def main(arguments=None):
@@ -212,24 +214,24 @@ def main(arguments=None):
                             "seed": seed,
                         }
                         _score_into(path, run, rig, BEARINGS[name])
-    found = blocks(pd.read_csv(path))
+    texts = blocks(pd.read_csv(path))
     for page in options.write:
-        write_blocks(page, found)
-    print("\n\n".join(found.values()))
+        write_blocks(page, texts)
+    print("\n\n".join(texts.values()))
 
 
 def _score_into(path, run, rig, bearing):
     """Score a method on a rig, and put the result into the CSV file."""
     method = run["method"]
-    said = f"{run['rig']} | seed {run['seed']} | {run['seconds']:g} s | {method}: "
+    label = f"{run['rig']} | seed {run['seed']} | {run['seconds']:g} s | {method}: "
     try:
         rows = pd.DataFrame(_score(method, rig, bearing))
     except TooFew:
-        print(f"{said}too few stretches", file=sys.stderr, flush=True)
+        print(f"{label}too few stretches", file=sys.stderr, flush=True)
         return
     merge(path, rows, run)
     print(
-        f"{said}{_real_cell(rows)} {rows['ms'].mean():.1f} ms",
+        f"{label}{_real_cell(rows)} {rows['ms'].mean():.1f} ms",
         file=sys.stderr,
         flush=True,
     )
@@ -239,6 +241,6 @@ def _score(method, rig, bearing):
     if method in RACES:
         orders = bearing_orders(bearing)
         return speed_pairs(
-            lambda: RACES[method](rig.sampling_rate, orders), rig, of_place=True
+            lambda: RACES[method](rig.sampling_rate, orders), rig, of_location=True
         )
     return speed_pairs(lambda: _ALL[method](rig.sampling_rate), rig)

@@ -1,7 +1,7 @@
 """Methods that give one verdict for a stretch: ours, windows that vote, and rules of engineers.
 
 All have ``fit(X, y, rpm)`` and ``predict(X, rpm)``. Those of `RACES` know the bearing
-and name the place of the fault only.
+and name the fault location only.
 """
 
 from functools import partial
@@ -13,9 +13,9 @@ from benchmarks.cross_speed.peers import minirocket, multirocket_hydra
 from benchmarks.cross_speed.protocol import log_evidence
 from skarxlag import make_diagnoser
 
-#: Places of faults that the rules look for, with the multiples of their orders that
+#: Fault locations that the rules look for, with the multiples of their orders that
 #: they add up.
-_PLACES = {"outer": (1, 2, 3), "inner": (1, 2, 3), "ball": (1, 2)}
+_LOCATIONS = {"outer": (1, 2, 3), "inner": (1, 2, 3), "ball": (1, 2)}
 #: Relative width of the band about an order in which the largest peak counts, for slip.
 _SLIP = 0.02
 #: Share of healthy training stretches that the rules call healthy.
@@ -144,26 +144,26 @@ class WindowsVote:
 
 
 class _FaultOrders:
-    """Classifier by the largest score of the places; healthy below the training threshold."""
+    """Classifier by the largest location score; healthy below the training threshold."""
 
     def __init__(self, sampling_rate, orders):
         self.sampling_rate = sampling_rate
-        self.places = {place: orders[place] for place in _PLACES}
+        self.locations = {location: orders[location] for location in _LOCATIONS}
 
     def fit(self, X, y, rpm):
-        """Compute the threshold from healthy stretches; y contains places."""
-        # Scores of different places differ in size on healthy stretches already.
+        """Compute the threshold from healthy stretches; y contains locations."""
+        # Scores of different locations differ in size on healthy stretches already.
         scores = self._scores(X[y == "healthy"], rpm[y == "healthy"])
         self.threshold = np.quantile(scores, _HEALTHY_SHARE, axis=0)
         return self
 
     def predict(self, X, rpm):
-        """Return the places of the faults."""
+        """Return the fault locations."""
         relative = self._scores(X, rpm) / self.threshold
-        names = np.array([*self.places, "healthy"])
+        names = np.array([*self.locations, "healthy"])
         return names[
             np.where(
-                relative.max(axis=1) > 1, relative.argmax(axis=1), len(self.places)
+                relative.max(axis=1) > 1, relative.argmax(axis=1), len(self.locations)
             )
         ]
 
@@ -184,8 +184,8 @@ class LargestPeak(_FaultOrders):
         frequency, power = welch(envelope, self.sampling_rate, nperseg=len(envelope))
         floor = np.median(power[(frequency > rate / 2) & (frequency < 20 * rate)])
         scores = []
-        for place, order in self.places.items():
-            centres = [multiple * order * rate for multiple in _PLACES[place]]
+        for location, order in self.locations.items():
+            centres = [multiple * order * rate for multiple in _LOCATIONS[location]]
             bands = [
                 np.abs(frequency - c) <= max(_SLIP * c, frequency[1]) for c in centres
             ]
@@ -211,12 +211,12 @@ class PyBearing(_FaultOrders):
         envelope = envelope_extraction(samples, fs, (0.25 * fs, 0.49 * fs))
         frequencies = FaultFrequencies(
             f_cage=0.4 * rate,
-            f_rolling_element_about_axis=self.places["ball"] / 2 * rate,
-            f_outer_ring=self.places["outer"] * rate,
-            f_rolling_element=self.places["ball"] * rate,
-            f_inner_ring=self.places["inner"] * rate,
+            f_rolling_element_about_axis=self.locations["ball"] / 2 * rate,
+            f_outer_ring=self.locations["outer"] * rate,
+            f_rolling_element=self.locations["ball"] * rate,
+            f_inner_ring=self.locations["inner"] * rate,
         )
-        found = rms_around_fault_frequencies_of_envelope(
+        levels = rms_around_fault_frequencies_of_envelope(
             envelope - envelope.mean(), fs, frequencies
         )
         names = {
@@ -225,7 +225,9 @@ class PyBearing(_FaultOrders):
             "ball": "rolling_element",
         }
         total = np.sqrt(np.mean((envelope - envelope.mean()) ** 2))
-        return [found[f"rms_f_{names[place]}"] / total for place in self.places]
+        return [
+            levels[f"rms_f_{names[location]}"] / total for location in self.locations
+        ]
 
 
 #: Methods that name every condition: functions of the sampling rate.
@@ -254,6 +256,6 @@ SLOW = {
         multirocket_hydra, 1200
     )
 }
-#: Methods that name the place of the fault: functions of the sampling rate and the
+#: Methods that name the fault location: functions of the sampling rate and the
 #: fault's orders.
 RACES = {"largest peak at the orders": LargestPeak, "pyBearing, envelope": PyBearing}

@@ -8,9 +8,9 @@ from skarxlag.datasets import simulate_rig
 
 #: Inserts of the series UC 204 have the inside of a bearing 6204.
 _UC204 = BearingGeometry(n_elements=8, element_diameter=7.938, pitch_diameter=33.5)
-#: Bearing of each rig, and the place of the fault by the first letters of a condition.
+#: Bearing of each rig, and the location of the fault by the first letters of a condition.
 BEARINGS = {"SpectraQuest": SKF_6205, "UESTC": _UC204, "simulated": SKF_6205}
-_PLACES = {
+_LOCATIONS = {
     "IR": "inner",
     "I": "inner",
     "OR": "outer",
@@ -83,21 +83,23 @@ def simulated_stretches(seconds, seed, **options):
     )
 
 
-def place_of(condition):
-    """Return the place of the fault; compound faults have no single place.
+def location_of(condition):
+    """Return the fault location; compound faults have no single location.
 
     Examples
     --------
-    >>> [place_of(name) for name in ("OR5", "I", "Normal", "IR-Ball")]
+    >>> [location_of(name) for name in ("OR5", "I", "Normal", "IR-Ball")]
     ['outer', 'inner', 'healthy', None]
     """
     if "-" in condition:
         return None
     return next(
-        place for start, place in _PLACES.items() if condition.startswith(start)
+        location
+        for start, location in _LOCATIONS.items()
+        if condition.startswith(start)
     )
 
 
-def places(target):
-    """Return the place of each condition."""
-    return np.array([place_of(name) for name in target])
+def locations(target):
+    """Return the location of each condition."""
+    return np.array([location_of(name) for name in target])

@@ -40,9 +40,9 @@ fig, axes = plt.subplots(
     1, len(speeds), sharey=True, layout="constrained", figsize=(9, 3.5)
 )
 for ax, speed in zip(axes, speeds, strict=True):
-    for place, name in enumerate(rig.target_names):
+    for position, name in enumerate(rig.target_names):
         shown = p_values[(rig.rpm == speed) & (rig.target == name)]
-        ax.plot(np.full(len(shown), place), shown, "o", alpha=0.3, markersize=4)
+        ax.plot(np.full(len(shown), position), shown, "o", alpha=0.3, markersize=4)
     ax.axhline(RATE, color="black", linestyle="--", linewidth=1)
     ax.set_xticks(range(4), ["healthy", "ball", "inner", "outer"], rotation=45)
     ax.set_title(f"{speed:g} rpm left out", fontsize="medium")

@@ -29,10 +29,10 @@ rig = simulate_rig(
 )
 lines = ["path,condition,rpm,sampling_rate,channel"]
 for name in np.unique(rig.recording):
-    own = rig.recording == name
-    emission, torque = np.moveaxis(rig.data[own], 1, 0).reshape(2, -1)
+    is_recording = rig.recording == name
+    emission, torque = np.moveaxis(rig.data[is_recording], 1, 0).reshape(2, -1)
     np.savez(folder / f"{name}.npz", emission=emission, torque=torque)
-    condition, speed = rig.target[own][0], rig.rpm[own][0]
+    condition, speed = rig.target[is_recording][0], rig.rpm[is_recording][0]
     lines.append(
         f"{name}.npz,{condition},{speed:g},{rig.sampling_rate:g},emission;torque"
     )

@@ -46,8 +46,8 @@ for name, diagnoser in diagnosers.items():
 specimens = np.unique(rig.target[others])
 fig, ax = plt.subplots(layout="constrained", figsize=(7, 3.5))
 for shift, (name, values) in zip((-0.1, 0.1), probability.items(), strict=True):
-    place = specimens.searchsorted(rig.target[others]) + shift
-    ax.plot(values, place, "o", alpha=0.6, label=name)
+    position = specimens.searchsorted(rig.target[others]) + shift
+    ax.plot(values, position, "o", alpha=0.6, label=name)
 ax.set_yticks(range(len(specimens)), specimens)
 ax.set(xlabel="probability of the true fault location", xlim=(0, 1.02))
 ax.legend()

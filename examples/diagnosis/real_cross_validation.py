@@ -46,13 +46,11 @@ splitters = {
 }
 fig, ax = plt.subplots(layout="constrained", figsize=(7, 3))
 for shift, (split, cv) in zip((-0.1, 0.1), splitters.items(), strict=True):
-    for place, (name, classifier) in enumerate(classifiers.items()):
+    for row, (name, classifier) in enumerate(classifiers.items()):
         scores = cross_val_score(classifier, rig.data, rig.target, cv=cv)
         print(f"{split}, {name:15} mean {scores.mean():.3f}  worst {scores.min():.3f}")
         color = "tab:blue" if split == "other speeds" else "tab:grey"
-        ax.plot(
-            scores, np.full(len(scores), place + shift), "o", color=color, alpha=0.5
-        )
+        ax.plot(scores, np.full(len(scores), row + shift), "o", color=color, alpha=0.5)
     ax.plot([], [], "o", color=color, label=split)
 
 # %%

@@ -28,10 +28,10 @@ conditions.fit(rig.data[trained], rig.target[trained], rpm=rig.rpm[trained])
 tested = ~is_first & (rig.rpm == 1200)
 p_values = conditions.p_values(rig.data[tested], rpm=rig.rpm[tested]).max(axis=1)
 fig, ax = plt.subplots(layout="constrained", figsize=(6, 3.5))
-for place, name in enumerate(rig.target_names):
+for position, name in enumerate(rig.target_names):
     shown = p_values[rig.target[tested] == name]
     print(f"{name}: {np.mean(shown < RATE):.0%} rejected")
-    ax.plot(np.full(len(shown), place), shown, "o", alpha=0.5)
+    ax.plot(np.full(len(shown), position), shown, "o", alpha=0.5)
 
 # %%
 # The plot shows the p-value of the nearest condition for each row. Below the dashed

@@ -101,12 +101,13 @@ def case_verdicts(
             for number, (split, frame) in enumerate(
                 zip(case.splits, tests, strict=True)
             ):
-                facts = {
-                    "split": number,
-                    "protocol": split.protocol,
-                    "train_rpm": split.train_rpm,
-                }
-                frames.append(frame.assign(diagnoser=name, **facts))
+                facts = frame.assign(
+                    diagnoser=name,
+                    split=number,
+                    protocol=split.protocol,
+                    train_rpm=split.train_rpm,
+                )
+                frames.append(facts)
                 bar.advance(name, len(split.train) + len(split.test))
         bar.clear()
         progress.step(f"{case.title}: {name}")

@@ -110,14 +110,14 @@ class DateAxis(Axis):
         """Positions in percent of the axis, and texts.
 
         >>> DateAxis("Time (UTC)", 0.0, 3 * 86_400.0).ticks
-        [(0.0, '01-01'), (33.33, '01-02'), (66.67, '01-03'), (100.0, '01-04')]
+        [(0.0, '01 Jan'), (33.33, '02 Jan'), (66.67, '03 Jan'), (100.0, '04 Jan')]
         """
         span = self.high - self.low
         step = next((step for step in _DATE_STEPS if span / step <= 4), span / 3)
         times = np.arange(np.ceil(self.low / step), self.high / step + 1e-9) * step
-        form = "%H:%M" if span <= _DAY else "%m-%d %H:%M"
+        form = "%H:%M" if span <= _DAY else "%d %b %H:%M"
         if step >= _DAY:
-            form = "%m-%d" if span < 300 * _DAY else "%Y-%m"
+            form = "%d %b" if span < 300 * _DAY else "%b %Y"
         texts = [datetime.fromtimestamp(time, UTC).strftime(form) for time in times]
         return self._labelled(times, texts)
 

@@ -59,10 +59,10 @@ def signal_figure(view: Overview) -> Figure:
     x = Axis(_time_label(rate), 0.0, view.duration / (rate or 1.0))
     y = Axis.around(f"Signal ({unit})", *view.signal)
     n_columns = len(view.signal[0])
-    at = (np.arange(n_columns) + 0.5) / n_columns
-    marks = [Mark(area(at, *map(y.share, view.signal)), "signal", "signal", True)]
+    across = (np.arange(n_columns) + 0.5) / n_columns
+    marks = [Mark(area(across, *map(y.share, view.signal)), "signal", "signal", True)]
     if np.isfinite(view.unpredicted[0]).any():
-        around = area(at, *map(y.share, view.unpredicted))
+        around = area(across, *map(y.share, view.unpredicted))
         marks.append(Mark(around, "rest", "not predicted by the model", True))
     return Figure("Signal: smallest and largest values", x, y, marks)
 
@@ -107,20 +107,27 @@ def spectrum_figure(
     unit = "1/sample" if stretch.sampling_rate is None else "Hz"
     x = Axis(f"Frequency ({unit})", 0.0, float(frequencies[-1]) or 1.0)
     references = [np.interp(frequencies, *power_spectrum(other)) for other in healthy]
-    y = Axis.around("Power density (dB)", level, *references)
+    y = Axis.around(f"Power density ({_decibel(stretch)})", level, *references)
     marks = [_peaks(frequencies, level, x, y, "this recording")]
     note = ""
     if references:
         lowest, highest = extremes(
             np.min(references, axis=0), np.max(references, axis=0)
         )
-        at = x.share(_column_starts(frequencies))
+        across = x.share(_column_starts(frequencies))
         label = f"{reason}: {counted(len(healthy), 'recording')}"
-        around = area(at, y.share(lowest), y.share(highest))
+        around = area(across, y.share(lowest), y.share(highest))
         marks.insert(0, Mark(around, "reference", label, True))
         speeds = {other.mean_rpm for other in healthy if other.rpm is not None}
         note = f"Healthy recordings at {listed(sorted(speeds))} rpm." if speeds else ""
     return Figure("Spectrum", x, y, marks, note=note)
+
+
+def _decibel(stretch):
+    """Return the unit of a power density, as far as that of the samples is known."""
+    if stretch.unit is None or stretch.sampling_rate is None:
+        return "dB"
+    return f"dB re 1 ({stretch.unit})²/Hz"
 
 
 def _column_starts(ascending):
@@ -170,13 +177,21 @@ def orders_figure(stretch: Stretch, orders: dict[str, float] | None) -> Figure |
         highest = min(max(_MULTIPLES_OF_INNER * orders["inner"], 10.0), HIGHEST_ORDER)
     shown = NEPER_IN_DB * contrast[: int(highest / ORDER_STEP) + 1]
     x = Axis("Shaft order", 0.0, highest)
-    y = Axis("Contrast (dB)", 0.0, max(1.1 * float(shown.max()), 1.0))
-    at = ORDER_STEP * np.arange(len(shown))
+    y = Axis(
+        "Contrast (dB over the surroundings)", 0.0, max(1.1 * float(shown.max()), 1.0)
+    )
+    shown_orders = ORDER_STEP * np.arange(len(shown))
     rules = [] if orders is None else _fault_lines(contrast, orders, x)
     note = f"Mean speed {stretch.mean_rpm:.5g} rpm."
     if rules:
-        note += " Each line stands where it fits best, within the error of the speed and slip."
-    return Figure(title, x, y, [_peaks(at, shown, x, y, "contrast")], rules, note)
+        note += (
+            " Each line stands where it fits best, within the error of the speed and "
+            "slip. A comb is the mean contrast of the lines of a fault, less a cost of "
+            "slip."
+        )
+    return Figure(
+        title, x, y, [_peaks(shown_orders, shown, x, y, "contrast")], rules, note
+    )
 
 
 def _fault_lines(contrast, orders, x):

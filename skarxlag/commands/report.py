@@ -16,7 +16,7 @@ from ..models.identification import ARXLaguerre
 from ..plotting._fitted import chosen_model
 from ..recordings.listing import ListedRecording
 from ..recordings.rates import rates_agree
-from ..verdicts.names import NO_SIGNAL
+from ..verdicts.names import NO_SIGNAL, NO_VERDICT
 from . import recording_views as views
 from .diagnosis import Diagnosis
 from .messages import CommandError, counted, percent
@@ -72,6 +72,8 @@ def html_report(
     severity = np.select([is_unclear, is_healthy], ["unclear", "healthy"], "fault")
     rows = rows.assign(
         verdict=verdicts,
+        # The section of a recording has the reason, too.
+        label=verdicts.where(rows["error"] == "", NO_VERDICT),
         severity=pd.Categorical(severity, _SEVERITIES, ordered=True),
         remarks=[diagnosis.remarks for diagnosis in diagnoses],
         has_alarm=rows["alarm"] == "yes",
@@ -86,7 +88,7 @@ def html_report(
     drawing = RunFigures(model, recordings, diagnoses, rows, resample, bearing)
     for number, entry in zip(ranked.index[:n_drawn], entries, strict=False):
         entry["figures"] = drawing.of_recording(number)
-    counts = Counter((entry["verdict"], entry["severity"]) for entry in entries)
+    counts = Counter((entry["label"], entry["severity"]) for entry in entries)
     return render(
         "report",
         model=model,

@@ -34,7 +34,7 @@ _LEAST_GAP = pd.Timedelta(hours=1)
 _SEVERITIES = ("fault", "unclear", "healthy")
 #: Titles of quantities, and the ends of their axes that are not those of their values.
 _QUANTITIES = {
-    "alarm_level": ("Alarm level", {"low": 0.0, "high": 1.05}),
+    "alarm_level": ("Alarm level (1 raises the alarm)", {"low": 0.0, "high": 1.05}),
     "p_value": ("p-value (power of ten)", {"high": 0.2}),
     "probability": ("Probability of the verdict", {"low": 0.0, "high": 1.05}),
     "velocity_rms": ("Velocity RMS (mm/s)", {"low": 0.0}),
@@ -75,7 +75,6 @@ def _sensor(name: Any, rows: pd.DataFrame) -> dict[str, Any]:
     """Return name, state, figures and events of a sensor."""
     verdicts = rows["verdict"].fillna(NO_VERDICT).astype(str).str.partition(":")[0]
     rows = rows.assign(verdict=verdicts, healthy=rows["healthy"].astype(str))
-    diagnosed = rows[rows["kind"] == "verdict"]
     last = rows.iloc[-1]
     state = last["verdict"]
     style = verdict_style(state, last["healthy"])
@@ -89,7 +88,7 @@ def _sensor(name: Any, rows: pd.DataFrame) -> dict[str, Any]:
         "state": state,
         "style": "fault" if last["alarm"] == 1 else style,
         "at": _text(last["time"]),
-        "figures": _figures(diagnosed) if len(diagnosed) else [],
+        "figures": _figures(rows) if (rows["kind"] == "verdict").any() else [],
         "events": events[: -_MOST_EVENTS - 1 : -1],
         "n_events": len(events),
     }
@@ -102,10 +101,10 @@ def _text(time):
 
 def _figures(rows: pd.DataFrame) -> list[Any]:
     """Return figures of one sensor; a quantity that is not known has none."""
-    x, at = _time_axis(rows["time"])
+    x, moments = _time_axis(rows["time"])
+    rows = rows.assign(share=x.share(moments))[rows["kind"] == "verdict"]
     n_parts = min(_MOST_PARTS, len(rows))
-    share = np.clip(x.share(at), 0, 1)
-    part = np.minimum((share * n_parts).astype(int), n_parts - 1)
+    part = np.minimum((rows["share"] * n_parts).astype(int), n_parts - 1).to_numpy()
     healthy = rows["healthy"].iloc[-1]
     strips = verdict_strips(rows, healthy, part, n_parts, "", "alarm")
     figures: list[Any] = [Strips("Verdicts and alarm", x, strips)]
@@ -124,11 +123,11 @@ def _figures(rows: pd.DataFrame) -> list[Any]:
 def _time_axis(times: pd.Series) -> tuple[Axis, Any]:
     """Return the axis of some times, and their positions on it."""
     if isinstance(times.iloc[0], pd.Timestamp):
-        at = times.astype("datetime64[ns, UTC]").astype("int64").to_numpy() / 1e9
-        end = at[0] + max(at[-1] - at[0], 60.0)
-        return DateAxis("Time (UTC)", at[0], end), at
-    at = times.to_numpy(dtype=float)
-    return Axis("Number of the recording", at[0] - 0.5, at[-1] + 0.5), at
+        moments = times.astype("datetime64[ns, UTC]").astype("int64").to_numpy() / 1e9
+        end = moments[0] + max(moments[-1] - moments[0], 60.0)
+        return DateAxis("Time (UTC)", moments[0], end), moments
+    moments = times.to_numpy(dtype=float)
+    return Axis("Number of the recording", moments[0] - 0.5, moments[-1] + 0.5), moments
 
 
 def _ranges(extremes: pd.DataFrame) -> list[Mark]:

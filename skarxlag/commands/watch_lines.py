@@ -12,13 +12,20 @@ from ..monitoring import ConditionMonitor, MonitorVerdict
 from .messages import percent, printable
 from .models import SavedModel
 
-#: What of a verdict is written at once if it differs from the line before.
+#: Facts of a verdict that are written at once if they differ from the line before.
 _news = attrgetter("verdict", "alarm", "quality")
 #: Range of the seconds since 1970 that are taken for dates, from 1973 to 2096. A clock
 #: that counts from the start of a machine is below it.
 _DATES = (1e8, 4e9)
 #: States of the alarm in which it is on.
 _ON = ("on", "latched")
+#: Descriptions of the states of the alarm, with its level.
+_ALARMS = {
+    "off": "alarm off at {:.0%}",
+    "not yet an alarm": "not yet an alarm, at {:.0%}",
+    "on": "alarm ON at {:.0%}",
+    "latched": "alarm latched, at {:.0%}",
+}
 
 
 class OutputError(Exception):
@@ -95,8 +102,9 @@ class SensorLines:
         """Write that a latched alarm was acknowledged."""
         present = self._present()
         if self.last is not None:
-            states = {name: present[name] for name in ("alarm", "alarm_state")}
-            self.last = self.last._replace(**states)
+            self.last = self.last._replace(
+                alarm=present["alarm"], alarm_state=present["alarm_state"]
+            )
         self._print("acknowledged", None, present)
 
     def _present(self):
@@ -113,7 +121,7 @@ class SensorLines:
         self._line_at = time.monotonic()
         line: dict[str, Any] = {
             "kind": kind,
-            "time": _iso_date(seconds),
+            "time": iso_date(seconds),
             "sensor": self._name,
             "healthy": self._model and self._model.healthy,
             "model": self._model and self._model.short_identity,
@@ -131,8 +139,8 @@ class SensorLines:
             raise OutputError(error) from error
 
 
-def _iso_date(seconds):
-    """Seconds since 1970 as ISO 8601 date in UTC; the present if they are no date."""
+def iso_date(seconds: float | None) -> str:
+    """Return seconds since 1970 as ISO 8601 date in UTC; the present if they are no date."""
     is_date = seconds is not None and _DATES[0] < seconds < _DATES[1]
     moment = datetime.fromtimestamp(seconds, UTC) if is_date else datetime.now(UTC)
     return moment.isoformat(timespec="milliseconds")
@@ -150,22 +158,13 @@ def sentence(verdict: MonitorVerdict) -> str:
     >>> sentence(first)
     '0.5 s, worn, probability 93.0%, not yet an alarm, at 25%, p-value 0.003'
     """
-    probability = verdict.probability
-    p_value = verdict.p_value
-    state = verdict.alarm_state
-    level = f"at {verdict.alarm_level:.0%}"
-    alarms = {
-        "none": "",
-        "off": f"alarm off {level}",
-        "not yet an alarm": f"not yet an alarm, {level}",
-        "on": f"alarm ON {level}",
-        "latched": f"alarm latched, {level}",
-    }
-    parts = {
-        f"{verdict.time:.1f} s, {verdict.verdict or 'no verdict'}": True,
-        f"probability {percent(probability)}": not math.isnan(probability),
-        alarms[state]: state != "none",
-        f"p-value {p_value:.2g}": not math.isnan(p_value),
-        f"no signal: {verdict.quality}": verdict.quality != "good",
-    }
-    return ", ".join(text for text, is_known in parts.items() if is_known)
+    parts = [f"{verdict.time:.1f} s, {verdict.verdict or 'no verdict'}"]
+    if not math.isnan(verdict.probability):
+        parts.append(f"probability {percent(verdict.probability)}")
+    if verdict.alarm_state != "none":
+        parts.append(_ALARMS[verdict.alarm_state].format(verdict.alarm_level))
+    if not math.isnan(verdict.p_value):
+        parts.append(f"p-value {verdict.p_value:.2g}")
+    if verdict.quality != "good":
+        parts.append(f"no signal: {verdict.quality}")
+    return ", ".join(parts)

@@ -99,7 +99,7 @@ class Sensor:
     @property
     def is_pipe(self) -> bool:
         """Whether the source is open and cannot be opened again."""
-        return self._stream is not None and not self._stream.can_reopen
+        return self._stream is not None and not self._stream.source.can_reopen
 
     def look(self) -> None:
         """Start to watch; if the file of the model has changed, exchange the model."""

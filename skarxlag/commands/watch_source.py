@@ -58,6 +58,8 @@ class SensorSource:
         Whether it is a file or a folder, no pipe or device.
     facts : dict
         Facts of which a state must have the same.
+    blocks : iterator of Block or None
+        Blocks of samples; None if nothing new has come.
     unread : Counter
         Lines and bytes that were not read, by reason.
     """
@@ -96,17 +98,11 @@ class SensorSource:
         self.unread: Counter[str] = Counter()
         self._parser: TextSamples | RawSamples | None = None
         self._remarks: list[str] = []
-        self._blocks: Any = None
+        self.blocks: Any = None
 
     def open(self, position: list[Any] | None) -> None:
         """Open the source at a position; None: at its beginning."""
-        self._blocks = (
-            self._folder(position) if self.is_folder else self._file(position)
-        )
-
-    def read(self) -> Block | None:
-        """Return the next block; None if there is none, StopIteration at the end."""
-        return next(self._blocks)
+        self.blocks = self._folder(position) if self.is_folder else self._file(position)
 
     def signals_of(self, block: Block) -> tuple[NDArray[Any], Any]:
         """Return the channels of the model in a block, and their speed.
@@ -119,7 +115,8 @@ class SensorSource:
         samples = block.samples
         rpm = block.rpm if self.is_folder else self._args.rpm.get("rpm")
         if self._speed_column is not None:
-            samples, rpm = samples[:-1], samples[-1]
+            rpm = samples[-1]
+            samples = samples[:-1]
             if self._tacho is not None:
                 rpm = self._tacho.speeds(rpm)
         n_channels = self.model.n_channels
@@ -133,10 +130,6 @@ class SensorSource:
             remarks = channel_remarks(channels, self.model.facts, self._args.channel)
             self._note([*remarks])
         return samples, rpm
-
-    def close(self) -> None:
-        """Close the source."""
-        self._blocks.close()
 
     def _folder(self, position) -> Blocks:
         args = self._args

@@ -57,6 +57,8 @@ class SensorStream:
     ----------
     model : SavedModel
         The model.
+    source : SensorSource
+        The source.
     is_at_position : bool
         Whether a later run can continue after the last block.
     """
@@ -82,8 +84,8 @@ class SensorStream:
                 f"argument --sampling-rate: {self._rate:g}, but {args.model} states "
                 f"{model.sampling_rate:g}"
             )
-        self._source = source or SensorSource(args, model, self._rate, self.say)
-        states_speed = args.rpm or args.rpm_column or self._source.is_folder
+        self.source = source or SensorSource(args, model, self._rate, self.say)
+        states_speed = args.rpm or args.rpm_column or self.source.is_folder
         if model.capabilities.needs_rpm and not states_speed:
             raise UsageError(
                 f"argument --rpm: needed, {args.model} was fitted at "
@@ -108,16 +110,11 @@ class SensorStream:
             )
             self._position = self._restored(memory)
             if source is None:
-                self._source.open(self._position)
+                self.source.open(self._position)
             # A file that cannot be written is reported now, not in a minute.
             self.save()
-        self._source.model = model
+        self.source.model = model
         lines.begin(model, self._monitor)
-
-    @property
-    def can_reopen(self) -> bool:
-        """Whether the source is a file or a folder, no pipe or device."""
-        return self._source.can_reopen
 
     def say(self, text: str) -> None:
         """Print a line to standard error, after the name of the sensor if the user stated one."""
@@ -129,7 +126,7 @@ class SensorStream:
         if memory is None and (path is None or not path.exists()):
             return None
         state, facts = memory or load_monitor_state(path)
-        for name, value in self._source.facts.items():
+        for name, value in self.source.facts.items():
             if facts.get(name, value) != value:
                 raise CommandError(
                     f"{path}: a state of {name.replace('_', ' ')} {facts[name]!r}, "
@@ -171,7 +168,7 @@ class SensorStream:
 
     def memory(self) -> Memory:
         """Return the state of the monitor, and the facts that say to what it belongs."""
-        return self._monitor.state(), self._source.facts | {
+        return self._monitor.state(), self.source.facts | {
             "position": self._position,
             "model": self.model.identity if self.is_at_position else None,
             "model_file": str(self._args.model),
@@ -187,7 +184,7 @@ class SensorStream:
 
     def close(self) -> None:
         """Close the source."""
-        self._source.close()
+        self.source.blocks.close()
 
     def with_model(self, model: SavedModel) -> Self:
         """Return a stream with another model, which continues from the same position."""
@@ -197,16 +194,17 @@ class SensorStream:
                 f"{model.path}: {counted(model.n_channels, 'channel')}, expected "
                 f"{n_channels}"
             )
-        if not self.can_reopen and not rates_agree(self._rate, model.sampling_rate):
+        can_reopen = self.source.can_reopen
+        if not can_reopen and not rates_agree(self._rate, model.sampling_rate):
             raise CommandError(
                 f"{model.path}: sampled at {model.sampling_rate:g} Hz, expected "
                 f"{self._rate:g} Hz"
             )
-        source = None if self.can_reopen else self._source
+        source = None if can_reopen else self.source
         summary = self.summary()
         stream = type(self)(self._args, model, self._lines, self.memory(), source)
         self.say(f"Before the exchange of the model: {summary}")
-        if self.can_reopen:
+        if can_reopen:
             self.close()
         return stream
 
@@ -219,7 +217,7 @@ class SensorStream:
             Whether there was one; None if the source has ended.
         """
         try:
-            block = self._source.read()
+            block = next(self.source.blocks)
             if block is not None:
                 self._take(block)
         except StopIteration:
@@ -232,7 +230,7 @@ class SensorStream:
         # A later run would read twice what was read behind the position.
         self.is_at_position = False
         if block.samples.size:
-            samples, rpm = self._source.signals_of(block)
+            samples, rpm = self.source.signals_of(block)
             self._say_of_orders(rpm)
             verdicts = self._monitor.update(samples, time=block.time, rpm=rpm)
             self._report(verdicts, block.source)
@@ -308,7 +306,7 @@ class SensorStream:
         gaps = f"{counted(counts['gaps'], 'gap')} of {counts['missing_seconds']:.1f} s"
         parts.append(gaps if counts["gaps"] else "no gaps")
         further = {"clock steps back": counts["clock_steps_back"]}
-        further |= self._source.unread
+        further |= self.source.unread
         parts += [f"{reason}: {n}" for reason, n in further.items() if n]
         parts.append(counted(counts["alarms"], "alarm"))
         if last is not None:

@@ -22,22 +22,24 @@ class ListedSensor(NamedTuple):
 
     Parameters
     ----------
-    key : str
-        Name of the sensor; of a line without a unique name, its number after a slash,
-        which no name contains.
     args : argparse.Namespace
         Arguments of the command for the sensor.
     mistake : str or None
         Why the line cannot be used.
     """
 
-    key: str
     args: argparse.Namespace
     mistake: str | None
 
 
-def listed_sensors(args: argparse.Namespace) -> list[ListedSensor]:
+def listed_sensors(args: argparse.Namespace) -> dict[str, ListedSensor]:
     """Read the table in the arguments.
+
+    Returns
+    -------
+    dict of str to ListedSensor
+        By name; a line without a unique name has its number after a slash, which no
+        name contains.
 
     Raises
     ------
@@ -57,22 +59,48 @@ def listed_sensors(args: argparse.Namespace) -> list[ListedSensor]:
     refuse(args, ["sensor"], f"{path} has a column name")
     if "rpm" in columns:
         refuse(args, ["rpm_column"], f"{path} has a column rpm")
-    rows = {
-        number: dict(zip(columns, fields, strict=True))
-        for number, fields in lines.items()
-        if len(fields) == len(columns)
-    }
-    names = Counter(row["name"] for row in rows.values())
-    listed = []
+    column = columns.index("name")
+    n_columns = len(columns)
+    names = Counter(
+        fields[column] for fields in lines.values() if len(fields) == n_columns
+    )
+    listed = {}
     for number, fields in lines.items():
-        row = rows.get(number)
-        if row is None:
+        where = f"{path}, line {number}"
+        key = f"/{number}"
+        sensor = argparse.Namespace(**vars(args))
+        sensor.sensor = f"line {number}"
+        mistake = None
+        if len(fields) != n_columns:
             n_fields = counted(len(fields), "field")
-            mistake = f"{path}, line {number}: {n_fields}, expected {len(columns)}"
-            listed.append(_mistaken(args, number, mistake))
+            mistake = f"{where}: {n_fields}, expected {n_columns}"
+        elif not (name := fields[column]) or Path(name).name != name or names[name] > 1:
+            mistake = f"{where}: name {name!r}, expected a unique name without slashes"
         else:
-            listed.append(_listed(args, row, number, names[row["name"]] > 1))
+            key = sensor.sensor = name
+            mistake = _mistake(sensor, where, dict(zip(columns, fields, strict=True)))
+        listed[key] = ListedSensor(sensor, mistake)
     return listed
+
+
+def _mistake(sensor, where, row):
+    """Set the arguments of a sensor that its line states, and return what is wrong with them."""
+    folder = sensor.model.parent
+    sensor.model = folder / row["model"]
+    sensor.source = str(folder / row["source"])
+    sensor.state = sensor.state and sensor.state / f"{row['name']}.json"
+    if row.get("channel"):
+        sensor.channel = channel_names(row["channel"])
+    if row["source"] in ("", "-"):
+        return f"{where}: source {row['source']!r}, expected a file or a folder"
+    if not row["model"]:
+        return f"{where}: the model is empty, expected a file"
+    if row.get("rpm"):
+        try:
+            sensor.rpm = speed_facts(where, row["rpm"])
+        except ValueError as error:
+            return str(error)
+    return None
 
 
 def _parsed(path):
@@ -105,39 +133,6 @@ def _fields(line, separator):
         return []
 
 
-def _mistaken(args, number, mistake):
-    sensor = argparse.Namespace(**vars(args) | {"sensor": f"line {number}"})
-    return ListedSensor(f"/{number}", sensor, mistake)
-
-
-def _listed(args, row, number, is_repeated):
-    path = args.model
-    name = row["name"]
-    source = row["source"]
-    where = f"{path}, line {number}"
-    mistake = None
-    if not name or Path(name).name != name or is_repeated:
-        mistake = f"{where}: name {name!r}, expected a unique name without slashes"
-        return _mistaken(args, number, mistake)
-    sensor = argparse.Namespace(**vars(args))
-    sensor.sensor = name
-    sensor.model = path.parent / row["model"]
-    sensor.source = str(path.parent / source)
-    sensor.state = args.state and args.state / f"{name}.json"
-    if row.get("channel"):
-        sensor.channel = channel_names(row["channel"])
-    if source in ("", "-"):
-        mistake = f"{where}: source {source!r}, expected a file or a folder"
-    elif not row["model"]:
-        mistake = f"{where}: the model is empty, expected a file"
-    elif rpm := row.get("rpm"):
-        try:
-            sensor.rpm = speed_facts(where, rpm)
-        except ValueError as error:
-            mistake = str(error)
-    return ListedSensor(name, sensor, mistake)
-
-
 class Plant:
     """Sensors that are watched together.
 
@@ -166,26 +161,24 @@ class Plant:
     def _read(self):
         """Read the table, and start, restart or end sensors by their lines."""
         version = file_version(self._args.model)
-        listed = listed_sensors(self._args)
-        _check_pulses(self._args, [line.args for line in listed])
-        lines = {line.key: line for line in listed}
+        lines = listed_sensors(self._args)
+        _check_pulses(self._args, [line.args for line in lines.values()])
         for key, sensor in [*self._sensors.items()]:
             line = lines.get(key)
-            if line is not None and (sensor.args, sensor.mistake) == line[1:]:
-                del lines[key]
-            elif line is not None and sensor.is_pipe:
-                sensor.say(
-                    "a pipe or a device cannot be opened again; its line was not read"
-                )
-                del lines[key]
-            else:
+            is_same = line == (sensor.args, sensor.mistake)
+            if line is None or not (is_same or sensor.is_pipe):
                 sensor.save()
                 sensor.finish()
                 del self._sensors[key]
-        for line in lines.values():
-            self._sensors[line.key] = Sensor(
-                line.args, self._models, mistake=line.mistake
-            )
+            elif not is_same:
+                sensor.say(
+                    "a pipe or a device cannot be opened again; its line was not read"
+                )
+        for key, line in lines.items():
+            if key not in self._sensors:
+                self._sensors[key] = Sensor(
+                    line.args, self._models, mistake=line.mistake
+                )
         self._version = version
         self._look_at = time.monotonic() + self._args.retry
 

@@ -193,10 +193,8 @@ class GroupTransformer(
             One name for each entry along axis 1 of the output. With several models,
             each name begins with the name of its model.
         """
-        prefixes, groups = (
-            self._model_prefixes(input_features, least=2),
-            self._group_names(),
-        )
+        prefixes = self._model_prefixes(input_features, least=2)
+        groups = self._group_names()
         return np.array(
             [prefix + group for prefix in prefixes for group in groups], dtype=object
         )
@@ -256,8 +254,9 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         self._check_parameters()
         log_speed = log_speeds(rpm, len(X))
         rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
-        self.classes_, target = np.unique(y, return_inverse=True)
-        self.speeds_ = np.empty(0)
+        classes, target = np.unique(y, return_inverse=True)
+        self.classes_: NDArray[Any] = classes
+        self.speeds_: NDArray[Any] = np.empty(0)
         if rpm is not None:
             self.speeds_ = np.exp(group_speeds(log_speed[rows])[0])
             rpm = speeds_of_rows(rpm, len(X))[rows]

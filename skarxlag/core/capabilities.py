@@ -8,16 +8,15 @@ scikit-learn's own means.
 
 from collections import ChainMap
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from sklearn.base import is_classifier, is_outlier_detector
 from sklearn.frozen import FrozenEstimator
 from sklearn.pipeline import Pipeline
-from sklearn.utils.metadata_routing import get_routing_for_object
 from sklearn.utils.validation import check_is_fitted
 
+from .metadata import consumes
 from .state import CheckedEstimator, estimators_within, is_fitted
 
 #: Fields that describe the last step; other fields may come from any step.
@@ -123,30 +122,31 @@ def capabilities(model: Any) -> Capabilities:
     steps = _all_steps(model)
     *before, decision = unfolded_steps(model)
     declared = [_declared(step) for step in steps]
-    own = _declared(decision)
+    of_decision = _declared(decision)
     # A step that comes first takes precedence.
-    found = _rows_of(steps[0]) | ChainMap(*declared)
-    for name in _OF_THE_DECISION - own.keys():
-        found.pop(name, None)
-    found["takes_rpm"] = (
-        any(requests(step, "transform", "rpm") for step in before)
-        or requests(decision, "predict", "rpm")
-    ) and all(fields.get("takes_rpm", True) for fields in declared)
+    fields = _rows_of(steps[0]) | ChainMap(*declared)
+    for name in _OF_THE_DECISION - of_decision.keys():
+        fields.pop(name, None)
+    requests_rpm = requests(decision, "predict", "rpm") or any(
+        requests(step, "transform", "rpm") for step in before
+    )
+    was_given_rpm = all(of_step.get("takes_rpm", True) for of_step in declared)
+    fields["takes_rpm"] = requests_rpm and was_given_rpm
     if is_classifier(decision):
-        found["conditions"] = tuple(np.asarray(decision.classes_).tolist())
-        found["states_probabilities"] = offers(decision, "predict_proba")
+        fields["conditions"] = tuple(np.asarray(decision.classes_).tolist())
+        fields["states_probabilities"] = offers(decision, "predict_proba")
         # Bagging and voting number the conditions before their members see them.
-        if found.get("healthy") not in found["conditions"]:
-            found["healthy"] = None
-    elif not own:
-        found["alarm"] = is_outlier_detector(decision)
-    return Capabilities(**found)
+        if fields.get("healthy") not in fields["conditions"]:
+            fields["healthy"] = None
+    elif not of_decision:
+        fields["alarm"] = is_outlier_detector(decision)
+    return Capabilities(**fields)
 
 
 def training_speeds(model: Any) -> tuple[float, ...]:
     """Return the field `speeds` of `capabilities`, which takes less time than all fields."""
     declared = [_declared(step) for step in _all_steps(model)]
-    return next((each["speeds"] for each in declared if "speeds" in each), ())
+    return next((fields["speeds"] for fields in declared if "speeds" in fields), ())
 
 
 def offers(estimator: Any, method: str) -> bool:
@@ -156,19 +156,7 @@ def offers(estimator: Any, method: str) -> bool:
 
 def requests(estimator: Any, method: str, name: str) -> bool:
     """Whether a method of an estimator takes a piece of metadata, by its name."""
-    steps = tuple(unfolded_steps(estimator))
-    # Estimators of other packages may hold some whose requests have changed.
-    is_ours = all(isinstance(step, CheckedEstimator) for step in steps)
-    look_up = _consumes if is_ours else _consumes.__wrapped__
-    stated = tuple(vars(step).get("_metadata_request") for step in steps)
-    return look_up(estimator, method, name, steps, stated)
-
-
-# The description of a pipeline's metadata takes ten times as long as the diagnosis of a
-# row. The last arguments are what the steps were set to request.
-@lru_cache(maxsize=8)
-def _consumes(estimator, method, name, *_):
-    return bool(get_routing_for_object(estimator).consumes(method, [name]))
+    return consumes(estimator, unfolded_steps(estimator), method, name)
 
 
 def unfolded_steps(model: Any) -> list[Any]:

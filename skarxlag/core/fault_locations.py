@@ -1,9 +1,11 @@
 """Names of the locations of bearing faults, and the location that a label states."""
 
 import re
+from collections.abc import Mapping
 from typing import Any
 
 from ..kernels.fault_orders import FAULTS
+from .state import expect
 
 HEALTHY = "healthy"
 #: Verdict on a row whose comb fits two fault locations nearly as well.
@@ -50,3 +52,19 @@ def location_of_label(label: Any) -> str | None:
         location for location, pattern in _NAMES.items() if re.search(pattern, name)
     ]
     return locations[0] if len(locations) == 1 else None
+
+
+def check_locations(locations: Mapping[Any, str] | None) -> None:
+    """Refuse a mapping of labels to anything but fault locations.
+
+    Examples
+    --------
+    >>> check_locations({"bad": "cage"})
+    Traceback (most recent call last):
+        ...
+    ValueError: locations['bad'] == 'cage', expected one of ('ball', 'inner', 'outer', 'healthy').
+    """
+    expected = f"one of {FAULT_LOCATIONS}"
+    for label, location in (locations or {}).items():
+        is_location = location in FAULT_LOCATIONS
+        expect(is_location, f"locations[{label!r}]", location, expected)

@@ -15,7 +15,8 @@ import numpy as np
 
 #: Largest size after unpacking: this many bytes, or this many times the size of the
 #: file. A model of ten conditions needs less than one megabyte.
-_MOST_BYTES, _MOST_TIMES = 100 * 2**20, 10
+_MOST_BYTES = 100 * 2**20
+_MOST_TIMES = 10
 _MOST_MEMBERS = 10_000
 
 

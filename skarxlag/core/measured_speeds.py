@@ -81,9 +81,11 @@ def estimate_shaft_speed(
     rows = X[:, 0] if X.ndim == 3 else X
     turns = samples_per_revolution(rpm, sampling_rate, len(rows), rows.shape[1])
     expect(turns.ndim == 1, "rpm.shape", turns.shape, "one speed for each stretch")
-    pairs = zip(rows, 1 / turns, strict=True)
-    found = [comb_frequency(*pair, _SPEED_TOLERANCE, _N_HARMONICS) for pair in pairs]
-    return 60 * sampling_rate * np.array(found)
+    frequencies = [
+        comb_frequency(row, nominal, _SPEED_TOLERANCE, _N_HARMONICS)
+        for row, nominal in zip(rows, 1 / turns, strict=True)
+    ]
+    return 60 * sampling_rate * np.array(frequencies)
 
 
 def rpm_from_tacho(
@@ -172,7 +174,10 @@ def pulse_times(signal: NDArray[Any], quarter: float, middle: float) -> NDArray[
     """Return where pulses begin, in samples, for the levels of `pulse_levels`."""
     # The sample at which the signal last was low or high decides which of both it is.
     level = np.where(signal >= middle, 1, np.where(signal <= quarter, -1, 0))
-    known = np.flatnonzero(level) if middle > quarter else np.array([], dtype=int)
-    after = known[np.flatnonzero(np.diff(level[known]) == 2) + 1]
+    low_or_high = np.array([], dtype=int)
+    if middle > quarter:
+        low_or_high = np.flatnonzero(level)
+    rises = np.flatnonzero(np.diff(level[low_or_high]) == 2)
+    after = low_or_high[rises + 1]
     before = after - 1
     return before + (middle - signal[before]) / (signal[after] - signal[before])

@@ -33,15 +33,20 @@ class _OneThread(contextlib.ContextDecorator):
     """
 
     def __init__(self) -> None:
-        self._lock, self._n_inside = threading.Lock(), 0
+        self._lock = threading.Lock()
+        self._n_inside = 0
 
     def __enter__(self) -> None:
         with self._lock:
             if self._n_inside == 0:
-                libraries = _libraries().lib_controllers
+                n_threads = {
+                    library: library.get_num_threads()
+                    for library in _libraries().lib_controllers
+                }
                 # Setting a number takes longer than reading it.
-                found = [(library, library.get_num_threads()) for library in libraries]
-                self._limited = [(library, n) for library, n in found if n != 1]
+                self._limited = [
+                    (library, n) for library, n in n_threads.items() if n != 1
+                ]
                 for library, _ in self._limited:
                     _let_any_thread_set()
                     library.set_num_threads(1)
@@ -149,4 +154,4 @@ def map_rows(function: Callable[..., Any], X: Any, n_jobs: int | None) -> list[A
         ]
 
     parts = map_batches(of_batch, len(X), n_jobs, batch_size=1)
-    return [found for part in parts for found in part]
+    return [result for part in parts for result in part]

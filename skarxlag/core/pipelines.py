@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import math
-from contextlib import nullcontext
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any, Self
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from sklearn import config_context
 from sklearn.base import is_classifier
 from sklearn.pipeline import Pipeline
 from sklearn.utils import Bunch
-from sklearn.utils.metadata_routing import process_routing
 from sklearn.utils.metaestimators import available_if
 
 from ..kernels.lanes import LANES
 from .base import DocumentedEstimator
 from .capabilities import offers, training_speeds, unfolded_steps
+from .metadata import metadata_routing, requested_by_steps
 from .parallel import map_batches
-from .state import CheckedEstimator, expect
+from .state import expect
 from .validation import is_cross_validated, warn_of_lost_speeds
 
 #: Bytes of the rows of a batch: so many that the calls around the loops take little
@@ -29,10 +27,15 @@ from .validation import is_cross_validated, warn_of_lost_speeds
 _BATCH_BYTES = 2**22
 #: Rows of a batch, however long they are, while they take fewer bytes than the second
 #: number: the recursions process this many signals side by side.
-_ROWS_TOGETHER, _MOST_BYTES = LANES, 2**25
+_ROWS_TOGETHER = LANES
+_MOST_BYTES = 2**25
 #: Methods of the last step that `diagnose` calls, by the names of their results.
-_METHODS = {"verdict": "predict", "score": "decision_function"}
-_METHODS |= {"probability": "predict_proba", "alarm": "detect"}
+_METHODS = {
+    "verdict": "predict",
+    "score": "decision_function",
+    "probability": "predict_proba",
+    "alarm": "detect",
+}
 #: Each batch of a dask array would compute everything before it again.
 _LAZY = (
     "X is a dask array, expected windows in memory or mapped from a file. Diagnose it block by "
@@ -127,7 +130,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         DiagnosisPipeline
             The fitted pipeline.
         """
-        with _routing(params):
+        with metadata_routing(params):
             return super().fit(X, y, **params)
 
     @_if_last_step_offers("transform")
@@ -146,7 +149,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows, ...)
             Output of the last step.
         """
-        with _routing(params):
+        with metadata_routing(params):
             return self._of_last_step("transform", X, **params)
 
     @_if_last_step_offers("predict")
@@ -174,10 +177,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-            Windows.
-        **params : dict of str to object
-            Metadata, as in `predict`.
+        X, **params : array-like
+            Windows and their metadata, as in `predict`.
 
         Returns
         -------
@@ -192,10 +193,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-            Windows.
-        **params : dict of str to object
-            Metadata, as in `predict`.
+        X, **params : array-like
+            Windows and their metadata, as in `predict`.
 
         Returns
         -------
@@ -212,10 +211,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-            Windows.
-        **params : dict of str to object
-            Metadata, as in `predict`.
+        X, **params : array-like
+            Windows and their metadata, as in `predict`.
 
         Returns
         -------
@@ -232,10 +229,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-            Windows.
-        **params : dict of str to object
-            Metadata, as in `predict`.
+        X, **params : array-like
+            Windows and their metadata, as in `predict`.
 
         Returns
         -------
@@ -254,8 +249,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         >>> X = np.random.default_rng(0).normal(size=(40, 400))
         >>> X[20:] = X[20:].cumsum(axis=1)
         >>> y = np.repeat(["good", "worn"], 20)
-        >>> found = make_diagnoser(healthy="good").fit(X, y).diagnose(X)
-        >>> found.verdict[[0, 20]], found.alarm[[0, 20]]
+        >>> diagnosis = make_diagnoser(healthy="good").fit(X, y).diagnose(X)
+        >>> diagnosis.verdict[[0, 20]], diagnosis.alarm[[0, 20]]
         (array(['good', 'worn'], dtype='<U4'), array([False,  True]))
         """
         return self._in_batches(self._diagnose, X, params)
@@ -265,32 +260,23 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         last = self.steps[-1][1]
         if offers(last, "diagnose"):
             return Bunch(**{"levels": levels} | last.diagnose(levels, **routed))
-        offered = {
-            name: method for name, method in _METHODS.items() if offers(last, method)
+        results = {
+            name: getattr(last, method)(levels, **routed)
+            for name, method in _METHODS.items()
+            if offers(last, method)
         }
-        found = {
-            name: getattr(last, offered[name])(levels, **routed) for name in offered
-        }
-        if "alarm" not in found and not is_classifier(last):
-            found["alarm"] = found["verdict"] == -1
-        return Bunch(levels=levels, **found)
+        if "alarm" not in results and not is_classifier(last):
+            results["alarm"] = results["verdict"] == -1
+        return Bunch(levels=levels, **results)
 
     def _before_last_step(self, X, params, method="predict"):
         """Return the input of the last step, and the metadata that its method requests."""
-        steps = [each for each in self.steps if each[1] not in (None, "passthrough")]
-        given = (
-            (name, None if value is None else name) for name, value in params.items()
-        )
-        requests = (vars(step).get("_metadata_request") for _, step in steps)
-        # Estimators of other packages may hold some whose requests have changed.
-        is_ours = all(isinstance(step, CheckedEstimator) for _, step in steps)
-        route = _requested if is_ours else _requested.__wrapped__
-        *before, last = [
-            {name: params[given] for name, given in names.items()}
-            for names in route(
-                self, method, tuple(given), tuple(steps), tuple(requests)
-            )
+        steps = [
+            (name, step)
+            for name, step in self.steps
+            if step not in (None, "passthrough")
         ]
+        *before, last = requested_by_steps(self, method, steps, params)
         for (_, step), requested in zip(steps, before, strict=False):
             X = step.transform(X, **requested)
         return X, last
@@ -301,10 +287,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-            Windows.
-        **params : dict of str to object
-            Metadata, as in `predict`.
+        X, **params : array-like
+            Windows and their metadata, as in `predict`.
 
         Returns
         -------
@@ -325,10 +309,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-            Windows.
-        **params : dict of str to object
-            Metadata, as in `predict`.
+        X, **params : array-like
+            Windows and their metadata, as in `predict`.
 
         Returns
         -------
@@ -390,7 +372,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             The score.
         """
         self._notice_lost_speeds(params)
-        with _routing(params.keys() - {"sample_weight"}):
+        with metadata_routing(params.keys() - {"sample_weight"}):
             return super().score(X, y, **params)
 
     def _notice_lost_speeds(self, params):
@@ -402,9 +384,9 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         self._notice_lost_speeds(params)
         if type(X).__module__.partition(".")[0] == "dask":
             raise TypeError(_LAZY)
-        X = (
-            X if hasattr(X, "shape") else np.asarray(X)
-        )  # other libraries' arrays and tables
+        # Arrays and tables of other libraries are cut as they are.
+        if not hasattr(X, "shape"):
+            X = np.asarray(X)
         # The index of a table may hold numbers that are no positions.
         rows = X.iloc if isinstance(X, pd.DataFrame) else X
         n_windows = X.shape[0] if X.shape else 0
@@ -412,8 +394,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             name: np.asarray(value) for name, value in params.items() if np.ndim(value)
         }
         for name, value in of_windows.items():
-            wanted = f"{n_windows}, the number of windows in X"
-            expect(len(value) == n_windows, f"Length of {name}", len(value), wanted)
+            expected = f"{n_windows}, the number of windows in X"
+            expect(len(value) == n_windows, f"Length of {name}", len(value), expected)
         # The loops take double precision, whatever the windows are stored in.
         bytes_a_window = max(8 * math.prod(X.shape[1:]), 1)
         together = min(_ROWS_TOGETHER, _MOST_BYTES // bytes_a_window)
@@ -424,19 +406,20 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         batch_size = math.ceil(n_rows / math.ceil(n_rows / batch_size))
 
         def of_batch(batch):
-            some = {name: value[batch] for name, value in of_windows.items()}
-            return method(
-                X if n_windows <= batch_size else rows[batch], **params | some
-            )
+            windows = X if n_windows <= batch_size else rows[batch]
+            metadata = {name: value[batch] for name, value in of_windows.items()}
+            return method(windows, **params | metadata)
 
-        with _routing(params):
+        with metadata_routing(params):
             parts = map_batches(of_batch, n_rows, self.n_jobs, batch_size)
         if len(parts) == 1:
             return parts[0]
         if isinstance(parts[0], Bunch):
-            return Bunch(
-                **{name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
-            )
+            joined = {
+                name: np.concatenate([part[name] for part in parts])
+                for name in parts[0]
+            }
+            return Bunch(**joined)
         return np.concatenate(parts)
 
 
@@ -459,20 +442,3 @@ def as_diagnosis_pipeline(model: Any) -> DiagnosisPipeline:
         return model
     named = [(f"step{place}", step) for place, step in enumerate(steps)]
     return DiagnosisPipeline(named, n_jobs=model.get_params(deep=False).get("n_jobs"))
-
-
-def _routing(params):
-    """Switch metadata routing on if there are metadata that are not named for a step."""
-    if params and not any("__" in name for name in params):
-        return config_context(enable_metadata_routing=True)
-    return nullcontext()
-
-
-# scikit-learn's routing takes ten times as long as the diagnosis of a row. The last
-# argument is what the steps were set to request.
-@lru_cache(maxsize=8)
-def _requested(pipeline, method, given, steps, _):
-    """Return for each step the names of the metadata that it requests: its own, and ours."""
-    routed = process_routing(pipeline, method, **dict(given))
-    before = [routed[name]["transform"] for name, _ in steps[:-1]]
-    return [*before, routed[steps[-1][0]][method]]

@@ -96,14 +96,15 @@ def speed_errors(
     expect(fits, "rpm.shape", speeds.shape, f"one speed for each of {n_rows} rows")
     lowest, highest = _ANY_SPEED
     if len(train_rpm) > 0:
-        lowest, highest = min(train_rpm) / SPEED_FACTOR, max(train_rpm) * SPEED_FACTOR
+        lowest = min(train_rpm) / SPEED_FACTOR
+        highest = max(train_rpm) * SPEED_FACTOR
     speeds = speeds.reshape(n_rows, -1)
     is_plausible = (speeds >= lowest) & (speeds <= highest)
-    lows, highs = speeds.min(axis=1), speeds.max(axis=1)
+    lows = speeds.min(axis=1)
+    highs = speeds.max(axis=1)
+    varies = highs > SPEED_FACTOR * lows
     errors = np.full(n_rows, "", dtype=object)
-    for row in np.flatnonzero(
-        ~is_plausible.all(axis=1) | (highs > SPEED_FACTOR * lows)
-    ):
+    for row in np.flatnonzero(varies | ~is_plausible.all(axis=1)):
         speed = speeds[row, is_plausible[row].argmin()]
         errors[row] = f"speed {speed:g} rpm is outside {lowest:g} to {highest:g} rpm"
         if not 0 < speed < np.inf:
@@ -209,18 +210,18 @@ def samples_per_revolution(
     speeds = check_speeds(rpm, n_stretches, n_samples)
     fastest = float(speeds.max())
     least_rate = 2 * fastest / 60
-    wanted = (
+    expected = (
         f"at least {least_rate:g} Hz: a turn at {fastest:g} rpm must take two samples"
     )
-    expect(sampling_rate >= least_rate, "sampling_rate", sampling_rate, wanted)
+    expect(sampling_rate >= least_rate, "sampling_rate", sampling_rate, expected)
     mean = speeds if speeds.ndim == 1 else speeds.mean(axis=1)
     turns = float(n_samples * mean.min() / (60 * sampling_rate))
     needed = np.ceil(least_revolutions * 60 * sampling_rate / mean.min())
     name = (
         f"Turns in {n_samples} samples at {mean.min():g} rpm and {sampling_rate:g} Hz"
     )
-    wanted = f"at least {least_revolutions}, or {needed:g} samples"
-    expect(turns >= least_revolutions, name, round(turns, 3), wanted)
+    expected = f"at least {least_revolutions}, or {needed:g} samples"
+    expect(turns >= least_revolutions, name, round(turns, 3), expected)
     return 60 * sampling_rate / speeds
 
 
@@ -254,8 +255,8 @@ def check_speeds(
     n_samples = n_samples or speeds.shape[-1]
     is_long = speeds.ndim == 2 and n_samples <= speeds.shape[1] <= 2 * n_samples
     fits = len(speeds) == n_stretches and (speeds.ndim == 1 or is_long)
-    wanted = f"one speed for each of {n_stretches} rows or for each of their {n_samples} samples"
-    expect(fits, "rpm.shape", speeds.shape, wanted)
+    expected = f"one speed for each of {n_stretches} rows or for each of their {n_samples} samples"
+    expect(fits, "rpm.shape", speeds.shape, expected)
     is_speed = np.isfinite(speeds) & (speeds > 0)
     at = np.unravel_index(is_speed.argmin(), speeds.shape)
     expect(

@@ -248,10 +248,10 @@ def estimators_within(value: Any) -> Iterator[Any]:
         yield from estimators_within(part)
 
 
-def is_fitted(estimator: BaseEstimator) -> bool:
-    """Return whether `fit` has been called."""
+def is_fitted(estimator: BaseEstimator, attribute: str | None = None) -> bool:
+    """Return whether `fit` has been called, or whether it has set an attribute."""
     try:
-        check_is_fitted(estimator)
+        check_is_fitted(estimator, attribute)
     except NotFittedError:
         return False
     return True

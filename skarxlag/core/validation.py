@@ -3,7 +3,6 @@
 import inspect
 import sys
 import warnings
-from collections.abc import Sequence
 from numbers import Integral, Real
 from typing import Any
 
@@ -322,8 +321,8 @@ def check_sampling_rate(value: Any) -> None:
         "the sampling rate of the rows, in Hz",
     )
     check_real(value, "sampling_rate", **ABOVE_0)
-    wanted = f"at least {_LEAST_SAMPLING_RATE:g} Hz. For {value:g} kHz, give {1000 * value:g}"
-    expect(value >= _LEAST_SAMPLING_RATE, "sampling_rate", value, wanted)
+    expected = f"at least {_LEAST_SAMPLING_RATE:g} Hz. For {value:g} kHz, give {1000 * value:g}"
+    expect(value >= _LEAST_SAMPLING_RATE, "sampling_rate", value, expected)
 
 
 def check_count(value: Any, name: str, least: int = 1) -> Any:
@@ -337,41 +336,9 @@ def check_flag(value: Any, name: str) -> None:
     check_scalar(value, name, (bool, np.bool_))
 
 
-def check_networks(
-    order: int | Sequence[int],
-    pole: float | str | Sequence[float | str],
-    n_channels: int,
-) -> tuple[NDArray[Any], list[float | None] | None]:
-    """Return order and pole of each channel's Laguerre network; None for a pole to search."""
-    orders = _one_for_each("order", order, n_channels)
-    poles = _one_for_each("pole", pole, n_channels)
-    for entry in orders:
-        check_count(entry, "order")
-    for entry in poles:
-        if not isinstance(entry, str):
-            check_real(entry, "pole", **WITHIN_1)
-        elif entry != "optimise":
-            raise ValueError(f"pole == {entry!r}, must be in (-1, 1) or 'optimise'.")
-    return np.array(orders), [
-        None if isinstance(entry, str) else entry for entry in poles
-    ]
-
-
-def _one_for_each(name, value, n_channels):
-    entries = [value] * n_channels if np.ndim(value) == 0 else list(value)
-    if len(entries) == 2:
-        of_output, of_inputs = entries
-        entries = [of_output, *[of_inputs] * (n_channels - 1)]
-    each = (
-        f"one value, two (of output and inputs), or {n_channels}, one for each channel"
-    )
-    expect(len(entries) == n_channels, name, value, each)
-    return entries
-
-
 def warn_user(text: str) -> None:
     """Issue a UserWarning for the line that called this package, or scikit-learn about it."""
-    names = [each.frame.f_globals.get("__name__", "") for each in inspect.stack(0)]
+    names = [caller.frame.f_globals.get("__name__", "") for caller in inspect.stack(0)]
     ours = [
         n
         for n, name in enumerate(names, 1)
@@ -387,7 +354,8 @@ def is_cross_validated() -> bool:
 
 def _calling_modules():
     """Return the names of the modules whose functions are running."""
-    frame, modules = sys._getframe(), set()
+    modules = set()
+    frame = sys._getframe()
     while frame is not None:
         modules.add(frame.f_globals.get("__name__"))
         frame = frame.f_back

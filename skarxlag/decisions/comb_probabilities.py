@@ -1,27 +1,16 @@
-"""Probabilities of fault locations, and limits of healthy rows, from scores of combs."""
+"""Probabilities and verdicts that scores of combs give, alone or together with spectra."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
-from scipy.stats import gumbel_r
+from scipy.special import log_softmax, logsumexp
 
-from ..core.fault_locations import FAULT_LOCATIONS
+from ..core.fault_locations import FAULT_LOCATIONS, HEALTHY, NOT_IDENTIFIABLE
+from .comb_limits import ComparedCombs
 
-#: Log odds of two fault locations for each neper between the scores of recordings that are
-#: named, and the mean of these distances in nepers.
-_CONFIDENCE_NAMED = 10.0
-_MEAN_MARGIN = 1.6
-#: Gumbel distribution of the best score of healthy rows, location and scale in nepers:
-#: from 82 stretches of 1 s of three rigs, `python -m benchmarks.fault_orders --null`.
-#: Scores of longer rows scatter less. The second location is that above the mean scores
-#: of the same machine at other speeds.
-HEALTHY_LOCATION = 0.86
-OTHER_SPEED_LOCATION = 0.06
-HEALTHY_SCALE = 0.31
-#: Rows that `HEALTHY_SCALE` counts for when healthy rows of the machine are at hand.
-_PRIOR_ROWS = 10
 #: Settings of `comb_evidence`, chosen by leaving rigs out, by `python -m
 #: benchmarks.fault_orders joint`: log odds for each neper, and probability that a fault
 #: shows its comb.
@@ -31,37 +20,23 @@ VISIBLE = 0.1
 #: benchmarks.fault_orders --visible`: of 7 values, .4 or .6 has the least log loss on
 #: recordings and stretches if one of six rigs is left out.
 VISIBLE_ALONE = 0.6
-#: Score of a row without a comb if no healthy row is known.
-WITHOUT_COMB = 0.8
-#: p-values are above 0.
-LEAST_P = np.finfo(float).tiny
+_HEALTHY = FAULT_LOCATIONS.index(HEALTHY)
 
 
-def least_margin(wrong_name_rate: float) -> float:
-    r"""Compute the difference of two scores above which the better one may be named.
-
-    Margins m of rows that are named have an exponential distribution with mean
-    :math:`\bar m`. The name is wrong with the probability :math:`1 / (1 + e^{k m})`.
-    The share of wrong names with a margin of at least :math:`m_0` is then at most
-    :math:`\ln(1 + e^{-k m_0}) / (k \bar m)`, which is solved for :math:`m_0`.
+class CombEvidence(NamedTuple):
+    """Log probabilities that combs add to those by spectra.
 
     Parameters
     ----------
-    wrong_name_rate : float
-        Share of wrong names.
-
-    Returns
-    -------
-    float
-        In nepers, at least 0.
-
-    Examples
-    --------
-    >>> [round(least_margin(rate), 2) for rate in (0.02, 0.002)]
-    [0.1, 0.34]
+    log_probability : ndarray of shape (n_rows, n_classes + 1)
+        That of the location of each class and, in the last column, of an unknown
+        condition; 0 for rows whose combs are not used.
+    of_fault : ndarray of shape (n_rows,)
+        Probability of the most probable fault; NaN for rows whose combs are not used.
     """
-    share = np.expm1(wrong_name_rate * _CONFIDENCE_NAMED * _MEAN_MARGIN)
-    return max(float(-np.log(share) / _CONFIDENCE_NAMED), 0.0)
+
+    log_probability: NDArray[Any]
+    of_fault: NDArray[Any]
 
 
 def comb_evidence(
@@ -111,70 +86,67 @@ def comb_evidence(
     return (log_odds - total)[:, class_locations]
 
 
-def limit_of_healthy(healthy: NDArray[Any], rate: float) -> float:
-    """Return the score whose p-value is the rate, see `p_values_of_healthy`.
+def verdicts_by_combs(
+    compared: ComparedCombs,
+    has_combs: NDArray[np.bool_],
+    classes: NDArray[Any],
+    class_locations: NDArray[Any],
+) -> dict[str, NDArray[Any]]:
+    """Return the verdicts of combs alone.
 
     Parameters
     ----------
-    healthy : ndarray of shape (n_rows,)
-        Best scores of healthy rows, ascending. Empty: those of other machines.
-    rate : float
-        Share of healthy rows above the limit.
+    compared : ComparedCombs
+        Scores of combs, compared with those of healthy rows.
+    has_combs : ndarray of bool of shape (n_rows,)
+        Rows whose combs are used. Others get equal probabilities.
+    classes : ndarray of shape (n_classes,)
+        Labels.
+    class_locations : ndarray of int of shape (n_classes,)
+        As in `comb_evidence`.
 
     Returns
     -------
-    float
-        In nepers.
+    dict of str to ndarray
+        "verdict", "named", "score" and "probability", as `FaultOrderClassifier.diagnose`
+        returns them.
     """
-    n_rows = len(healthy)
-    if n_rows == 0:
-        return float(gumbel_r.isf(rate, HEALTHY_LOCATION, HEALTHY_SCALE))
-    n_above = int(rate * (n_rows + 1) + 1e-9)
-    if n_above >= 1:
-        return float(healthy[-min(n_above, n_rows)])
-    return float(healthy[-1] - _tail_scale(healthy) * np.log(rate * (n_rows + 1)))
+    beyond = compared.excess - compared.limits[:, np.newaxis]
+    scores = comb_evidence(beyond, class_locations, visible=VISIBLE_ALONE)
+    scores[~has_combs] = 0.0
+    verdict = classes[scores.argmax(axis=1)]
+    is_pair = len(classes) == 2
+    return {
+        "verdict": verdict,
+        "named": np.where(compared.is_close, NOT_IDENTIFIABLE, verdict.astype(object)),
+        "score": scores[:, 1] - scores[:, 0] if is_pair else scores,
+        "probability": np.exp(log_softmax(scores, axis=1)),
+    }
 
 
-def limit_elsewhere(limit: float, rate: float) -> float:
-    """Return the score that healthy rows exceed at a rate at speeds without healthy rows."""
-    return max(limit, float(gumbel_r.isf(rate, OTHER_SPEED_LOCATION, HEALTHY_SCALE)))
-
-
-def p_values_of_healthy(
-    best: NDArray[Any], healthy: NDArray[Any], is_far: NDArray[np.bool_]
-) -> NDArray[Any]:
-    """Compute the share of healthy rows with a larger best score.
-
-    Above the best scores of all healthy rows, the share follows an exponential tail.
+def evidence_beside_spectra(
+    scores: NDArray[Any], has_combs: NDArray[np.bool_], class_locations: NDArray[Any]
+) -> CombEvidence:
+    """Compute the log probabilities that combs add to those by spectra.
 
     Parameters
     ----------
-    best : ndarray of shape (n,)
-        Best scores.
-    healthy : ndarray of shape (n_rows,)
-        Best scores of healthy rows, ascending. Empty: those of other machines.
-    is_far : ndarray of bool of shape (n,)
-        Whether no healthy row had such a speed.
+    scores : ndarray of shape (n_rows, 3)
+        As in `comb_evidence`.
+    has_combs : ndarray of bool of shape (n_rows,)
+        Rows whose combs are used.
+    class_locations : ndarray of int of shape (n_classes,)
+        As in `comb_evidence`.
 
     Returns
     -------
-    ndarray of shape (n,)
-        In (0, 1].
+    CombEvidence
+        The log probabilities, and the probability of a fault.
     """
-    n_rows = len(healthy)
-    if n_rows == 0:
-        return np.maximum(gumbel_r.sf(best, HEALTHY_LOCATION, HEALTHY_SCALE), LEAST_P)
-    n_above = n_rows - np.searchsorted(healthy, best)
-    beyond = np.maximum(best - healthy[-1], 0) / _tail_scale(healthy)
-    here = np.exp(-beyond) * (1 + n_above) / (1 + n_rows)
-    elsewhere = np.where(
-        is_far, gumbel_r.sf(best, OTHER_SPEED_LOCATION, HEALTHY_SCALE), 0.0
-    )
-    return np.maximum(np.maximum(here, elsewhere), LEAST_P)
-
-
-def _tail_scale(healthy):
-    """Return the root mean square of the Gumbel scales of these and of other machines."""
-    variances = [6 * np.var(healthy) / np.pi**2, HEALTHY_SCALE**2]
-    n_rows = [len(healthy), _PRIOR_ROWS]
-    return float(np.sqrt(np.average(variances, weights=n_rows)))
+    # An unknown condition need not show a comb.
+    locations = np.append(class_locations, _HEALTHY)
+    logs = comb_evidence(scores, locations)
+    is_fault = locations != _HEALTHY
+    of_fault = np.exp(logs).max(axis=1, where=is_fault, initial=0.0)
+    logs[~has_combs] = 0.0
+    return CombEvidence(logs, np.where(has_combs, of_fault, np.nan))

@@ -1,4 +1,4 @@
-"""Search for the combs of bearing faults in rows, and sentences on the result."""
+"""Search for the combs of bearing faults in rows."""
 
 from __future__ import annotations
 
@@ -10,19 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import Bunch
 
-from ..bearings import BearingLike
 from ..core.parallel import map_rows
-from ..kernels.fault_orders import N_ORDERS, NEPER_IN_DB, order_contrast
+from ..kernels.fault_orders import N_ORDERS, order_contrast
 from ..measures.envelope_spectra import (
     LEAST_REVOLUTIONS,
     best_combs,
-    impact_orders,
     samples_per_revolution_of_rows,
 )
-
-#: Faults in words, and orders of their impacts, in the order of `FAULTS`.
-_WORDS = "a rolling element", "the inner race", "the outer race"
-_ORDERS = "2 BSF", "BPFI", "BPFO"
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,64 +118,3 @@ class CombSearch:
         return best_combs(
             contrast, n_revolutions, self.orders, self.speed_tolerance, self.slip
         )
-
-    def describe(
-        self,
-        matches: Bunch,
-        row: int,
-        ranking: Sequence[int],
-        bearings: Sequence[BearingLike],
-        limit: float | None,
-        *,
-        is_close: bool,
-    ) -> str:
-        """Describe the combs of a row in a sentence.
-
-        Parameters
-        ----------
-        matches : Bunch
-            As `match` returns it.
-        row : int
-            Index of the row.
-        ranking : sequence of two int
-            Faults of the largest and of the second largest score.
-        bearings : sequence of BearingLike
-            The bearings as the user gave them.
-        limit : float or None
-            Limit of the largest score in nepers if the score is below it, else None.
-        is_close : bool
-            Whether the second largest score is too close to name the largest.
-
-        Returns
-        -------
-        str
-            The sentence, without a period.
-        """
-        best, second = ranking
-        bearing = matches.bearings[row, best]
-        location = _WORDS[best]
-        if isinstance(bearings[bearing], str):
-            location += f" of {bearings[bearing]}"
-        elif len(bearings) > 1:
-            location += f" of bearing {bearing + 1}"
-        size = f"{NEPER_IN_DB * matches.scores[row, best]:.0f} dB"
-        if limit is not None:
-            return (
-                "no comb exceeds its limit; the strongest is that of "
-                f"{location} with {size}, limit {NEPER_IN_DB * limit:.0f} dB"
-            )
-        if is_close:
-            return (
-                f"impacts of {size} fit {location} and {_WORDS[second]} nearly as well"
-            )
-        factor = matches.factors[row, best]
-        order = impact_orders(self.orders)[bearing, best] * factor
-        sentence = (
-            f"impacts at {order:.2f} orders ({_ORDERS[best]}), {location}, {size}, "
-            f"{100 * (factor - 1):+.1f} % from the nominal order"
-        )
-        if abs(np.log(factor)) > self.slip:
-            sentence += (
-                ", which is more than slip explains: check the speed and the bearing"
-            )
-        return sentence

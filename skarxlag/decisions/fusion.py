@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -17,32 +17,34 @@ from sklearn.utils.metaestimators import available_if
 from ..core.base import SignalEstimator
 from ..core.capabilities import capabilities, unfolded_steps
 from ..core.diagnosing_classifier import DiagnosingClassifier
-from ..core.fault_locations import HEALTHY
 from ..core.pipelines import as_diagnosis_pipeline
 from ..core.state import expect, is_fitted, uses_fitted
 from ..core.validation import check_count, validate_signals
 from ..kernels.evidence import SMALLEST_PROBABILITY
 from ..kernels.posterior import decided
+from .condition_locations import location_answers, location_numbers
 
 #: Parameters of detectors that are shares of rows.
 _RATES = ("false_alarm_rate", "false_rejection_rate")
 
 
-def _part(fusion):
-    """Return a fitted copy, or the parameter before `fit`."""
-    found = vars(fusion).get("estimators_")
-    parts = found if isinstance(found, list) else []
-    return next(
-        (each for each in parts if isinstance(each, BaseEstimator)), fusion.estimator
-    )
+def _of_output(fusion):
+    """Return a fitted copy, or the parameter before `fit`.
+
+    A loaded file may hold anything in both.
+    """
+    models = getattr(fusion, "estimators_", None)
+    copies = models if isinstance(models, list) else []
+    estimators = (model for model in copies if isinstance(model, BaseEstimator))
+    return next(estimators, fusion.estimator)
 
 
 def _names_conditions(fusion):
-    return is_classifier(_part(fusion))
+    return is_classifier(_of_output(fusion))
 
 
 def _detects_outliers(fusion):
-    return not is_classifier(_part(fusion))
+    return not is_classifier(_of_output(fusion))
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -137,28 +139,27 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         """
         X, y = validate_signals(self, X, y, reset=True, any_length=True)
         self._check_parameters()
-        n_channels = X.shape[1] if X.ndim == 3 else 1
-        n = n_channels if self.n_outputs is None else self.n_outputs
-        expect(
-            n <= n_channels, "n_outputs", n, f"at most {n_channels}, the channels of X"
-        )
+        n_channels = self._n_channels
+        n_outputs = n_channels if self.n_outputs is None else self.n_outputs
+        expected = f"at most {n_channels}, the channels of X"
+        expect(n_outputs <= n_channels, "n_outputs", n_outputs, expected)
         stated = self.estimator.get_params().items()
-        rates = {name: value / n for name, value in stated if name.endswith(_RATES)}
+        rates = {
+            name: value / n_outputs for name, value in stated if name.endswith(_RATES)
+        }
         self.estimators_: list[Any] = [
-            clone(self.estimator)
-            .set_params(**rates)
-            .fit(_channels(X, s, n), y, **params)
-            for s in range(n)
+            clone(self.estimator).set_params(**rates).fit(of_output, y, **params)
+            for of_output in _rows_of_outputs(X, n_outputs)
         ]
         return self
 
-    def _asked(self, method, X, params):
+    def _results_of_outputs(self, method, X, params):
         """Return the results of a method of all outputs."""
         X, _ = validate_signals(self, X, reset=False, any_length=True)
-        models = [as_diagnosis_pipeline(each) for each in self.estimators_]
+        rows = _rows_of_outputs(X, len(self.estimators_))
         return [
-            getattr(each, method)(_channels(X, s, len(models)), **params)
-            for s, each in enumerate(models)
+            getattr(as_diagnosis_pipeline(model), method)(of_output, **params)
+            for model, of_output in zip(self.estimators_, rows, strict=True)
         ]
 
     @available_if(_names_conditions)
@@ -184,14 +185,16 @@ class SensorFusion(SignalEstimator, BaseEstimator):
             ``alarm``, of bool; and ``refusal`` and ``row_evidence``, if `estimator`
             returns them.
         """
-        of_outputs = self._asked("diagnose", X, params)
+        of_outputs = self._results_of_outputs("diagnose", X, params)
         fused = self._fused(of_outputs)
         if all("alarm" in output for output in of_outputs):
             fused.alarm = np.any([output.alarm for output in of_outputs], axis=0)
         if "refusal" in of_outputs[0]:
             fused.refusal = of_outputs[0].refusal
         if "row_evidence" in of_outputs[0]:
-            fused.row_evidence = np.hstack([each.row_evidence for each in of_outputs])
+            fused.row_evidence = np.hstack(
+                [output.row_evidence for output in of_outputs]
+            )
         return fused
 
     @available_if(_names_conditions)
@@ -292,8 +295,8 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         ndarray of shape (n_rows,) or (n_rows, n_conditions)
             In (0, 1].
         """
-        found = self._asked("p_values", X, params)
-        return np.minimum(len(found) * np.min(found, axis=0), 1.0)
+        p_values = self._results_of_outputs("p_values", X, params)
+        return np.minimum(len(p_values) * np.min(p_values, axis=0), 1.0)
 
     @available_if(_detects_outliers)
     def score_samples(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -349,43 +352,46 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         return get_routing_for_object(self.estimator)
 
     def _capabilities(self):
-        n, inner = len(self.estimators_), vars(capabilities(self.estimators_[0]))
-        rate = None if inner["stated_rate"] is None else n * inner["stated_rate"]
-        own = {"n_outputs": n, "n_channels": inner["n_channels"] + n - 1}
-        own["n_evidence"] = n * inner["n_evidence"]
-        return inner | own | {"stated_rate": rate}
+        n_outputs = len(self.estimators_)
+        of_output = capabilities(self.estimators_[0])
+        rate = of_output.stated_rate
+        return asdict(of_output) | {
+            "n_outputs": n_outputs,
+            "n_channels": of_output.n_channels + n_outputs - 1,
+            "n_evidence": of_output.n_evidence * n_outputs,
+            "stated_rate": None if rate is None else n_outputs * rate,
+        }
 
     def _check_parameters(self):
         if self.n_outputs is not None:
             check_count(self.n_outputs, "n_outputs")
 
     def _check_relations(self):
-        found, (n_channels, length) = (
-            vars(self).get("estimators_"),
-            [1, *self.window_shape_][-2:],
+        models = getattr(self, "estimators_", None)
+        fits = (
+            isinstance(models, list)
+            and 0 < len(models) <= self._n_channels
+            and self.n_outputs in (None, len(models))
+            and all(isinstance(model, BaseEstimator) for model in models)
+            and all(map(is_fitted, models))
         )
-        fits = isinstance(found, list) and 0 < len(found) <= n_channels
-        fits = fits and self.n_outputs in (None, len(found))
-        fits = fits and all(
-            isinstance(each, BaseEstimator) and is_fitted(each) for each in found
-        )
-        expect(fits, "estimators_", found, "a fitted estimator for each output")
-        described = [capabilities(each) for each in found]
+        expect(fits, "estimators_", models, "a fitted estimator for each output")
         rows = [
-            (each.conditions, each.n_channels, each.window_length) for each in described
+            (described.conditions, described.n_channels, described.window_length)
+            for described in map(capabilities, models)
         ]
-        wanted = [(rows[0][0], n_channels - len(found) + 1, length)] * len(found)
-        expect(
-            rows == wanted, "Rows of estimators_", rows, f"{wanted} by window_shape_"
-        )
+        n_channels = self._n_channels - len(models) + 1
+        length = int(self.window_shape_[-1])
+        expected = [(rows[0][0], n_channels, length)] * len(models)
+        is_right = rows == expected
+        expect(is_right, "Rows of estimators_", rows, f"{expected} by window_shape_")
 
     def __sklearn_tags__(self) -> Any:
-        tags, inner = super().__sklearn_tags__(), get_tags(_part(self))
-        tags.estimator_type, tags.classifier_tags = (
-            inner.estimator_type,
-            inner.classifier_tags,
-        )
-        tags.target_tags = inner.target_tags
+        tags = super().__sklearn_tags__()
+        of_output = get_tags(_of_output(self))
+        tags.estimator_type = of_output.estimator_type
+        tags.target_tags = of_output.target_tags
+        tags.classifier_tags = of_output.classifier_tags
         if tags.classifier_tags is not None:
             # Made for signals of bearings: on arbitrary features it need not separate
             # anything.
@@ -396,21 +402,15 @@ class SensorFusion(SignalEstimator, BaseEstimator):
 def _locations_of(fusion):
     """Number of the location of each condition, and that of the healthy one."""
     described = capabilities(fusion)
-    locations = described.locations or len(described.conditions) * [None]
-    # A condition without a location is one of its own.
-    keys = [
-        location or (condition,)
-        for location, condition in zip(locations, described.conditions, strict=True)
-    ]
-    order = list(dict.fromkeys(keys))
-    healthy = order.index(HEALTHY) if HEALTHY in order else -1
-    return np.array([order.index(key) for key in keys]), healthy
+    names = described.locations or [None] * len(described.conditions)
+    return location_answers(location_numbers(names))
 
 
-def _channels(X, s, n_outputs):
-    """Return output s and all inputs; without inputs, plain rows."""
+def _rows_of_outputs(X, n_outputs):
+    """Return the rows of each output with all inputs; without inputs, plain rows."""
     if X.ndim == 2:
-        return X
-    return (
-        X[:, s] if X.shape[1] == n_outputs else X[:, [s, *range(n_outputs, X.shape[1])]]
-    )
+        return [X]
+    if X.shape[1] == n_outputs:
+        return list(X.transpose(1, 0, 2))
+    inputs = range(n_outputs, X.shape[1])
+    return [X[:, [output, *inputs]] for output in range(n_outputs)]

@@ -125,10 +125,8 @@ class KnownConditions(RowOutlierDetector):
                     X[rows], log_speed[rows], weights[rows]
                 )
                 self.detectors_.append(detector)
-        name = (
-            f"n_samples = {len(X)}: largest number of rows of one condition and speed"
-        )
-        expect(len(classes) > 0, name, 1, "at least 2")
+        largest = "largest number of rows of one condition and speed"
+        expect(len(classes) > 0, f"n_samples = {len(X)}: {largest}", 1, "at least 2")
         self.classes_: NDArray[Any] = np.array(classes, dtype=labels.dtype)
         return self._weak_points(left_out)
 
@@ -203,17 +201,25 @@ class KnownConditions(RowOutlierDetector):
 
     def _check_relations(self):
         detectors = getattr(self, "detectors_", None)
-        shape = self.window_shape_.tolist()
-        rows = []
-        if isinstance(detectors, list) and all(
-            isinstance(detector, FaultDetector) for detector in detectors
-        ):
-            for detector in detectors:
-                check_state(detector)
-                shape_of_rows = detector.window_shape_.tolist()
-                n_measures = detector.means_.shape[1]
-                rows.append((shape_of_rows, detector.n_windows_, n_measures))
-        n = len(self.classes_)
-        fits = len(rows) > 0 and rows == rows[:1] * n and rows[0][0] == shape
-        expected = f"{n} of FaultDetector by classes_, for rows of window_shape_ {shape}: {rows}"
+        n_classes = len(self.classes_)
+        expected = f"{n_classes} of FaultDetector by classes_"
+        fits = (
+            isinstance(detectors, list)
+            and len(detectors) == n_classes
+            and all(isinstance(detector, FaultDetector) for detector in detectors)
+        )
         expect(fits, "detectors_", detectors, expected)
+        for detector in detectors:
+            check_state(detector)
+        rows = [
+            (
+                detector.window_shape_.tolist(),
+                detector.n_windows_,
+                len(detector.slopes_),
+            )
+            for detector in detectors
+        ]
+        shape = self.window_shape_.tolist()
+        are_alike = rows == [(shape, *rows[0][1:])] * n_classes
+        expected = f"the same rows for all, of window_shape_ {shape}"
+        expect(are_alike, "Rows of detectors_", rows, expected)

@@ -108,7 +108,7 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
         rows, conditions, weights = weighted_windows(
             np.arange(len(X)), conditions, sample_weight
         )
-        if len(rows) < len(X):
+        if sample_weight is not None:
             X = X[rows]
         weak_points = self._learn(X, conditions, log_speed[rows], weights)
         if not self._has_conditions:

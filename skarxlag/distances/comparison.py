@@ -230,7 +230,7 @@ class SpectralDistance(StretchTransformer):
     def _learn(self, X, target, weights, rpm):
         self._check_relations()
         log_speed = np.zeros(len(X)) if rpm is None else log_speeds(rpm, len(X))
-        known, at = speed_references.group_speeds(log_speed)
+        train_log_speed, at = speed_references.group_speeds(log_speed)
         spectra = X.astype(np.float64, copy=False)
         cepstra = cepstrum(spectra)
         means, recorded = speed_references.mean_by_speed(cepstra, at, target, weights)
@@ -243,38 +243,34 @@ class SpectralDistance(StretchTransformer):
             -1, X.shape[-1]
         )
         moved = cepstrum(drift.scaled_frequency(of_class).reshape(-1, *X.shape[1:]))
-        learned = speed_references.drift_learned(known, means, recorded)
-        parts = [[g] for g in range(X.shape[1])] + [self._joined_groups()]
-        found = [
-            self._calibrate(chosen, cepstra, moved, learned, means) for chosen in parts
+        learned = speed_references.drift_learned(train_log_speed, means, recorded)
+        *of_groups, of_joined = [
+            self._calibrate(groups, cepstra, moved, learned, means)
+            for groups in [*([g] for g in range(X.shape[1])), self._joined_groups()]
         ]
-        axes, variances, references = map(np.stack, zip(*found[:-1], strict=True))
+        axes, variances, references = map(np.stack, zip(*of_groups, strict=True))
         self.axes_: NDArray[Any] = axes
         self.variances_: NDArray[Any] = variances
         self.references_: NDArray[Any] = np.moveaxis(references, 0, 2)
-        axes, variances, references = found[-1]
+        axes, variances, references = of_joined
         self.joint_axes_: NDArray[Any] = axes
         self.joint_variances_: NDArray[Any] = variances
         self.joint_references_: NDArray[Any] = references
 
     def _calibrate(self, chosen, scatter, moved, learned, means):
         """Return axes, variances and references of the chosen groups, joined to one vector."""
-        scatter, moved, learned = (
-            _joined(each, chosen) for each in (scatter, moved, learned)
-        )
+        scatter = _joined(scatter, chosen)
+        moved = _joined(moved, chosen)
+        learned = _joined(learned, chosen)
         change = np.diag(self._smooth_variance(len(chosen), self.rough_drift))
         change += self.frequency_drift * moved.T @ moved / len(moved)
         if len(learned) > 0:
             change += learned.T @ learned / len(learned)
         axes, variances = drift.joint_axes(scatter.T @ scatter, change)
-        centres = means[:, :, chosen].reshape(
-            means.shape[0] * means.shape[1], len(axes)
-        )
-        return (
-            axes,
-            variances,
-            drift.along_axes(centres, axes).reshape(*means.shape[:2], len(axes)),
-        )
+        n_speeds, n_classes = means.shape[:2]
+        centres = means[:, :, chosen].reshape(n_speeds * n_classes, len(axes))
+        references = drift.along_axes(centres, axes)
+        return axes, variances, references.reshape(n_speeds, n_classes, len(axes))
 
     @uses_fitted
     def adapt(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
@@ -307,8 +303,8 @@ class SpectralDistance(StretchTransformer):
             If a condition was not in `fit`, or as in `transform`.
         """
         X, y = self._validate(X, y)
-        known = f"conditions of fit, {self.classes_.tolist()}"
-        expect(np.isin(y, self.classes_), "y", np.unique(y).tolist(), known)
+        expected = f"conditions of fit, {self.classes_.tolist()}"
+        expect(np.isin(y, self.classes_), "y", np.unique(y).tolist(), expected)
         self._check_rpm_is_taken(rpm)
         speeds = log_speeds(rpm, len(X))
         if speeds is None:
@@ -398,12 +394,8 @@ class SpectralDistance(StretchTransformer):
     def _validate(self, X, y=None, *, reset=False):
         X, y = validate_signals(self, X, y, reset=reset)
         largest = float(np.abs(X).max())
-        expect(
-            largest <= _LARGEST,
-            "Largest size in X",
-            largest,
-            "natural logarithms of power",
-        )
+        expected = "natural logarithms of power"
+        expect(largest <= _LARGEST, "Largest size in X", largest, expected)
         return X.reshape(len(X), -1, X.shape[-1]), y
 
     def _check_parameters(self):
@@ -411,12 +403,12 @@ class SpectralDistance(StretchTransformer):
         check_real(self.rough_drift, "rough_drift", **ABOVE_0)
         check_real(self.smooth_drift, "smooth_drift", min_val=0)
         check_real(self.frequency_drift, "frequency_drift", min_val=0)
-        chosen = [0] if self.joint_groups is None else list(self.joint_groups)
-        are_indices = all(isinstance(g, Integral) and g >= 0 for g in chosen)
-        fits = len(chosen) > 0 and len(set(chosen)) == len(chosen) and are_indices
-        expect(
-            fits, "joint_groups", self.joint_groups, "different integers of at least 0"
-        )
+        groups = [0] if self.joint_groups is None else list(self.joint_groups)
+        are_indices = all(isinstance(g, Integral) and g >= 0 for g in groups)
+        are_different = len(groups) > 0 and len(set(groups)) == len(groups)
+        expected = "different integers of at least 0"
+        is_valid = are_indices and are_different
+        expect(is_valid, "joint_groups", self.joint_groups, expected)
 
     def _check_fitted(self):
         super()._check_fitted()

@@ -166,9 +166,9 @@ class OrderResidual(StretchTransformer):
             spectrum = order_spectrum(envelopes, step, _N_TURNS)
             return at_orders(*spectrum, self.orders_, np.ones(1))[0][0]
 
-        found = np.stack(map_rows(of_row, X, self.n_jobs))
-        self.references_: NDArray[Any] = group_means(found, target, weights)
-        scatter = (found - self.references_[target]) ** 2
+        spectra = np.stack(map_rows(of_row, X, self.n_jobs))
+        self.references_: NDArray[Any] = group_means(spectra, target, weights)
+        scatter = (spectra - self.references_[target]) ** 2
         self.variances_: NDArray[Any] = np.average(scatter, axis=0, weights=weights)
 
     @uses_fitted
@@ -199,25 +199,26 @@ class OrderResidual(StretchTransformer):
 
     def _match(self, X, rpm):
         if rpm is None:
-            turns, factors = np.full(len(X), self.samples_a_turn_), np.ones(len(X))
+            turns = np.full(len(X), self.samples_a_turn_)
+            factors = np.ones(len(X))
             deviation = np.log(_SPEED_RANGE) / 2
         else:
             turns = samples_per_revolution(
                 rpm, self.sampling_rate, len(X), X.shape[-1], REVOLUTIONS_LEFT
             )
             log_speed = log_speeds(rpm, len(X), X.shape[-1])
-            factors = drift_factor(
-                speed_distance(log_speed, np.log(self.speeds_)).variance
-            )
+            distance = speed_distance(log_speed, np.log(self.speeds_))
+            factors = drift_factor(distance.variance)
             deviation = _SPEED_TOLERANCE
 
         def of_row(place, samples):
             envelopes = _envelopes(samples, turns[place])
-            of_classes = self.references_, self.variances_ + _DRIFT * factors[place]
+            variances = self.variances_ + _DRIFT * factors[place]
+            of_classes = (self.references_, variances)
             return match(*envelopes, _N_TURNS, self.orders_, deviation, *of_classes)
 
-        found = map_rows(of_row, X, self.n_jobs)
-        residuals, factors, spectra = map(np.stack, zip(*found, strict=True))
+        matches = map_rows(of_row, X, self.n_jobs)
+        residuals, factors, spectra = map(np.stack, zip(*matches, strict=True))
         return Bunch(
             residuals=residuals.astype(X.dtype), factors=factors, spectra=spectra
         )

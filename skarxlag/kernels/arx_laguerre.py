@@ -7,12 +7,10 @@ then of channel 1, and so on. It is strictly causal: x(k) depends on samples bef
 only.
 """
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from .arrays import Array
 from .compiled import compiled, inlined
 from .laguerre import TOGETHER, advance, advance_block, network_matrices
 from .lanes import LANES, TILE, aligned_zeros, deinterleave, interleave
@@ -22,12 +20,12 @@ _MODELS = 2
 
 
 def accumulate_sums(
-    windows: NDArray[Any],
-    weights: NDArray[Any],
-    orders: NDArray[Any],
-    poles: NDArray[Any],
+    windows: Array,
+    weights: Array,
+    orders: Array,
+    poles: Array,
     n_transient: int,
-) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+) -> tuple[Array, Array, Array]:
     """Compute the weighted sums that `sums_of_products` needs, over samples after the transient.
 
     Parameters
@@ -55,14 +53,13 @@ def accumulate_sums(
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
     signals = windows[..., n_transient:]
     power = np.tensordot(weights, signals @ signals.transpose(0, 2, 1), axes=1)
-    states, driven = (
-        np.zeros((n_windows, orders.sum())),
-        np.zeros((n_channels, orders.sum())),
-    )
-    _sum_driven_states(
-        windows[..., :n_transient], weights, orders, poles, driven, states
-    )
-    first, driven[:] = states.copy(), 0.0
+    n_states = orders.sum()
+    states = np.zeros((n_windows, n_states))
+    driven = np.zeros((n_channels, n_states))
+    transient = windows[..., :n_transient]
+    _sum_driven_states(transient, weights, orders, poles, driven, states)
+    driven[:] = 0.0
+    first = states.copy()
     _sum_driven_states(signals, weights, orders, poles, driven, states)
     moved = (states.T * weights) @ states - (first.T * weights) @ first
     return power, driven, moved
@@ -87,12 +84,12 @@ def _sum_driven_states(windows, weights, orders, poles, driven, states):
 
 
 def sums_of_products(
-    power: NDArray[Any],
-    driven: NDArray[Any],
-    moved: NDArray[Any],
-    orders: NDArray[Any],
-    poles: NDArray[Any],
-) -> NDArray[Any]:
+    power: Array,
+    driven: Array,
+    moved: Array,
+    orders: Array,
+    poles: Array,
+) -> Array:
     r"""Compute the sums for least squares of y(k) on x(k).
 
     The sums D of the products of states need not be formed sample by sample. The
@@ -120,20 +117,22 @@ def sums_of_products(
     """
     A, B = network_matrices(orders, poles)
     mixed = A @ driven.T @ B.T
-    states = linalg.solve_discrete_lyapunov(
-        A, mixed + mixed.T + B @ power @ B.T - moved
+    constant = mixed + mixed.T + B @ power @ B.T - moved
+    of_states = linalg.solve_discrete_lyapunov(A, constant)
+    with_output = driven[0]
+    return np.block(
+        [[of_states, with_output[:, np.newaxis]], [with_output, power[0, 0]]]
     )
-    return np.block([[states, driven[0][:, np.newaxis]], [driven[0], power[0, 0]]])
 
 
 def innovations(
-    windows: NDArray[Any],
-    orders: NDArray[Any],
-    poles: NDArray[Any],
-    coef: NDArray[Any],
+    windows: Array,
+    orders: Array,
+    poles: Array,
+    coef: Array,
     n_transient: int,
-    out: NDArray[Any],
-) -> NDArray[Any]:
+    out: Array,
+) -> Array:
     """Compute the innovations, the prediction errors of each model: y(k) - coef_c . x(k).
 
     Parameters
@@ -158,17 +157,17 @@ def innovations(
     # Coefficients of zero for models and states that are not there fill the last pass.
     filled = -(-orders // TOGETHER) * TOGETHER
     is_used = [np.arange(n) < order for n, order in zip(filled, orders, strict=True)]
-    padded = np.zeros((-(-len(coef) // _MODELS) * _MODELS, filled.sum()))
+    n_filled = -(-len(coef) // _MODELS) * _MODELS
+    padded = np.zeros((n_filled, filled.sum()))
     # The networks are driven by the signals themselves, so their gain is that of the
     # coefficients.
-    padded[: len(coef), np.concatenate(is_used)] = coef * np.repeat(
-        np.sqrt(1 - poles**2), orders
-    )
+    gains = np.repeat(np.sqrt(1 - poles**2), orders)
+    padded[: len(coef), np.concatenate(is_used)] = coef * gains
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
     states = aligned_zeros(filled.sum(), LANES)
     histories = aligned_zeros(TOGETHER, (TILE + 1) * LANES)
     blocks = aligned_zeros(1 + len(padded), TILE * LANES)
-    networks = filled, poles, padded
+    networks = (filled, poles, padded)
     _subtract_predictions(
         windows, *networks, n_transient, out, states, histories, blocks
     )
@@ -185,7 +184,8 @@ def _subtract_predictions(
     the fastest holds all but the states. The caller allocates them, because their
     allocation in here would take as long to compile as the rest of the function.
     """
-    drive, remaining = blocks[0], blocks[1:]
+    drive = blocks[0]
+    remaining = blocks[1:]
     n_windows, n_channels, n_samples = windows.shape
     _, n_models, _ = errors.shape
     for w in range(0, n_windows, LANES):
@@ -211,27 +211,30 @@ def _subtract_predictions(
 def _subtract_block(coef, n, histories, errors):
     """Subtract what some states add to the predictions."""
     for c in range(0, len(coef), _MODELS):
-        a0, a1, a2, a3 = coef[c, n], coef[c, n + 1], coef[c, n + 2], coef[c, n + 3]
-        b0, b1 = coef[c + 1, n], coef[c + 1, n + 1]
-        b2, b3 = coef[c + 1, n + 2], coef[c + 1, n + 3]
+        a0 = coef[c, n]
+        a1 = coef[c, n + 1]
+        a2 = coef[c, n + 2]
+        a3 = coef[c, n + 3]
+        b0 = coef[c + 1, n]
+        b1 = coef[c + 1, n + 1]
+        b2 = coef[c + 1, n + 2]
+        b3 = coef[c + 1, n + 3]
         for i in range(TILE * LANES):
-            x0, x1, x2, x3 = (
-                histories[0, i],
-                histories[1, i],
-                histories[2, i],
-                histories[3, i],
-            )
+            x0 = histories[0, i]
+            x1 = histories[1, i]
+            x2 = histories[2, i]
+            x3 = histories[3, i]
             errors[c, i] = errors[c, i] - a0 * x0 - a1 * x1 - a2 * x2 - a3 * x3
             errors[c + 1, i] = errors[c + 1, i] - b0 * x0 - b1 * x1 - b2 * x2 - b3 * x3
 
 
 def free_run(
-    windows: NDArray[Any],
-    orders: NDArray[Any],
-    poles: NDArray[Any],
-    coef: NDArray[Any],
+    windows: Array,
+    orders: Array,
+    poles: Array,
+    coef: Array,
     n_start: int,
-) -> NDArray[Any]:
+) -> Array:
     """Simulate the output from the inputs; after the first samples the model feeds on its output.
 
     Parameters
@@ -252,10 +255,12 @@ def free_run(
         Simulated output, coef_c . x(k).
     """
     A, B = network_matrices(orders, poles)
-    simulated = np.empty((len(windows), len(coef), windows.shape[-1]))
-    states = np.zeros((len(windows), *coef.shape))
-    signals = np.repeat(windows[:, np.newaxis], len(coef), axis=1)
-    for k in range(windows.shape[-1]):
+    n_windows, _, n_samples = windows.shape
+    n_models = len(coef)
+    simulated = np.empty((n_windows, n_models, n_samples))
+    states = np.zeros((n_windows, *coef.shape))
+    signals = np.repeat(windows[:, np.newaxis], n_models, axis=1)
+    for k in range(n_samples):
         simulated[..., k] = np.einsum("wcn,cn->wc", states, coef)
         if k >= n_start:
             signals[..., 0, k] = simulated[..., k]

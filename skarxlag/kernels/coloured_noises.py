@@ -4,8 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-#: Number of noises, and of the cosines in their random log spectra.
-N_NOISES, N_COSINES = 16, 16
+#: Number of noises.
+N_NOISES = 16
+#: Number of cosines in their random log spectra.
+N_COSINES = 16
 
 
 def coloured_noises(shape: tuple[int, int]) -> NDArray[np.float64]:
@@ -35,5 +37,7 @@ def coloured_noises(shape: tuple[int, int]) -> NDArray[np.float64]:
     sizes = rng.normal(size=(N_NOISES, 1, N_COSINES)) / n
     noises = rng.normal(size=(N_NOISES, *shape))
     frequencies = np.linspace(0, 1, shape[1] // 2 + 1)
-    log_power = sizes @ np.cos(np.pi * np.outer(n, frequencies))
-    return fft.irfft(fft.rfft(noises) * np.exp(log_power / 2), shape[1])
+    cosines = np.cos(np.pi * np.outer(n, frequencies))
+    log_power = sizes @ cosines
+    spectra = fft.rfft(noises) * np.exp(log_power / 2)
+    return fft.irfft(spectra, shape[1])

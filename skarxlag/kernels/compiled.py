@@ -58,11 +58,11 @@ class _Kernel:
         import numba
 
         function: Any = self.__wrapped__
-        known = function.__globals__
+        names_in_module = function.__globals__
         for name in function.__code__.co_names:
             # numba compiles calls of its dispatchers only.
-            if isinstance(known.get(name), _Kernel):
-                known[name] = known[name].dispatcher
+            if isinstance(names_in_module.get(name), _Kernel):
+                names_in_module[name] = names_in_module[name].dispatcher
         dispatcher = numba.njit(**self._options)(function)
         # Without a folder for the cache there is none, and under NUMBA_DISABLE_JIT no
         # dispatcher.

@@ -52,9 +52,15 @@ def reference_step(healthy_rate: float, faulty_rate: float) -> int:
             f"healthy windows exceed the threshold at a rate of {healthy_rate:g}, expected below "
             f"faulty_rate={faulty_rate:g} and below 0.5"
         )
-    odds = np.log(faulty_rate * (1 - healthy_rate) / (healthy_rate * (1 - faulty_rate)))
-    step = round(odds / np.log((1 - healthy_rate) / (1 - faulty_rate)))
-    return max(2, min(step, int(np.ceil(1 / healthy_rate)) - 1))
+    share_below = 1 - faulty_rate
+    healthy_share_below = 1 - healthy_rate
+    log_odds_above = np.log(
+        faulty_rate * healthy_share_below / (healthy_rate * share_below)
+    )
+    log_odds_below = np.log(healthy_share_below / share_below)
+    # With a larger step, the sum of healthy windows would rise in the mean.
+    largest = int(np.ceil(1 / healthy_rate)) - 1
+    return max(2, min(round(log_odds_above / log_odds_below), largest))
 
 
 def mean_run_length(limit: int, step: int, rate: float, persistence: float) -> float:
@@ -101,9 +107,9 @@ def mean_run_length(limit: int, step: int, rate: float, persistence: float) -> f
     moves = sparse.hstack(
         [sparse.kron(1 - chances, below), sparse.kron(chances, above)]
     )
-    return float(
-        spsolve((sparse.eye_array(2 * limit) - moves).tocsc(), np.ones(2 * limit))[0]
-    )
+    staying = sparse.eye_array(2 * limit) - moves
+    lengths = spsolve(staying.tocsc(), np.ones(2 * limit))
+    return float(lengths[0])
 
 
 @lru_cache

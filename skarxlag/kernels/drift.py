@@ -3,9 +3,9 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from .arrays import Array
 from .compiled import compiled
 from .healthy_rows import N_COEFFICIENTS, log_spectra_cepstra
 
@@ -23,7 +23,7 @@ _LOG_SHIFT = 0.1
 _NOISE_DB = (-20.0, -26.0)
 
 
-def smooth_variance(n_coefficients: int, smooth: float, rough: float) -> NDArray[Any]:
+def smooth_variance(n_coefficients: int, smooth: float, rough: float) -> Array:
     r"""Return the variance that a change of speed adds to each cepstral coefficient.
 
     A cepstral coefficient is a cosine coefficient of the log spectrum. Its variance is
@@ -50,7 +50,7 @@ def smooth_variance(n_coefficients: int, smooth: float, rough: float) -> NDArray
     return smooth / np.arange(1.0, n_coefficients + 1) ** 2 + rough
 
 
-def scaled_frequency(log_spectra: NDArray[Any]) -> NDArray[Any]:
+def scaled_frequency(log_spectra: Array) -> Array:
     r"""Compute the changes of log spectra when the frequency axis is scaled.
 
     Components that follow the shaft move along the frequency axis with the speed, and
@@ -75,12 +75,14 @@ def scaled_frequency(log_spectra: NDArray[Any]) -> NDArray[Any]:
            [0., 0., 0., 0.]])
     """
     cells = np.arange(log_spectra.shape[1]) + 0.5
-    shifted = [cells * np.exp(shift) for shift in (_LOG_SHIFT, -_LOG_SHIFT)]
-    moved = [np.interp(points, cells, row) for points in shifted for row in log_spectra]
-    return np.array(moved) - np.tile(log_spectra, (2, 1))
+    changes = []
+    for shift in (_LOG_SHIFT, -_LOG_SHIFT):
+        points = cells * np.exp(shift)
+        changes += [np.interp(points, cells, row) - row for row in log_spectra]
+    return np.array(changes)
 
 
-def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
+def raised_noise(log_spectra: Array) -> Array:
     r"""Compute the changes of log spectra when white noise is added, 20 and 26 dB below mean power.
 
     The emission of a bearing grows with the speed, and the noise of the sensor does
@@ -104,15 +106,14 @@ def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
            [0.0025, 0.0025]])
     """
     mean = np.log(np.mean(np.exp(log_spectra), axis=1, keepdims=True))
-    raised = [
-        np.logaddexp(log_spectra, mean + level * np.log(10) / 10) for level in _NOISE_DB
-    ]
-    return np.concatenate(raised) - np.tile(log_spectra, (2, 1))
+    changes = []
+    for decibels in _NOISE_DB:
+        noise = mean + decibels * np.log(10) / 10
+        changes.append(np.logaddexp(log_spectra, noise) - log_spectra)
+    return np.concatenate(changes)
 
 
-def drift_covariance(
-    spectral_shape: NDArray[Any], steadiness: NDArray[Any]
-) -> NDArray[Any]:
+def drift_covariance(spectral_shape: Array, steadiness: Array) -> Array:
     """Compute the covariance of the change of cepstra when the speed changes by the unit distance.
 
     The model has three causes of change: smooth and rough drift over frequency, a
@@ -133,16 +134,19 @@ def drift_covariance(
         scaled_frequency(spectral_shape), scaled_frequency(steadiness)
     )
     raised = raised_noise(spectral_shape)
-    raised = log_spectra_cepstra(raised, np.zeros((len(raised), steadiness.shape[1])))
-    sizes = min(N_COEFFICIENTS, spectral_shape.shape[1] - 1), steadiness.shape[1] - 1
-    change = np.diag(np.concatenate([smooth_variance(n, SMOOTH, ROUGH) for n in sizes]))
+    # Noise moves no steadiness.
+    unmoved = np.zeros((len(raised), steadiness.shape[1]))
+    raised = log_spectra_cepstra(raised, unmoved)
+    n_of_shape = min(N_COEFFICIENTS, spectral_shape.shape[1] - 1)
+    n_of_steadiness = steadiness.shape[1] - 1
+    smooth = [smooth_variance(n, SMOOTH, ROUGH) for n in (n_of_shape, n_of_steadiness)]
+    change = np.diag(np.concatenate(smooth))
     change += FREQUENCY * scaled.T @ scaled / len(scaled)
-    return change + NOISE * raised.T @ raised / len(raised)
+    change += NOISE * raised.T @ raised / len(raised)
+    return change
 
 
-def joint_axes(
-    scatter: NDArray[Any], drift: NDArray[Any]
-) -> tuple[NDArray[Any], NDArray[Any]]:
+def joint_axes(scatter: Array, drift: Array) -> tuple[Array, Array]:
     """Compute coordinates in which the scatter is diagonal and the drift is the identity.
 
     Parameters
@@ -165,7 +169,7 @@ def joint_axes(
     return np.ascontiguousarray(axes), np.maximum(variances, 0.0)
 
 
-def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
+def along_axes(rows: Array, axes: Array) -> Array:
     """Multiply rows by axes, one by one, so that no product depends on the number of rows.
 
     Parameters
@@ -184,12 +188,12 @@ def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
 
 
 def squared_distances(
-    rows: NDArray[Any],
-    axes: NDArray[Any],
+    rows: Array,
+    axes: Array,
     references: Any,
     precisions: Any,
     indices: Any,
-) -> NDArray[Any]:
+) -> Array:
     r"""Compute the mean of :math:`p_k (V^T x - m)_k^2` over the axes k, for each row x and group.
 
     Parameters
@@ -218,9 +222,8 @@ def squared_distances(
     array([[[[6.]]]])
     """
     squares = np.empty((*indices.shape, *references.shape[1:3]))
-    _fill_squares(
-        rows, axes, references, precisions, indices, np.empty(axes.shape[2]), squares
-    )
+    along = np.empty(axes.shape[2])
+    _fill_squares(rows, axes, references, precisions, indices, along, squares)
     return squares
 
 
@@ -233,11 +236,11 @@ def _fill_squares(rows, axes, references, precisions, indices, along, squares):
             for f in range(n_features):
                 for k in range(n_axes):
                     along[k] += rows[w, g, f] * axes[g, f, k]
-            for tried in range(len(indices)):
-                index = indices[tried, w]
+            for speed in range(len(indices)):
+                index = indices[speed, w]
                 for c in range(references.shape[1]):
                     total = 0.0
                     for k in range(n_axes):
                         change = along[k] - references[index, c, g, k]
                         total += precisions[index, g, k] * (change * change)
-                    squares[tried, w, c, g] = total / max(n_axes, 1)
+                    squares[speed, w, c, g] = total / max(n_axes, 1)

@@ -1,10 +1,10 @@
 """Evidence of several windows that depend on each other."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
+
+from .arrays import Array
 
 #: Smallest probability of a condition in a window. Without it, a single window could
 #: veto a condition for the whole recording.
@@ -26,12 +26,10 @@ NEAREST_CORRELATION = 0.5
 #: in.
 COMB_CORRELATION = 0.2
 #: Range of the p-values that are combined: beyond it they are not accurate.
-_LEAST_P, _LARGEST_P = 1e-300, 0.999
+_ACCURATE_P = (1e-300, 0.999)
 
 
-def effective_number(
-    n_windows: ArrayLike, correlation: float = CORRELATION
-) -> NDArray[Any]:
+def effective_number(n_windows: ArrayLike, correlation: float = CORRELATION) -> Array:
     r"""Return the number of independent windows with as much evidence as correlated ones.
 
     .. math:: n / (1 + (n - 1) \varrho)
@@ -98,13 +96,14 @@ def combined_p_value(
     return combined_score(scores.mean(), len(scores), correlation)
 
 
-def p_value_score(p_values: ArrayLike) -> NDArray[Any]:
+def p_value_score(p_values: ArrayLike) -> Array:
     """Return standard normal quantiles of p-values, which are limited to the accurate range."""
-    return ndtri(np.clip(p_values, _LEAST_P, _LARGEST_P))
+    return ndtri(np.clip(p_values, *_ACCURATE_P))
 
 
 def combined_score(
     mean: float, n_windows: float, correlation: float = P_VALUE_CORRELATION
 ) -> float:
     """Return the p-value of `n_windows` correlated windows with this mean of `p_value_score`."""
-    return float(ndtr(np.sqrt(effective_number(n_windows, correlation)) * mean))
+    n_independent = effective_number(n_windows, correlation)
+    return float(ndtr(np.sqrt(n_independent) * mean))

@@ -1,7 +1,7 @@
 """Contrast of envelope spectra over orders of the shaft, and combs of faults in it."""
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.ndimage import maximum_filter1d
 
+from .arrays import Array
 from .order_spectra import envelopes_over_angle, equal_angles
 from .running_median import running_median
 from .scaling import centred
@@ -84,9 +85,7 @@ class Comb(NamedTuple):
     factors: NDArray[np.float64]
 
 
-def order_contrast(
-    samples: NDArray[Any], period: float | NDArray[Any], rate: float
-) -> NDArray[Any]:
+def order_contrast(samples: Array, period: float | Array, rate: float) -> Array:
     r"""Compute how far the envelope spectra of a signal rise above their surroundings.
 
     Frequencies above 6.4 kHz do not count, or above 80 times that of the shaft if that
@@ -121,9 +120,7 @@ def order_contrast(
     return _WEIGHTS @ contrast_parts(samples, period, rate)
 
 
-def contrast_parts(
-    samples: NDArray[Any], period: float | NDArray[Any], rate: float
-) -> NDArray[Any]:
+def contrast_parts(samples: Array, period: float | Array, rate: float) -> Array:
     """Compute the three contrasts that `order_contrast` is the weighted mean of.
 
     Parameters
@@ -142,20 +139,26 @@ def contrast_parts(
         long segments.
     """
     samples, period, rate = _without_high_frequencies(samples, period, rate)
-    longest = np.clip(_SECONDS * rate, *np.multiply(_REVOLUTIONS, np.mean(period)))
-    short = _segments(samples, period, longest)
-    long = [] if len(short) == 1 else _segments(samples, period, _LONG * longest)
+    fewest, most = np.multiply(_REVOLUTIONS, np.mean(period))
+    length = np.clip(_SECONDS * rate, fewest, most)
+    segments = _segments(samples, period, length)
     frame = 2 ** max(round(math.log2(_FRAME * rate)), 2)
-    n_bands = min(_N_BANDS, max(min(frame, len(short[0][0]) // 8) // 2 - 1, 1))
+    n_samples = len(segments[0][0])
+    shortest_frame = min(frame, n_samples // 8)
+    n_bands = min(_N_BANDS, max(shortest_frame // 2 - 1, 1))
     bands = (frame, n_bands, HIGHEST_ORDER)
     banded = [
-        mean_contrast(*envelopes_over_angle(*segment, *bands)) for segment in short
+        mean_contrast(*envelopes_over_angle(*segment, *bands)) for segment in segments
     ]
-    in_short = [mean_contrast(*prewhitened_envelope(*segment)) for segment in short]
-    in_long = [
-        mean_contrast(*prewhitened_envelope(*segment)) for segment in long
-    ] or in_short
-    return np.stack([np.mean(part, axis=0) for part in (banded, in_short, in_long)])
+    in_short = [mean_contrast(*prewhitened_envelope(*segment)) for segment in segments]
+    in_long = in_short
+    if len(segments) > 1:
+        long_segments = _segments(samples, period, _LONG * length)
+        in_long = [
+            mean_contrast(*prewhitened_envelope(*segment)) for segment in long_segments
+        ]
+    parts = (banded, in_short, in_long)
+    return np.stack([np.mean(of_segments, axis=0) for of_segments in parts])
 
 
 def _without_high_frequencies(samples, period, rate):
@@ -175,16 +178,15 @@ def _segments(samples, period, longest):
     """Return samples and periods of equal segments, at least as long as given, or of all."""
     n_segments = max(int(len(samples) / longest + 1e-9), 1)
     length = len(samples) // n_segments
-    parts = [slice(i * length, (i + 1) * length) for i in range(n_segments)]
-    return [
-        (samples[part], period if np.ndim(period) == 0 else period[part])
-        for part in parts
-    ]
+    segments = []
+    for i in range(n_segments):
+        part = slice(i * length, (i + 1) * length)
+        of_part = period if np.ndim(period) == 0 else period[part]
+        segments.append((samples[part], of_part))
+    return segments
 
 
-def prewhitened_envelope(
-    samples: NDArray[Any], period: float | NDArray[Any]
-) -> tuple[NDArray[Any], float]:
+def prewhitened_envelope(samples: Array, period: float | Array) -> tuple[Array, float]:
     """Compute the squared envelope of a signal after cepstrum prewhitening.
 
     Parameters
@@ -202,20 +204,20 @@ def prewhitened_envelope(
     step : float
         Revolutions from one value to the next.
     """
-    squared = _squared_envelope(
-        samples, fft.next_fast_len(len(samples)), (0.0, 0.5), True
-    )
+    n_fft = fft.next_fast_len(len(samples))
+    squared = _squared_envelope(samples, n_fft, (0.0, 0.5), prewhiten=True)
     block = max(int(np.mean(period) / (2.5 * HIGHEST_ORDER)), 1)
     n_values = len(squared) // block
-    envelopes = squared[: n_values * block].reshape(1, n_values, block).mean(axis=2)
+    blocks = squared[: n_values * block].reshape(1, n_values, block)
+    envelopes = blocks.mean(axis=2)
     if np.ndim(period) == 0:
         return envelopes, block / period
     return equal_angles(envelopes, period, block, block)
 
 
 def squared_envelope_spectrum(
-    samples: NDArray[Any], band: tuple[float, float], prewhiten: bool
-) -> NDArray[Any]:
+    samples: Array, band: tuple[float, float], prewhiten: bool
+) -> Array:
     """Compute the power spectrum of the squared envelope of a signal.
 
     Parameters
@@ -233,19 +235,21 @@ def squared_envelope_spectrum(
         Power, with a Hann window, of the squared envelope over its mean; 0 for a
         constant signal.
     """
-    squared = _squared_envelope(samples, len(samples), band, prewhiten)
+    squared = _squared_envelope(samples, len(samples), band, prewhiten=prewhiten)
     mean = squared.mean()
     if mean > 0:
         squared = (squared / mean - 1) * hann_window(len(samples))
-    return np.abs(fft.rfft(squared)) ** 2 * (4 / len(samples)) ** 2
+    power = np.abs(fft.rfft(squared)) ** 2
+    return power * (4 / len(samples)) ** 2
 
 
-def _squared_envelope(samples, n_fft, band, prewhiten):
+def _squared_envelope(samples, n_fft, band, *, prewhiten):
     rows, _ = centred(samples[np.newaxis])
     spectrum = fft.rfft(rows[0], n_fft)
     if prewhiten:
         size = np.abs(spectrum)
-        np.divide(spectrum, size, out=spectrum, where=size > _LEAST_POWER * size.max())
+        has_power = size > _LEAST_POWER * size.max()
+        np.divide(spectrum, size, out=spectrum, where=has_power)
     spectrum[: math.ceil(band[0] * n_fft)] = 0
     spectrum[int(band[1] * n_fft) + 1 :] = 0
     # The positive frequencies alone give half the analytic signal.
@@ -253,7 +257,7 @@ def _squared_envelope(samples, n_fft, band, prewhiten):
     return analytic.real**2 + analytic.imag**2
 
 
-def mean_contrast(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
+def mean_contrast(envelopes: Array, step: float) -> Array:
     """Compute the mean contrast of the spectra of envelopes, see :func:`order_contrast`.
 
     Parameters
@@ -278,22 +282,21 @@ def mean_contrast(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
     cell = 1 / (n_fft * step)
     spectra = spectra[:, : int((HIGHEST_ORDER + 1) / cell) + 2]
     power = spectra.real**2 + spectra.imag**2
-    floor = (
-        _LEAST_POWER * np.mean(envelopes**2, axis=1, keepdims=True)
-        + np.finfo(float).tiny
-    )
-    width = max(_FLOOR_WIDTH, _FLOOR_CELLS / (n_values * step))
+    mean_square = np.mean(envelopes**2, axis=1, keepdims=True)
+    floor = _LEAST_POWER * mean_square + np.finfo(float).tiny
     level = np.log(power + floor * n_values)
-    size = 2 * int(width / cell / 2) + 1
-    above = level - running_median(level, size, "edge") + _MEDIAN_OF_NOISE
-    contrast = maximum_filter1d(np.maximum(above, 0), 3, axis=1).mean(axis=0)
-    cells = np.arange(N_ORDERS) * ORDER_STEP / cell
-    return np.interp(cells, np.arange(len(contrast)), contrast, right=0)
+    width = max(_FLOOR_WIDTH, _FLOOR_CELLS / (n_values * step))
+    n_cells = 2 * int(width / cell / 2) + 1
+    above = level - running_median(level, n_cells, "edge") + _MEDIAN_OF_NOISE
+    highest = maximum_filter1d(np.maximum(above, 0), 3, axis=1)
+    contrast = highest.mean(axis=0)
+    positions = np.arange(N_ORDERS) * ORDER_STEP / cell
+    return np.interp(positions, np.arange(len(contrast)), contrast, right=0)
 
 
 def fault_comb(
-    contrast: NDArray[Any],
-    orders: NDArray[Any],
+    contrast: Array,
+    orders: Array,
     tolerance: float,
     slip: float,
     cage_weight: float = CAGE_WEIGHT,
@@ -337,13 +340,13 @@ def fault_comb(
     n_error = int(tolerance / FACTOR_STEP + 1e-9)
     n_shifts = n_error + n_slip
     shifts = FACTOR_STEP * np.arange(-n_shifts, n_shifts + 1)
-    first = np.array([orders[0], orders[1], 2 * orders[1], *orders[2:]])
-    heights = _heights(contrast, first, shifts)
+    cage_order, spin_order, inner_order, outer_order = orders
+    twice_order = 2 * spin_order
+    of_combs = [cage_order, spin_order, twice_order, inner_order, outer_order]
+    heights = _heights(contrast, np.array(of_combs), shifts)
     slips = FACTOR_STEP * np.arange(-n_slip, n_slip + 1)
-    slipped = (
-        sliding_window_view(heights, len(slips), axis=1)
-        - _SLIP_COST * (slips / slip) ** 2
-    )
+    cost = _SLIP_COST * (slips / slip) ** 2
+    slipped = sliding_window_view(heights, len(slips), axis=1) - cost
     cage, spin, twice, inner, outer = slipped.max(axis=2)
     ball = (spin + twice) / 2 + cage_weight * np.minimum(cage, MOST_OF_CAGE)
     scores = np.stack([ball, inner, outer])
@@ -351,9 +354,11 @@ def fault_comb(
     median = np.sort(scores, axis=0)[1]
     fit = median - _SPEED_COST * (errors / slip) ** 2
     at = _nearest_best(fit, errors)
-    best_slips = [slips[_nearest_best(of_comb[at], slips)] for of_comb in slipped[1:]]
-    of_ball = best_slips[0] if spin[at] > twice[at] else best_slips[1]
-    factors = np.exp(errors[at] + np.array([of_ball, *best_slips[2:]]))
+    # The slip of a ball is that of the higher one of its two combs.
+    of_ball = 1 if spin[at] > twice[at] else 2
+    combs = slipped[[of_ball, 3, 4], at]
+    best_slips = [slips[_nearest_best(comb, slips)] for comb in combs]
+    factors = np.exp(errors[at] + np.array(best_slips))
     return Comb(scores[:, at], factors)
 
 
@@ -362,7 +367,8 @@ def _heights(contrast, orders, shifts):
     multiples = np.concatenate([np.arange(1, n + 1) for n in _MULTIPLES])
     positions = np.repeat(orders, _MULTIPLES) * multiples / ORDER_STEP
     positions = np.multiply.outer(positions, np.exp(shifts))
-    at_multiples = np.interp(positions, np.arange(len(contrast)), contrast, right=0.0)
+    cells = np.arange(len(contrast))
+    at_multiples = np.interp(positions, cells, contrast, right=0.0)
     starts = np.cumsum(_MULTIPLES) - _MULTIPLES
     return np.add.reduceat(at_multiples, starts) / _MULTIPLES[:, np.newaxis]
 

@@ -4,12 +4,13 @@ The features of a row are its mean cepstrum, its impulsiveness and, if the gain 
 sensor is fixed, its level.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtr
 
+from .arrays import Array
 from .drift import along_axes, drift_covariance, joint_axes
 from .healthy_rows import Rows
 from .speed_references import (
@@ -71,10 +72,10 @@ class HealthyRows(NamedTuple):
         """Return some of the rows, and the speeds that they have."""
         speeds, at = np.unique(self.at[is_taken], return_inverse=True)
         return HealthyRows(
-            self.rows.take(is_taken),
-            self.known_speeds[speeds],
-            at,
-            self.weights[is_taken],
+            rows=self.rows.take(is_taken),
+            known_speeds=self.known_speeds[speeds],
+            at=at,
+            weights=self.weights[is_taken],
         )
 
 
@@ -115,7 +116,7 @@ class Limits(NamedTuple):
     n_blocks: int
 
 
-def time_blocks(at: NDArray[Any]) -> NDArray[Any]:
+def time_blocks(at: Array) -> Array:
     """Divide the rows of each speed into blocks of time.
 
     Parameters
@@ -142,7 +143,7 @@ def time_blocks(at: NDArray[Any]) -> NDArray[Any]:
     return block
 
 
-def parts_of_rows(at: NDArray[Any], n_windows: int) -> int:
+def parts_of_rows(at: Array, n_windows: int) -> int:
     """Return the number of parts of long rows, so that few rows make enough blocks of time.
 
     Two rows at one speed are two blocks. Student's t distribution for two blocks has
@@ -181,7 +182,8 @@ def calibrate(healthy: HealthyRows) -> Limits:
     block = time_blocks(at)
     # Score of the cepstra, and distances of the values, from what the other blocks
     # predict.
-    away = np.full((len(at), 1 + rows.values.shape[1]), np.nan)
+    n_values = rows.values.shape[1]
+    away = np.full((len(at), 1 + n_values), np.nan)
     for number in range(block.max() + 1):
         # A speed all of whose rows are left out has nothing to be compared with.
         is_other = (block != number) & np.isin(at, at[block == number])
@@ -231,7 +233,8 @@ def _expected(healthy):
     scatter = about.T @ about / (n_free * weights.mean())
     # Few windows state the variances more precisely than the correlations.
     weight = n_features / (n_features + len(about))
-    scatter = (1 - weight) * scatter + weight * np.diag(np.diag(scatter))
+    variances = np.diag(np.diag(scatter))
+    scatter = (1 - weight) * scatter + weight * variances
     spectral_shape = group_means(rows.spectral_shape, at, weights)
     steadiness = group_means(rows.steadiness, at, weights)
     drift = drift_covariance(spectral_shape, steadiness)
@@ -260,11 +263,11 @@ def _cepstral_score(rows, axes, expected, variances):
 def log_p_values(
     limits: Limits,
     rows: Rows,
-    log_speed: NDArray[Any],
+    log_speed: Array,
     scale: float,
     *,
     two_sided: bool = False,
-) -> NDArray[Any]:
+) -> Array:
     r"""Compute log p-values: the probability that a healthy row deviates at least as much.
 
     .. math::
@@ -307,9 +310,8 @@ def log_p_values(
     # Blocks of one recording are not independent, however many speeds there are.
     freedom = min(limits.n_blocks, MOST_BLOCKS) - 1
     spread = limits.variances + drift[:, np.newaxis]
-    score = _cepstral_score(
-        rows, limits.axes, at.interpolate(limits.references), spread
-    )
+    references = at.interpolate(limits.references)
+    score = _cepstral_score(rows, limits.axes, references, spread)
     score = (score - limits.score_mean) / (limits.score_deviation * np.sqrt(more))
     tails = [stdtr(freedom, -score)]
     for j, prior in enumerate(SLOPES[: rows.values.shape[1]]):
@@ -327,7 +329,7 @@ def log_p_values(
     return np.minimum(np.log(least) + np.log(len(tails)), 0.0)
 
 
-def drift_scale(healthy: HealthyRows, limits: Limits) -> tuple[float, NDArray[Any]]:
+def drift_scale(healthy: HealthyRows, limits: Limits) -> tuple[float, Array]:
     """Find the scale of the drift at which every left-out speed holds `HELD_RATES`.
 
     Parameters
@@ -365,12 +367,14 @@ def drift_scale(healthy: HealthyRows, limits: Limits) -> tuple[float, NDArray[An
             for rate in HELD_RATES
         )
 
-    scale = SAFETY * float(next(filter(holds, SCALES), SCALES[-1]))
+    smallest = next(filter(holds, SCALES), SCALES[-1])
+    scale = SAFETY * float(smallest)
     return scale, left_out_log_p_values(scale)
 
 
 def flagged_shares(
-    log_p_values: NDArray[Any], at: NDArray[Any], limit: float, weights: NDArray[Any]
-) -> NDArray[Any]:
+    log_p_values: Array, at: Array, limit: float, weights: Array
+) -> Array:
     """Return the share of the rows of each speed whose log p-value is below a limit."""
-    return np.bincount(at, weights * (log_p_values < limit)) / np.bincount(at, weights)
+    is_flagged = log_p_values < limit
+    return np.bincount(at, weights * is_flagged) / np.bincount(at, weights)

@@ -1,11 +1,12 @@
 """Features of rows, where each row is a stretch that is cut into windows."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import spectra
+from .arrays import Array
 from .scaling import centred, root_mean_square
 
 #: Order of a window's own autoregressive model.
@@ -46,9 +47,7 @@ class Rows(NamedTuple):
         return Rows(*(part[is_taken] for part in self))
 
 
-def log_spectra_cepstra(
-    spectral_shape: NDArray[Any], steadiness: NDArray[Any]
-) -> NDArray[Any]:
+def log_spectra_cepstra(spectral_shape: Array, steadiness: Array) -> Array:
     """Compute the cosine coefficients of spectral shape and steadiness from the first on.
 
     Parameters
@@ -63,11 +62,9 @@ def log_spectra_cepstra(
     ndarray of shape (n_signals, n_features)
         Coefficients of spectral shape and of steadiness, in nepers of power.
     """
-    parts = (
-        spectra.cepstrum(spectral_shape)[:, :N_COEFFICIENTS],
-        spectra.cepstrum(steadiness),
-    )
-    return np.concatenate(parts, axis=1)
+    of_shape = spectra.cepstrum(spectral_shape)[:, :N_COEFFICIENTS]
+    of_steadiness = spectra.cepstrum(steadiness)
+    return np.concatenate([of_shape, of_steadiness], axis=1)
 
 
 def number_of_cepstra(window_length: int) -> int:
@@ -82,7 +79,7 @@ def number_of_cepstra(window_length: int) -> int:
     return N_COEFFICIENTS + n_bands - 1
 
 
-def log_impulsiveness(steadiness: NDArray[Any]) -> NDArray[Any]:
+def log_impulsiveness(steadiness: Array) -> Array:
     """Compute the log impulsiveness: how far bands deviate from steady Gaussian noise.
 
     Impulsiveness is the mean logarithm of mean over median power in short time, above
@@ -107,7 +104,7 @@ def log_impulsiveness(steadiness: NDArray[Any]) -> NDArray[Any]:
     return np.log(above + LEAST_IMPULSIVENESS)
 
 
-def measure_rows(signals: NDArray[Any], n_windows: int, *, with_level: bool) -> Rows:
+def measure_rows(signals: Array, n_windows: int, *, with_level: bool) -> Rows:
     """Compute the features of rows.
 
     Parameters
@@ -128,22 +125,24 @@ def measure_rows(signals: NDArray[Any], n_windows: int, *, with_level: bool) -> 
     unit, peak = centred(signals[:, : n_windows * length])
     windows = spectra.unit_peak(unit.reshape(-1, length))
     segment = min(SEGMENT, length)
-    n_cells = spectra.LOG_SPECTRUM_CELLS
     spectral_shape = spectra.autoregressive_log_spectrum(
-        windows, SPECTRUM_ORDER, n_cells
+        windows, SPECTRUM_ORDER, spectra.LOG_SPECTRUM_CELLS
     )
     mean, median = spectra.short_time_log_spectra(windows, segment, min(HOP, segment))
     steadiness = median - mean
     cepstra = log_spectra_cepstra(spectral_shape, steadiness)
-    shape = len(unit), n_windows, -1
-    mean_steadiness = steadiness.reshape(shape).mean(axis=1)
+
+    def by_row(features):
+        return features.reshape(len(unit), n_windows, features.shape[1])
+
+    mean_steadiness = by_row(steadiness).mean(axis=1)
     values = [log_impulsiveness(mean_steadiness)]
     if with_level:
         rms = np.maximum(root_mean_square(unit), np.finfo(np.float64).tiny)
         values.append(np.log(rms) + np.log(peak[:, 0]))
     return Rows(
-        spectral_shape=spectral_shape.reshape(shape).mean(axis=1),
+        spectral_shape=by_row(spectral_shape).mean(axis=1),
         steadiness=mean_steadiness,
-        cepstra=cepstra.reshape(shape),
+        cepstra=by_row(cepstra),
         values=np.column_stack(values),
     )

@@ -1,12 +1,12 @@
 """Thresholds, rungs and confidences of the ladder (equations 23-32)."""
 
 import math
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import log_softmax
+
+from .arrays import Array
 
 #: Natural logarithms that stand for a level of zero and for no bound above.
 _LOG_ZERO = -745.0
@@ -40,9 +40,7 @@ def rows_that_hold(rate: float) -> int:
     return math.ceil(round(1 / rate - 1, 6))
 
 
-def false_alarm_threshold(
-    levels: NDArray[Any], weights: NDArray[Any], rate: float
-) -> float:
+def false_alarm_threshold(levels: Array, weights: Array, rate: float) -> float:
     """Return the level that a healthy window exceeds with at most the stated probability.
 
     The threshold is the order statistic ceil((n + 1)(1 - rate)) of n healthy levels. If
@@ -76,7 +74,7 @@ def false_alarm_threshold(
     return float(levels[order[index]])
 
 
-def weighted_median(levels: NDArray[Any], weights: NDArray[Any]) -> float:
+def weighted_median(levels: Array, weights: Array) -> float:
     """Return the weighted median of levels, where each level stands for a number of windows.
 
     Parameters
@@ -106,13 +104,13 @@ def _counted_in_order(levels, weights):
     return order, np.cumsum(weights[order])
 
 
-def log_level(levels: NDArray[Any]) -> NDArray[Any]:
+def log_level(levels: Array) -> Array:
     """Return the natural logarithm of levels, which is finite for a level of 0, too."""
     levels = np.asarray(levels, dtype=np.float64)
     return np.log(levels, out=np.full(levels.shape, _LOG_ZERO), where=levels > 0)
 
 
-def rung_scores(levels: NDArray[Any], cuts: NDArray[Any]) -> NDArray[Any]:
+def rung_scores(levels: Array, cuts: Array) -> Array:
     """Compute the signed log distance of levels to the bounds of each rung, positive inside.
 
     Rung i contains the levels in (cuts[i-1], cuts[i]]. This is Eq. (32), with a rule
@@ -138,10 +136,12 @@ def rung_scores(levels: NDArray[Any], cuts: NDArray[Any]) -> NDArray[Any]:
     """
     level = log_level(levels)[:, np.newaxis]
     bounds = np.concatenate([[_LOG_ZERO - 1], log_level(cuts), [_LOG_INFINITE]])
-    return np.minimum(level - bounds[:-1] - _TIE, bounds[1:] - level)
+    above_lower = level - bounds[:-1] - _TIE
+    below_upper = bounds[1:] - level
+    return np.minimum(above_lower, below_upper)
 
 
-def relative_scores(levels: NDArray[Any]) -> NDArray[Any]:
+def relative_scores(levels: Array) -> Array:
     """Compute how far each residual of a window lies below the geometric mean of all, in nepers.
 
     Parameters
@@ -164,9 +164,7 @@ def relative_scores(levels: NDArray[Any]) -> NDArray[Any]:
     return level.mean(axis=1, keepdims=True) - level
 
 
-def confidence_scale(
-    scores: NDArray[Any], target: NDArray[Any], weights: NDArray[Any]
-) -> float:
+def confidence_scale(scores: Array, target: Array, weights: Array) -> float:
     r"""Fit the factor :math:`\beta` for which softmax of the scaled scores is a confidence.
 
     The factor maximises the likelihood of the targets. The targets are smoothed as in
@@ -193,11 +191,14 @@ def confidence_scale(
         return 1.0
     counts = np.bincount(target, weights, minlength=n_classes)
     doubt = 1 / (counts[target] + 2)
-    smoothed = np.repeat((doubt / (n_classes - 1))[:, np.newaxis], n_classes, axis=1)
+    doubt_of_others = doubt / (n_classes - 1)
+    smoothed = np.repeat(doubt_of_others[:, np.newaxis], n_classes, axis=1)
     smoothed[np.arange(len(target)), target] = 1 - doubt
 
     def loss(log_factor):
         log_confidence = log_softmax(np.exp(log_factor) * scores, axis=1)
-        return -np.average(np.sum(smoothed * log_confidence, axis=1), weights=weights)
+        cross_entropy = -np.sum(smoothed * log_confidence, axis=1)
+        return np.average(cross_entropy, weights=weights)
 
-    return float(np.exp(minimize_scalar(loss, bounds=(-10, 10), method="bounded").x))
+    best = minimize_scalar(loss, bounds=(-10, 10), method="bounded")
+    return float(np.exp(best.x))

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag, toeplitz
 
+from .arrays import Array
 from .compiled import inlined
 from .lanes import LANES, TILE
 
@@ -15,7 +15,7 @@ from .lanes import LANES, TILE
 TOGETHER = 4
 
 
-def laguerre_matrices(order: int, pole: float) -> tuple[NDArray[Any], NDArray[Any]]:
+def laguerre_matrices(order: int, pole: float) -> tuple[Array, Array]:
     r"""Return the state space of one Laguerre network, Eqs. (13)-(15).
 
     :math:`x(k+1) = A x(k) + b s(k)` realises the filters :math:`L_n(z) =
@@ -47,13 +47,15 @@ def laguerre_matrices(order: int, pole: float) -> tuple[NDArray[Any], NDArray[An
            [-0.375,  0.75 ,  0.5  ]])
     """
     powers = (-pole) ** np.arange(order)
-    column = np.concatenate(([pole], (1 - pole**2) * powers[: order - 1]))
-    return toeplitz(column, pole * np.eye(order)[0]), math.sqrt(1 - pole**2) * powers
+    below_diagonal = (1 - pole**2) * powers[: order - 1]
+    first_column = np.concatenate(([pole], below_diagonal))
+    first_row = pole * np.eye(order)[0]
+    A = toeplitz(first_column, first_row)
+    b = math.sqrt(1 - pole**2) * powers
+    return A, b
 
 
-def network_matrices(
-    orders: Sequence[int], poles: Any
-) -> tuple[NDArray[Any], NDArray[Any]]:
+def network_matrices(orders: Sequence[int], poles: Any) -> tuple[Array, Array]:
     """Return the state space of several parallel networks, Eq. (12).
 
     Parameters
@@ -77,11 +79,13 @@ def network_matrices(
     array([[1. , 0. ],
            [0. , 0.8]])
     """
-    matrices = [
-        laguerre_matrices(n, pole) for n, pole in zip(orders, poles, strict=True)
+    networks = [
+        laguerre_matrices(order, pole)
+        for order, pole in zip(orders, poles, strict=True)
     ]
-    A = block_diag(*[A for A, _ in matrices])
-    return A, block_diag(*[b[:, np.newaxis] for _, b in matrices])
+    A = block_diag(*[A for A, _ in networks])
+    B = block_diag(*[b[:, np.newaxis] for _, b in networks])
+    return A, B
 
 
 @inlined
@@ -96,9 +100,7 @@ def advance(states: Any, sample: Any, pole: Any) -> None:
 
 
 @inlined
-def advance_block(
-    states: NDArray[Any], drive: NDArray[Any], pole: float, histories: NDArray[Any]
-) -> None:
+def advance_block(states: Array, drive: Array, pole: float, histories: Array) -> None:
     r"""The same cascade on a block of signals, see `lanes`: the next `TOGETHER` all-passes.
 
     Each state n follows :math:`x_n(k+1) = \zeta x_n(k) + d_n(k)`, with the drive
@@ -126,10 +128,9 @@ def advance_block(
         for i in range(TILE * LANES):
             driven = histories[n - 1, i] - pole * histories[n - 1, i + LANES]
             histories[n, i + LANES] = pole * histories[n, i] + driven
+    last = histories[TOGETHER - 1]
     for i in range(TILE * LANES):
-        drive[i] = (
-            histories[TOGETHER - 1, i] - pole * histories[TOGETHER - 1, i + LANES]
-        )
+        drive[i] = last[i] - pole * last[i + LANES]
     for n in range(TOGETHER):
         for lane in range(LANES):
             states[n, lane] = histories[n, TILE * LANES + lane]
@@ -158,4 +159,5 @@ def settling_length(order: int, pole: float) -> int:
     >>> settling_length(64, 0.0), settling_length(32, -0.5)
     (64, 96)
     """
-    return math.ceil(order * (1 + abs(pole)) / (1 - abs(pole)) - 1e-9)
+    size = abs(pole)
+    return math.ceil(order * (1 + size) / (1 - size) - 1e-9)

@@ -10,11 +10,10 @@ with one additional sample in front, which is the last sample before the block.
 """
 
 import math
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import Array
 from .compiled import inlined
 
 #: Signals in a block. All lanes go through the same instructions, so no result depends
@@ -25,7 +24,7 @@ LANES = 16
 TILE = 16
 
 
-def aligned_zeros(*shape: int) -> NDArray[Any]:
+def aligned_zeros(*shape: int) -> Array:
     """Allocate working memory that begins at a multiple of 64 bytes, a line of the cache.
 
     A vector that crosses lines takes up to twice as long to read and write. NumPy
@@ -43,7 +42,7 @@ def aligned_zeros(*shape: int) -> NDArray[Any]:
 
 @inlined
 def interleave(
-    signals: NDArray[Any], first: int, channel: int, start: int, block: NDArray[Any]
+    signals: Array, first: int, channel: int, start: int, block: Array
 ) -> None:
     """Copy samples of up to `LANES` signals into a block.
 
@@ -69,7 +68,7 @@ def interleave(
 
 @inlined
 def deinterleave(
-    block: NDArray[Any], signals: NDArray[Any], first: int, channel: int, start: int
+    block: Array, signals: Array, first: int, channel: int, start: int
 ) -> None:
     """Copy the samples of a block back into up to `LANES` signals.
 

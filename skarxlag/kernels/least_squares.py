@@ -1,17 +1,17 @@
 """Least squares from sums over windows, and windows that occur several times."""
 
 from hashlib import blake2b
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
+
+from .arrays import Array
 
 #: Samples by which windows are compared before all their samples are.
 _N_KEYS = 8
 
 
-def solve_sums(sums: NDArray[Any], alpha: float) -> tuple[NDArray[Any], float]:
+def solve_sums(sums: Array, alpha: float) -> tuple[Array, float]:
     r"""Solve ridge least squares from :math:`\sum [x; y][x; y]^T`.
 
     The coefficients minimise :math:`\sum (y - g^T x)^2 + \alpha |g|^2`. The recursion
@@ -39,15 +39,18 @@ def solve_sums(sums: NDArray[Any], alpha: float) -> tuple[NDArray[Any], float]:
     >>> solve_sums(np.array([[4.0, 2.0], [2.0, 1.0]]), alpha=0.0)
     (array([0.5]), 0.0)
     """
-    gram, cross, power = sums[:-1, :-1], sums[-1, :-1], sums[-1, -1]
-    coef = linalg.lstsq(gram + alpha * np.eye(len(gram)), cross)[0]
+    gram = sums[:-1, :-1]
+    cross = sums[-1, :-1]
+    power = sums[-1, -1]
+    ridge = alpha * np.eye(len(gram))
+    coef = linalg.lstsq(gram + ridge, cross)[0]
     error = power - 2 * coef @ cross + coef @ gram @ coef
     return coef, max(float(error), 0.0)
 
 
 def distinct_windows(
-    windows: NDArray[Any], rows: NDArray[Any], weights: NDArray[Any]
-) -> tuple[NDArray[Any], NDArray[Any]]:
+    windows: Array, rows: Array, weights: Array
+) -> tuple[Array, Array]:
     """Return the rows of the distinct windows, and the weight of each.
 
     Sums in floating point depend on the order of the summands. If windows are repeated
@@ -80,8 +83,13 @@ def distinct_windows(
     """
     places = np.linspace(0, windows.shape[-1] - 1, _N_KEYS).astype(int)
     keys = windows[rows[:, np.newaxis], 0, places]
-    if len(np.unique(keys, axis=0)) == len(rows) and np.all(weights == 1):
+    are_different = len(np.unique(keys, axis=0)) == len(rows)
+    if are_different and np.all(weights == 1):
         return rows, weights
-    digests = [blake2b(windows[row].tobytes(), digest_size=16).digest() for row in rows]
+    digests = [_digest(windows[row]) for row in rows]
     _, first, group = np.unique(digests, return_index=True, return_inverse=True)
     return rows[first], np.bincount(group, weights)
+
+
+def _digest(window):
+    return blake2b(window.tobytes(), digest_size=16).digest()

@@ -12,11 +12,9 @@ by Schur's algorithm as generalised in T. Kailath and A. H. Sayed (1995), "Displ
 structure: theory and applications", SIAM Review 37(3), 297-386.
 """
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import Array
 from .compiled import compiled
 
 _EPS = np.finfo(np.float64).eps
@@ -26,7 +24,7 @@ _EPS = np.finfo(np.float64).eps
 _LANES = 16
 
 
-def predictors(signals: NDArray[Any], order: int, alpha: float) -> NDArray[Any]:
+def predictors(signals: Array, order: int, alpha: float) -> Array:
     r"""Compute g in :math:`s(k) \approx \sum_n g_n\,s(k - 1 - n)` by ridge regression.
 
     Parameters
@@ -51,7 +49,8 @@ def predictors(signals: NDArray[Any], order: int, alpha: float) -> NDArray[Any]:
     # The last of four sums is three places ahead of the lag.
     width = -(-(order + 4) // _LANES) * _LANES
     padded = np.zeros((2, signals.shape[1] + width + _LANES))
-    generators, factor = np.zeros((4, width + _LANES)), np.empty((order, width))
+    generators = np.zeros((4, width + _LANES))
+    factor = np.empty((order, width))
     solutions = np.zeros((len(signals), order + _LANES))
     _fill_solutions(signals, alpha, padded, generators, factor, solutions)
     return solutions[:, order - 1 :: -1]
@@ -85,7 +84,10 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
     order, width = factor.shape
     n_products = n_samples - order
     # The rows serve as sums before they are filled, and the first one again at the end.
-    t0, t1, t2, t3 = generators[0], generators[1], generators[2], generators[3]
+    t0 = generators[0]
+    t1 = generators[1]
+    t2 = generators[2]
+    t3 = generators[3]
     for w in range(n_signals):
         for m in range(n_samples):
             padded[0, m] = signals[w, m] if m < n_products else 0.0
@@ -95,38 +97,40 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
         # Loads take longer than products, so each sample that is loaded goes into four
         # sums.
         for m in range(0, n_products, _LANES):
-            r, s = padded[0, m:], padded[1, m:]
-            r0, r1, r2, r3, r4, r5, r6, r7 = (
-                r[0],
-                r[1],
-                r[2],
-                r[3],
-                r[4],
-                r[5],
-                r[6],
-                r[7],
-            )
-            r8, r9, ra, rb, rc, rd, re, rf = (
-                r[8],
-                r[9],
-                r[10],
-                r[11],
-                r[12],
-                r[13],
-                r[14],
-                r[15],
-            )
+            r = padded[0, m:]
+            s = padded[1, m:]
+            # In registers, because the compiler cannot know that the sums are apart.
+            r0 = r[0]
+            r1 = r[1]
+            r2 = r[2]
+            r3 = r[3]
+            r4 = r[4]
+            r5 = r[5]
+            r6 = r[6]
+            r7 = r[7]
+            r8 = r[8]
+            r9 = r[9]
+            r10 = r[10]
+            r11 = r[11]
+            r12 = r[12]
+            r13 = r[13]
+            r14 = r[14]
+            r15 = r[15]
             for b in range(width):
-                s0, s4, s8, sc = s[b], s[b + 4], s[b + 8], s[b + 12]
-                t0[b] += (r0 * s0 + r4 * s4) + (r8 * s8 + rc * sc)
-                t1[b] += (r1 * s0 + r5 * s4) + (r9 * s8 + rd * sc)
-                t2[b] += (r2 * s0 + r6 * s4) + (ra * s8 + re * sc)
-                t3[b] += (r3 * s0 + r7 * s4) + (rb * s8 + rf * sc)
+                s0 = s[b]
+                s4 = s[b + 4]
+                s8 = s[b + 8]
+                s12 = s[b + 12]
+                t0[b] += (r0 * s0 + r4 * s4) + (r8 * s8 + r12 * s12)
+                t1[b] += (r1 * s0 + r5 * s4) + (r9 * s8 + r13 * s12)
+                t2[b] += (r2 * s0 + r6 * s4) + (r10 * s8 + r14 * s12)
+                t3[b] += (r3 * s0 + r7 * s4) + (r11 * s8 + r15 * s12)
         for b in range(order + 1):
             t0[b] += t1[b + 1] + (t2[b + 2] + t3[b + 3])
         diagonal = power = t0[0]
         for a in range(1, order + 1):
-            t1[a], t3[a] = signals[w, n_products - 1 + a], signals[w, a - 1]
+            t1[a] = signals[w, n_products - 1 + a]
+            t3[a] = signals[w, a - 1]
             diagonal += t1[a] * t1[a] - t3[a] * t3[a]
             power += diagonal
         ridge = alpha * power / (order + 1)
@@ -138,27 +142,34 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
             t2[b] = t0[b]
         for b in range(order + 1, width + _LANES):
             t0[b] = t1[b] = t2[b] = t3[b] = 0.0
-        t0[0], t1[0], t2[0], t3[0] = 1 / scale, 0.0, 0.0, 0.0
+        t0[0] = 1 / scale
+        t1[0] = t2[0] = t3[0] = 0.0
         plus = t0
         for a in range(order):
-            enters, minus, leaves = (
-                generators[1, a:],
-                generators[2, a:],
-                generators[3, a:],
-            )
+            enters = generators[1, a:]
+            minus = generators[2, a:]
+            leaves = generators[3, a:]
             factor_row = factor[a]
             gain = np.sqrt(plus[0] * plus[0] + enters[0] * enters[0])
             loss = np.sqrt(minus[0] * minus[0] + leaves[0] * leaves[0])
-            cos_plus, sin_plus = plus[0] / gain, enters[0] / gain
-            cos_minus, sin_minus = (
-                (minus[0] / loss, leaves[0] / loss) if loss > 0 else (1.0, 0.0)
-            )
+            cos_plus = plus[0] / gain
+            sin_plus = enters[0] / gain
+            cos_minus = 1.0
+            sin_minus = 0.0
+            if loss > 0:
+                cos_minus = minus[0] / loss
+                sin_minus = leaves[0] / loss
             tanh = loss / gain
             # Above 0 by the ridge, but for rounding.
             sech = np.sqrt(max((1 - tanh) * (1 + tanh), _EPS))
-            of_plus, of_enters, of_minus = cos_plus / sech, sin_plus / sech, tanh / sech
+            of_plus = cos_plus / sech
+            of_enters = sin_plus / sech
+            of_minus = tanh / sech
             for j in range(_LANES * ((order - a) // _LANES + 1)):
-                p, q, r, s = plus[j], enters[j], minus[j], leaves[j]
+                p = plus[j]
+                q = enters[j]
+                r = minus[j]
+                s = leaves[j]
                 enters[j] = cos_plus * q - sin_plus * p
                 leaves[j] = cos_minus * s - sin_minus * r
                 r = cos_minus * r + sin_minus * s
@@ -168,14 +179,18 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
             plus = factor_row
         # The last column of the factor has been through forward substitution.
         for a in range(order - 1, -1, -1):
-            factor_row, known = factor[a], solutions[w, a:]
+            factor_row = factor[a]
+            solution = solutions[w, a:]
             for lane in range(_LANES):
                 t0[lane] = 0.0
             for first in range(0, order - a, _LANES):
-                row, values = factor_row[first:], known[first:]
+                row = factor_row[first:]
+                values = solution[first:]
                 for lane in range(_LANES):
                     t0[lane] += row[lane] * values[lane]
             total = 0.0
             for lane in range(_LANES // 4):
-                total += (t0[lane] + t0[lane + 4]) + (t0[lane + 8] + t0[lane + 12])
-            known[0] = (factor_row[order - a] - total) / factor_row[0]
+                first_pair = t0[lane] + t0[lane + 4]
+                second_pair = t0[lane + 8] + t0[lane + 12]
+                total += first_pair + second_pair
+            solution[0] = (factor_row[order - a] - total) / factor_row[0]

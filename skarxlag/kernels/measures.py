@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import Array
 from .spectra import autoregressive_log_spectrum, short_time_log_spectra, unit_peak
 
 #: Frequencies at which a signal's own model is evaluated, at least. Their logarithms
@@ -22,7 +22,7 @@ _LEAST_CELLS = 252
 _OVERLAP = 8
 
 
-def own_model(signals: NDArray[Any], segment: int, order: int) -> dict[str, Any]:
+def own_model(signals: Array, segment: int, order: int) -> dict[str, Any]:
     """Compute the colour: the log spectrum of an autoregressive model identified on each signal.
 
     Parameters
@@ -49,12 +49,11 @@ def own_model(signals: NDArray[Any], segment: int, order: int) -> dict[str, Any]
     bands = max(segment // 2 - 1, 1)
     cells = -(-_LEAST_CELLS // bands)
     fine = autoregressive_log_spectrum(signals, order, bands * cells)
-    return {
-        "spectral_shape": np.einsum("wbc->wb", fine.reshape(-1, bands, cells)) / cells
-    }
+    sums = np.einsum("wbc->wb", fine.reshape(-1, bands, cells))
+    return {"spectral_shape": sums / cells}
 
 
-def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any]:
+def short_time(signals: Array, segment: int, order: Any) -> dict[str, Any]:
     """Compute the mean and the median power of each band over time, and their ratio.
 
     Parameters
@@ -84,13 +83,15 @@ def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any
 
 
 #: The function that takes each measure.
-MEASURES: dict[str, Any] = {"spectral_shape": own_model}
-MEASURES |= dict.fromkeys(("power", "floor", "steadiness"), short_time)
+MEASURES: dict[str, Any] = {
+    "spectral_shape": own_model,
+    "power": short_time,
+    "floor": short_time,
+    "steadiness": short_time,
+}
 
 
-def measure(
-    signals: NDArray[Any], names: Sequence[str], segment: int, order: int
-) -> NDArray[Any]:
+def measure(signals: Array, names: Sequence[str], segment: int, order: int) -> Array:
     """Compute the log spectra of each signal by the named measures.
 
     Parameters
@@ -113,7 +114,8 @@ def measure(
     >>> measure(noise, ["floor", "spectral_shape"], 128, 16).shape
     (2, 2, 63)
     """
-    found, signals = {}, unit_peak(signals)
+    scaled = unit_peak(signals)
+    log_spectra = {}
     for function in dict.fromkeys(MEASURES[name] for name in names):
-        found |= function(signals, segment, order)
-    return np.concatenate([found[name][:, np.newaxis] for name in names], axis=1)
+        log_spectra |= function(scaled, segment, order)
+    return np.stack([log_spectra[name] for name in names], axis=1)

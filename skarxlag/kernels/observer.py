@@ -3,9 +3,9 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from .arrays import Array
 from .compiled import compiled, inlined
 from .lanes import LANES, TILE, aligned_zeros, deinterleave, interleave
 
@@ -13,9 +13,7 @@ from .lanes import LANES, TILE, aligned_zeros, deinterleave, interleave
 INNOVATION, ERROR, CORRECTION, INTEGRAL, ESTIMATE, POWER = range(6)
 
 
-def observe(
-    innovations: NDArray[Any], loop: tuple[Any, ...]
-) -> tuple[NDArray[Any], NDArray[Any]]:
+def observe(innovations: Array, loop: tuple[Any, ...]) -> tuple[Array, Array]:
     r"""Compute the output error and the fault estimate of the extended-state observer, Form A.
 
     The fault direction E and the output correction K_p of the full-state observer are
@@ -46,7 +44,8 @@ def observe(
     fault_estimate : ndarray of shape (n_windows, n_models, n_samples)
         The fault estimate at sample k, computed from the samples before k.
     """
-    error, fault_estimate = np.empty(innovations.shape), np.empty(innovations.shape)
+    error = np.empty(innovations.shape)
+    fault_estimate = np.empty(innovations.shape)
     _record_trajectories(innovations, loop, loop_histories(), error, fault_estimate)
     return error, fault_estimate
 
@@ -97,12 +96,14 @@ def observe_block(
     interleave(innovations, first, model, start, histories[INNOVATION])
     if exponent == 1.0:
         for i in range(TILE * LANES):
-            _close_loop(histories, i, _surface(histories, i, loop), loop)
+            surface = _surface(histories, i, loop)
+            _close_loop(histories, i, surface, loop)
     else:
         # A power in a loop, even one that is never taken, keeps it from running on
         # vectors.
         for i in range(TILE * LANES):
-            _close_loop(histories, i, _surface(histories, i, loop) ** exponent, loop)
+            surface = _surface(histories, i, loop) ** exponent
+            _close_loop(histories, i, surface, loop)
 
 
 @inlined
@@ -133,7 +134,7 @@ def carry_loop(histories: Any, n_samples: Any) -> None:
             histories[row, lane] = histories[row, n_samples * LANES + lane]
 
 
-def loop_matrix(pole: float, kp: float, ki: float, gain: float = 1.0) -> NDArray[Any]:
+def loop_matrix(pole: float, kp: float, ki: float, gain: float = 1.0) -> Array:
     """Return the closed-loop matrix of correction and integral, for a constant gain.
 
     Parameters
@@ -159,7 +160,7 @@ def loop_matrix(pole: float, kp: float, ki: float, gain: float = 1.0) -> NDArray
     return np.array([[pole - kp, gain], [-ki, 1.0]], dtype=np.float64)
 
 
-def common_lyapunov(slow: NDArray[Any], fast: NDArray[Any]) -> NDArray[Any] | None:
+def common_lyapunov(slow: Array, fast: Array) -> Array | None:
     r"""Find a quadratic Lyapunov function that two loops share, or None if there is none.
 
     The loops differ in the gain from integral to estimate. A common function
@@ -192,7 +193,8 @@ def common_lyapunov(slow: NDArray[Any], fast: NDArray[Any]) -> NDArray[Any] | No
     if spread == 0:
         P = linalg.solve_discrete_lyapunov(slow.T, np.eye(2))
     else:
-        enter, leave = np.array([[1.0], [0.0]]), np.array([[0.0], [1.0]])
+        enter = np.array([[1.0], [0.0]])
+        leave = np.array([[0.0], [1.0]])
         slack = 1e-9 * np.eye(2)
         try:
             P = -linalg.solve_discrete_are(
@@ -200,5 +202,8 @@ def common_lyapunov(slow: NDArray[Any], fast: NDArray[Any]) -> NDArray[Any] | No
             )
         except (linalg.LinAlgError, ValueError):
             return None
-    falls = [np.linalg.eigvalsh(A.T @ P @ A - P)[-1] < 0 for A in (slow, fast)]
-    return P if all(falls) else None
+    for A in (slow, fast):
+        change = A.T @ P @ A - P
+        if not np.linalg.eigvalsh(change)[-1] < 0:
+            return None
+    return P

@@ -6,11 +6,9 @@ They compute in single precision. A fault estimate is the output of a filter wit
 poles, and the relative rounding error of this filter is less than 1e-5.
 """
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import Array
 from .compiled import compiled, inlined
 from .spectra import frequency_grid
 
@@ -30,12 +28,11 @@ _EXACT = 4096
 _FLOOR = 1e-12
 #: Limits of the largest sample. Beyond them, the bound has no effect or is reached at
 #: once, and single precision has no room.
-_SMALLEST, _LARGEST = 1e-9, 1e9
+_SMALLEST = 1e-9
+_LARGEST = 1e9
 
 
-def member_gains(
-    pole: float, n_members: int, bandwidth: float
-) -> tuple[NDArray[Any], NDArray[Any]]:
+def member_gains(pole: float, n_members: int, bandwidth: float) -> tuple[Array, Array]:
     r"""Compute the gains that give member m the closed-loop poles :math:`\rho\,e^{\pm j\omega_m}`.
 
     The matrix `observer.loop_matrix` has the characteristic polynomial
@@ -74,13 +71,13 @@ def member_gains(
 
 
 def bank_levels(
-    innovations: NDArray[Any],
+    innovations: Array,
     pole: float,
-    kp: NDArray[Any],
-    ki: NDArray[Any],
-    bound: NDArray[Any],
+    kp: Array,
+    ki: Array,
+    bound: Array,
     step: float,
-) -> tuple[NDArray[Any], NDArray[Any]]:
+) -> tuple[Array, Array]:
     r"""Compute the power and the switching gain of each member's fault estimate.
 
     A member has the error e, the integral p and the fault estimate d:
@@ -126,22 +123,19 @@ def bank_levels(
     size = np.minimum(np.maximum(peak, _SMALLEST), _LARGEST)
     scale = size / np.maximum(peak, np.finfo(np.float64).tiny)
     floor = (_FLOOR * size**2).astype(np.float32)
-    # A member with gains of zero does nothing: such members fill the last block.
-    members = np.zeros((7, len(kp) + -len(kp) % _TOGETHER), dtype=np.float32)
-    members[4:, : len(kp)] = pole - kp, ki, bound
-    members = (
-        members.reshape(7, -1, _TOGETHER).swapaxes(0, 1).reshape(-1, 7 * _TOGETHER)
-    )
+    members = _blocks_of_members(pole - kp, ki, bound)
     # Zeros before the first sample leave a member at rest. They make the last group
     # whole.
     padding = -n_samples % _AT_ONCE
     signal = np.zeros(padding + n_samples, dtype=np.float32)
-    n_states, n_squares = members.shape[1], len(signal) * _TOGETHER
+    n_states = members.shape[1]
+    n_squares = len(signal) * _TOGETHER
     work = np.empty(n_states + n_squares + 16, dtype=np.float32)
     # Vectors that lie in two cache lines take longer to store.
     work = work[-work.ctypes.data % 64 // 4 :]
     squares = work[n_states : n_states + n_squares].reshape(-1, _AT_ONCE * _TOGETHER)
-    ratios = np.exp(2 * step * np.array([1, -1, padding])).astype(np.float32)
+    logs_of_ratios = 2 * step * np.array([1, -1, padding])
+    ratios = np.exp(logs_of_ratios).astype(np.float32)
     levels = np.empty((3, n_windows, len(members), _TOGETHER))
     _fill_levels(
         innovations,
@@ -157,7 +151,20 @@ def bank_levels(
     )
     levels = levels.reshape(3, n_windows, -1)[..., : len(kp)]
     power, settled = np.log(levels[:2] / size[:, np.newaxis] ** 2)
-    return power, settled + 2 * step * levels[2] / n_samples
+    sum_of_steps = levels[2]
+    return power, settled + 2 * step * sum_of_steps / n_samples
+
+
+def _blocks_of_members(a, ki, bound):
+    """Return rows of `_TOGETHER` members: zeros for their four states, then their three gains."""
+    # A member with gains of zero does nothing: such members fill the last block.
+    n_members = len(ki)
+    members = np.zeros((7, n_members + -n_members % _TOGETHER), dtype=np.float32)
+    members[4, :n_members] = a
+    members[5, :n_members] = ki
+    members[6, :n_members] = bound
+    blocks = members.reshape(7, -1, _TOGETHER).swapaxes(0, 1)
+    return blocks.reshape(-1, 7 * _TOGETHER)
 
 
 @compiled
@@ -168,8 +175,11 @@ def _fill_levels(
 
     The sum is over all samples, of the number of steps up minus that of steps down.
     """
-    n, n_samples = _TOGETHER, innovations.shape[1]
-    up, down, lift = ratios[0], ratios[1], ratios[2]
+    n = _TOGETHER
+    n_samples = innovations.shape[1]
+    up = ratios[0]
+    down = ratios[1]
+    lift = ratios[2]
     padding = len(signal) - n_samples
     for w in range(len(innovations)):
         before = 0.0
@@ -210,16 +220,16 @@ def _estimate(signal, floor, state, squares):
     n = _TOGETHER
     for group in range(len(squares)):
         k = group * _AT_ONCE
-        samples = signal[k], signal[k + 1], signal[k + 2], signal[k + 3]
+        samples = (signal[k], signal[k + 1], signal[k + 2], signal[k + 3])
         out = squares[group]
         for i in range(n):
-            rest, p, d, total = (
-                state[i],
-                state[i + n],
-                state[i + 2 * n],
-                state[i + 3 * n],
-            )
-            a, ki, bound = state[i + 4 * n], state[i + 5 * n], state[i + 6 * n]
+            rest = state[i]
+            p = state[i + n]
+            d = state[i + 2 * n]
+            total = state[i + 3 * n]
+            a = state[i + 4 * n]
+            ki = state[i + 5 * n]
+            bound = state[i + 6 * n]
             for j in range(_AT_ONCE):
                 e = samples[j] + rest
                 rest = a * e - d
@@ -228,12 +238,10 @@ def _estimate(signal, floor, state, squares):
                 size = d * d + floor
                 total = total + size
                 out[i + j * n] = size
-            state[i], state[i + n], state[i + 2 * n], state[i + 3 * n] = (
-                rest,
-                p,
-                d,
-                total,
-            )
+            state[i] = rest
+            state[i + n] = p
+            state[i + 2 * n] = d
+            state[i + 3 * n] = total
 
 
 @inlined
@@ -247,10 +255,14 @@ def _vote(squares, up, down, state):
     for group in range(len(squares)):
         sizes = squares[group]
         for i in range(n):
-            gain, steps, total = state[i], state[i + n], state[i + 2 * n]
+            gain = state[i]
+            steps = state[i + n]
+            total = state[i + 2 * n]
             for j in range(_AT_ONCE):
                 above = sizes[i + j * n] > gain
                 gain = gain * (up if above else down)
                 steps = steps + np.float32(1.0 if above else -1.0)
                 total = total + steps
-            state[i], state[i + n], state[i + 2 * n] = gain, steps, total
+            state[i] = gain
+            state[i + n] = steps
+            state[i + 2 * n] = total

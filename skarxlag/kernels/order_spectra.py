@@ -1,12 +1,12 @@
 """Order spectra of a signal's envelopes, and their distance from references at any speed."""
 
 import math
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy import fft
 
+from .arrays import Array
 from .scaling import centred
 from .short_time import hann_window, windowed_segments
 
@@ -35,9 +35,7 @@ _GROUP_WIDTH = 0.2
 _OVERLAP = 4
 
 
-def band_envelopes(
-    samples: NDArray[Any], frame: int, hop: int, n_bands: int
-) -> NDArray[Any]:
+def band_envelopes(samples: Array, frame: int, hop: int, n_bands: int) -> Array:
     r"""Compute the power of a whitened signal over time, in bands of frequency.
 
     The short-time power :math:`P(t, f)` at each frequency is divided by its mean over
@@ -69,19 +67,22 @@ def band_envelopes(
     power = np.ascontiguousarray(spectra.real**2 + spectra.imag**2)
     mean = power.mean(axis=1, keepdims=True)
     floor = _FLOOR * frame * np.mean(rows**2)
-    share = np.divide(1.0, mean + floor, out=np.zeros_like(mean), where=mean > 0)
-    power *= share
-    bands = np.array_split(power, n_bands)
-    return np.stack([band.sum(axis=0) / max(len(band), 1) for band in bands])
+    factor = np.zeros_like(mean)
+    np.divide(1.0, mean + floor, out=factor, where=mean > 0)
+    power *= factor
+    envelopes = [
+        band.sum(axis=0) / max(len(band), 1) for band in np.array_split(power, n_bands)
+    ]
+    return np.stack(envelopes)
 
 
 def envelopes_over_angle(
-    samples: NDArray[Any],
-    period: float | NDArray[Any],
+    samples: Array,
+    period: float | Array,
     frame: int,
     n_bands: int,
     max_order: float,
-) -> tuple[NDArray[Any], float]:
+) -> tuple[Array, float]:
     """Compute the envelopes of a signal at equal steps of the shaft's angle.
 
     Parameters
@@ -112,10 +113,9 @@ def envelopes_over_angle(
     if frame < 4:
         return np.zeros((n_bands, 1)), 1.0
     hop = frame // 2
+    shortest_hop = max(frame // _MOST_OVERLAP, 1)
     # The highest frequency of the envelope is half a cycle a hop.
-    while (
-        hop > max(frame // _MOST_OVERLAP, 1) and np.mean(period) / (2 * hop) < max_order
-    ):
+    while hop > shortest_hop and np.mean(period) / (2 * hop) < max_order:
         hop //= 2
     envelopes = band_envelopes(samples, frame, hop, n_bands)
     if np.ndim(period) == 0:
@@ -124,8 +124,8 @@ def envelopes_over_angle(
 
 
 def equal_angles(
-    envelopes: NDArray[Any], period: NDArray[Any], frame: int, hop: int
-) -> tuple[NDArray[Any], float]:
+    envelopes: Array, period: Array, frame: int, hop: int
+) -> tuple[Array, float]:
     """Resample envelopes at equal steps of the shaft's angle, which is called order tracking.
 
     Parameters
@@ -145,17 +145,19 @@ def equal_angles(
         Revolutions from one value to the next.
     """
     centres = np.arange(envelopes.shape[1]) * hop + (frame - 1) / 2
-    revolutions = np.interp(centres, np.arange(len(period)), np.cumsum(1 / period))
-    angles = np.linspace(revolutions[0], revolutions[-1], len(revolutions))
-    resampled = np.stack(
-        [np.interp(angles, revolutions, envelope) for envelope in envelopes]
-    )
-    return resampled, (revolutions[-1] - revolutions[0]) / max(len(revolutions) - 1, 1)
+    samples = np.arange(len(period))
+    revolutions_of_samples = np.cumsum(1 / period)
+    revolutions = np.interp(centres, samples, revolutions_of_samples)
+    n_values = len(revolutions)
+    angles = np.linspace(revolutions[0], revolutions[-1], n_values)
+    resampled = [np.interp(angles, revolutions, envelope) for envelope in envelopes]
+    step = (revolutions[-1] - revolutions[0]) / max(n_values - 1, 1)
+    return np.stack(resampled), step
 
 
 def order_spectrum(
-    envelopes: NDArray[Any], step: float, n_revolutions: float
-) -> tuple[NDArray[Any], float]:
+    envelopes: Array, step: float, n_revolutions: float
+) -> tuple[Array, float]:
     """Compute the log power spectra of envelopes over orders by Welch's method.
 
     Segments overlap by three quarters and have a Hann window; their spectra are
@@ -185,20 +187,19 @@ def order_spectrum(
     # As scipy.signal.welch, whose own checks and bookkeeping take longer than the
     # transforms.
     hop = math.ceil(n_segment / _OVERLAP)
-    segments = np.lib.stride_tricks.sliding_window_view(envelopes, n_segment, axis=1)[
-        :, ::hop
-    ]
+    segments = sliding_window_view(envelopes, n_segment, axis=1)[:, ::hop]
     window = hann_window(n_segment)
-    centred_segments = (segments - segments.mean(axis=2, keepdims=True)) * window
-    spectra = fft.rfft(centred_segments, n_fft)
-    power = (spectra.real**2 + spectra.imag**2).mean(axis=1) * (2 / (window @ window))
+    tapered = (segments - segments.mean(axis=2, keepdims=True)) * window
+    spectra = fft.rfft(tapered, n_fft)
+    power = np.mean(spectra.real**2 + spectra.imag**2, axis=1)
+    power *= 2 / (window @ window)
     power[:, [0, -1]] /= 2
     return np.log(power + _LEAST_POWER), 1 / n_fft / step
 
 
 def at_orders(
-    log_power: NDArray[Any], step: float, orders: NDArray[Any], factors: NDArray[Any]
-) -> tuple[NDArray[Any], NDArray[Any]]:
+    log_power: Array, step: float, orders: Array, factors: Array
+) -> tuple[Array, Array]:
     """Interpolate spectra at orders of the shaft, for several hypotheses of its speed.
 
     Parameters
@@ -224,25 +225,26 @@ def at_orders(
     position = np.multiply.outer(factors, orders) / step
     inside = position <= n_frequencies - 1
     cells = np.arange(n_frequencies)
-    spectra = np.stack([np.interp(position, cells, band) for band in log_power], axis=1)
+    bands = [np.interp(position, cells, band) for band in log_power]
+    spectra = np.stack(bands, axis=1)
     # Sorting puts the orders outside last. A masked array would take most of the time
     # of `match`.
     is_counted = inside[:, np.newaxis]
-    ascending = np.sort(np.where(is_counted, spectra, np.inf), axis=2)
+    with_infinite = np.where(is_counted, spectra, np.inf)
+    ascending = np.sort(with_infinite, axis=2)
     count = inside.sum(axis=1)[:, np.newaxis, np.newaxis]
-    middle = [
-        np.take_along_axis(ascending, index // 2, axis=2)
-        for index in (count - 1, count)
-    ]
-    return np.where(is_counted, spectra - np.mean(middle, axis=0), 0.0), inside
+    lower = np.take_along_axis(ascending, (count - 1) // 2, axis=2)
+    upper = np.take_along_axis(ascending, count // 2, axis=2)
+    median = (lower + upper) / 2
+    return np.where(is_counted, spectra - median, 0.0), inside
 
 
 def distances(
-    spectra: NDArray[Any],
-    inside: NDArray[Any],
-    references: NDArray[Any],
-    variances: NDArray[Any],
-) -> NDArray[Any]:
+    spectra: Array,
+    inside: Array,
+    references: Array,
+    variances: Array,
+) -> Array:
     """Compute the root-mean-square distance of order spectra from references.
 
     It is in standard deviations.
@@ -266,19 +268,21 @@ def distances(
     count = inside.sum(axis=1)[:, np.newaxis] * references.shape[1]
     away = (spectra[:, np.newaxis] - references) ** 2 / variances
     squares = np.einsum("frbo,fo->fr", away, inside)
-    mean = np.divide(squares, count, out=np.ones_like(squares), where=count > 0)
+    # Nothing is inside if the speed is far too high.
+    mean = np.ones_like(squares)
+    np.divide(squares, count, out=mean, where=count > 0)
     return np.sqrt(mean)
 
 
 def match(
-    envelopes: NDArray[Any],
+    envelopes: Array,
     step: float,
     n_revolutions: float,
-    orders: NDArray[Any],
+    orders: Array,
     deviation: float,
-    references: NDArray[Any],
-    variances: NDArray[Any],
-) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    references: Array,
+    variances: Array,
+) -> tuple[Array, Array, Array]:
     r"""Compute the distance of a stretch from each reference, at the best-fitting speed.
 
     The logarithm of the factor s, true speed over nominal speed, is taken to be
@@ -322,24 +326,24 @@ def match(
     least = np.full(n_references, np.inf)
     factors = np.ones(n_references)
     closest = np.zeros_like(references)
+    deviation = max(deviation, np.finfo(float).tiny)
     widest = _MOST_DEVIATIONS * deviation
     n_groups = max(math.ceil(widest / _GROUP_WIDTH - 1e-9), 1)
     n_steps = int(widest / n_groups / _FACTOR_STEP + 1e-9)
     near = _FACTOR_STEP * np.arange(-n_steps, n_steps + 1)
     for group in range(n_groups):
         centre = widest * ((2 * group + 1) / n_groups - 1)
-        log_power, cell = order_spectrum(
-            envelopes, step * math.exp(centre), n_revolutions
-        )
+        step_at_centre = step * math.exp(centre)
+        log_power, cell = order_spectrum(envelopes, step_at_centre, n_revolutions)
         spectra, inside = at_orders(log_power, cell, orders, np.exp(near))
-        unlikely = ((centre + near) / max(deviation, np.finfo(float).tiny)) ** 2
-        residuals = np.hypot(
-            distances(spectra, inside, references, variances),
-            np.sqrt(unlikely / _INDEPENDENT_VALUES)[:, np.newaxis],
-        )
-        best = residuals.argmin(axis=0)
-        better = np.flatnonzero(residuals.min(axis=0) < least)
-        least[better] = residuals.min(axis=0)[better]
-        factors[better] = np.exp(centre + near[best[better]])
-        closest[better] = spectra[best[better]]
+        away = distances(spectra, inside, references, variances)
+        unlikely = ((centre + near) / deviation) ** 2
+        of_factor = np.sqrt(unlikely / _INDEPENDENT_VALUES)
+        residuals = np.hypot(away, of_factor[:, np.newaxis])
+        smallest = residuals.min(axis=0)
+        better = np.flatnonzero(smallest < least)
+        best = residuals.argmin(axis=0)[better]
+        least[better] = smallest[better]
+        factors[better] = np.exp(centre + near[best])
+        closest[better] = spectra[best]
     return least, factors, closest

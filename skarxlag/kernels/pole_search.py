@@ -6,11 +6,11 @@ trying a pole does not depend on the amount of data.
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft, optimize
+
+from .arrays import Array
 
 #: Poles beyond this settle more slowly than any window lasts.
 LARGEST_POLE = 0.98
@@ -18,7 +18,7 @@ LARGEST_POLE = 0.98
 LONGEST_SEGMENT = 2**14
 
 
-def cross_spectra(windows: NDArray[Any]) -> NDArray[Any]:
+def cross_spectra(windows: Array) -> Array:
     """Sum the cross-spectra of the channels over the windows.
 
     Windows longer than `LONGEST_SEGMENT` are cut into segments of equal length, and the
@@ -46,16 +46,16 @@ def cross_spectra(windows: NDArray[Any]) -> NDArray[Any]:
     n_windows, n_channels, n_samples = windows.shape
     n_segments = -(-n_samples // LONGEST_SEGMENT)
     length = -(-n_samples // n_segments)
-    padded = np.pad(windows, [(0, 0), (0, 0), (0, n_segments * length - n_samples)])
-    spectra = fft.rfft(
-        padded.reshape(n_windows, n_channels, n_segments, length), 2 * length
-    )
+    n_missing = n_segments * length - n_samples
+    padded = np.pad(windows, [(0, 0), (0, 0), (0, n_missing)])
+    segments = padded.reshape(n_windows, n_channels, n_segments, length)
+    spectra = fft.rfft(segments, 2 * length)
     return np.einsum("wasf,wbsf->abf", spectra, spectra.conj())
 
 
 def fit_errors(
-    spectra: NDArray[Any], orders: Sequence[int], poles: Sequence[float], alpha: float
-) -> NDArray[Any]:
+    spectra: Array, orders: Sequence[int], poles: Sequence[float], alpha: float
+) -> Array:
     r"""Compute the least error of each model for given poles.
 
     With the frequency responses :math:`L_i` of all filters and the cross-spectra S, the
@@ -89,27 +89,10 @@ def fit_errors(
     >>> float(round(error[0] * signal @ signal, 6))
     1.0
     """
-    n_frequencies = spectra.shape[-1]
-    z = np.exp(1j * np.linspace(0, np.pi, n_frequencies))
-    weights = np.full(n_frequencies, 1 / (n_frequencies - 1))
-    weights[[0, -1]] /= 2
-    responses = []
-    for order, pole in zip(orders, poles, strict=True):
-        factors = np.tile((1 - pole * z) / (z - pole), (order, 1))
-        factors[0] = np.sqrt(1 - pole**2) / (z - pole)
-        responses.append(np.multiply.accumulate(factors))
-    # The output is the response of channel 0 to itself, behind all states.
-    filters = np.concatenate([*responses, np.ones((1, n_frequencies))])
-    channel = np.repeat([*range(len(orders)), 0], [*orders, 1])
-    sums = np.empty((len(spectra), len(filters), len(filters)))
-    for b in range(len(orders)):
-        crossed = filters * (weights * spectra[:, channel, b])
-        # Real and imaginary parts side by side: their product is the real part of the
-        # sums.
-        sums[..., channel == b] = (
-            crossed.view(float) @ filters[channel == b].view(float).T
-        )
-    gram, cross, power = sums[:, :-1, :-1], sums[:, :-1, -1], sums[:, -1, -1]
+    sums = _sums_of_products(spectra, orders, poles)
+    gram = sums[:, :-1, :-1]
+    cross = sums[:, :-1, -1]
+    power = sums[:, -1, -1]
     size = np.einsum("mii->m", gram) / gram.shape[-1]
     ridge = alpha + 1e-12 * size + (size == 0)
     gram += ridge[:, np.newaxis, np.newaxis] * np.eye(gram.shape[-1])
@@ -118,12 +101,39 @@ def fit_errors(
     return np.divide(error, power, out=np.zeros(len(power)), where=power > 0)
 
 
+def _sums_of_products(spectra, orders, poles):
+    """Return the sums of the products of all states and, last, of the output."""
+    n_frequencies = spectra.shape[-1]
+    z = np.exp(1j * np.linspace(0, np.pi, n_frequencies))
+    weights = np.full(n_frequencies, 1 / (n_frequencies - 1))
+    weights[[0, -1]] /= 2
+    responses = []
+    for order, pole in zip(orders, poles, strict=True):
+        all_pass = (1 - pole * z) / (z - pole)
+        factors = np.tile(all_pass, (order, 1))
+        factors[0] = np.sqrt(1 - pole**2) / (z - pole)
+        responses.append(np.multiply.accumulate(factors))
+    # The output is the response of channel 0 to itself, behind all states.
+    responses.append(np.ones((1, n_frequencies)))
+    filters = np.concatenate(responses)
+    n_filters = len(filters)
+    channel = np.repeat([*range(len(orders)), 0], [*orders, 1])
+    sums = np.empty((len(spectra), n_filters, n_filters))
+    for b in range(len(orders)):
+        crossed = filters * (weights * spectra[:, channel, b])
+        of_channel = filters[channel == b]
+        # Real and imaginary parts side by side: their product is the real part of the
+        # sums.
+        sums[..., channel == b] = crossed.view(float) @ of_channel.view(float).T
+    return sums
+
+
 def search_poles(
-    spectra: NDArray[Any],
+    spectra: Array,
     orders: Sequence[int],
     poles: Sequence[float | None],
     alpha: float,
-) -> NDArray[Any]:
+) -> Array:
     """Find the poles with the smallest prediction error, summed over the models.
 
     Each free channel moves to the best place of a grid, the others fixed; several free
@@ -148,26 +158,29 @@ def search_poles(
         The poles.
     """
     free = [channel for channel, pole in enumerate(poles) if pole is None]
-    found = np.array([0.0 if pole is None else pole for pole in poles])
-    length, orders = spectra.shape[-1] - 1, np.asarray(orders)
+    best = np.array([0.0 if pole is None else pole for pole in poles])
+    length = spectra.shape[-1] - 1
+    orders = np.asarray(orders)
     settled = (length - orders) / (length + orders)
     # The error varies evenly with artanh of the pole.
     limits = np.arctanh(np.clip(settled, 0, LARGEST_POLE))
 
     def error(places, channels):
-        tried = found.copy()
+        tried = best.copy()
         tried[channels] = np.tanh(places)
         return fit_errors(spectra, orders, tried, alpha).sum()
 
     for channel in free * min(len(free), 2):
         # There are about as many ripples as filters.
-        places = np.linspace(-1, 1, 21 + orders[channel] // 2) * limits[channel]
+        n_places = 21 + orders[channel] // 2
+        places = np.linspace(-1, 1, n_places) * limits[channel]
         errors = [error(place, channel) for place in places]
-        found[channel] = np.tanh(places[np.argmin(errors)])
-    start, bounds = np.arctanh(found[free]), [(-limits[c], limits[c]) for c in free]
+        best[channel] = np.tanh(places[np.argmin(errors)])
+    start = np.arctanh(best[free])
+    bounds = [(-limits[channel], limits[channel]) for channel in free]
     options = {"ftol": 1e-12, "gtol": 1e-8, "eps": 1e-6}
     refined = optimize.minimize(
         error, start, (free,), "L-BFGS-B", bounds=bounds, options=options
     )
-    found[free] = np.tanh(refined.x)
-    return found
+    best[free] = np.tanh(refined.x)
+    return best

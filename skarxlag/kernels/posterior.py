@@ -7,12 +7,13 @@ which location it has. For each question they mix two answers: that for a specim
 recorded, and that for another one.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit, log_expit, logit
 
+from .arrays import Array
 from .speed_references import LEAST_DRIFT
 
 #: Exponents of the residuals in the probabilities of the answers. They are chosen by
@@ -21,26 +22,30 @@ from .speed_references import LEAST_DRIFT
 #: recorded. The others are those of another specimen, for the question whether there is
 #: a fault, and for the question at which location.
 RECORDED_EXPONENT = 32.0
-FAULT_EXPONENT, LOCATION_EXPONENT = 8.0, 4.0
+FAULT_EXPONENT = 8.0
+LOCATION_EXPONENT = 4.0
 #: Log odds of a recorded specimen for each neper by which the gap of the residuals
 #: exceeds that of noise. The gap is the logarithm of the second smallest residual over
 #: the smallest.
 GAP_ODDS = 5.0
 #: Least gap of noise that is assumed, in the questions about the fault and about its
 #: location.
-LEAST_FAULT_GAP, LEAST_PLACE_GAP = 0.4, 0.2
+LEAST_FAULT_GAP = 0.4
+LEAST_PLACE_GAP = 0.2
 #: Range of these log odds: a gap is never proof.
 _GAP_RANGE = (-6.0, 8.0)
 #: Log odds against a recorded specimen for each neper by which the smallest residual
 #: exceeds the second number.
-FAR_ODDS, FAR = 8.0, 1.6
+FAR_ODDS = 8.0
+FAR = 1.6
 #: Odds of an unknown condition against another specimen of a known one, if the row is
 #: no farther than other specimens are.
 UNKNOWN_SHARE = 0.2
 #: Log odds of an unknown condition for each neper by which the smallest residual
 #: exceeds the second number, at a training speed. The drift of another speed hides a
 #: part of the distance.
-UNKNOWN_ODDS, UNLIKE = 6.0, 3.2
+UNKNOWN_ODDS = 6.0
+UNLIKE = 3.2
 
 
 class Posterior(NamedTuple):
@@ -59,7 +64,7 @@ class Posterior(NamedTuple):
     recorded: NDArray[np.float64]
 
 
-def logarithms(residuals: NDArray[Any]) -> NDArray[np.float64]:
+def logarithms(residuals: Array) -> NDArray[np.float64]:
     """Compute the natural logarithms of residuals, also of 0.
 
     Parameters
@@ -72,14 +77,15 @@ def logarithms(residuals: NDArray[Any]) -> NDArray[np.float64]:
     ndarray of the same shape
         That of 0 is that of the smallest normal number.
     """
-    return np.log(np.maximum(residuals.astype(np.float64), np.finfo(float).tiny))
+    residuals = residuals.astype(np.float64)
+    return np.log(np.maximum(residuals, np.finfo(float).tiny))
 
 
 def recorded_log_odds(
-    residuals: NDArray[Any],
+    residuals: Array,
     noise_gap: float | NDArray[np.float64],
     prior: float = 0.5,
-) -> NDArray[Any]:
+) -> Array:
     r"""Compute the log odds that rows are of a specimen that was recorded.
 
     .. math::
@@ -111,16 +117,18 @@ def recorded_log_odds(
     >>> recorded_log_odds(np.log([[1.0, 2.0], [1.0, 1.1], [2.0, 4.0]]), 0.2).round(1)
     array([ 2.5, -0.5,  0.7])
     """
-    smallest = np.sort(residuals, axis=1)[:, :2]
-    gap = smallest[:, -1] - smallest[:, 0]
+    two_smallest = np.sort(residuals, axis=1)[:, :2]
+    smallest = two_smallest[:, 0]
+    # There is no gap if there is one residual.
+    gap = two_smallest[:, -1] - smallest
     by_gap = np.clip(GAP_ODDS * (gap - noise_gap), *_GAP_RANGE)
-    distance = np.maximum(smallest[:, 0] - np.log(FAR), 0.0)
+    distance = np.maximum(smallest - np.log(FAR), 0.0)
     return logit(prior) + by_gap - FAR_ODDS * distance
 
 
 def answer_log_probabilities(
-    residuals: NDArray[Any], exponent: float, recorded: NDArray[Any]
-) -> NDArray[Any]:
+    residuals: Array, exponent: float, recorded: Array
+) -> Array:
     r"""Compute the log probability of each answer to a question.
 
     .. math:: q\,\frac{r_a^{-32}}{\sum r^{-32}} + (1 - q)\,\frac{r_a^{-k}}{\sum r^{-k}}
@@ -152,10 +160,9 @@ def answer_log_probabilities(
     """
     of_recorded = _log_softmax(-RECORDED_EXPONENT * residuals)
     of_others = _log_softmax(-exponent * residuals)
-    return np.logaddexp(
-        log_expit(recorded)[:, np.newaxis] + of_recorded,
-        log_expit(-recorded)[:, np.newaxis] + of_others,
-    )
+    if_recorded = log_expit(recorded)[:, np.newaxis] + of_recorded
+    if_another = log_expit(-recorded)[:, np.newaxis] + of_others
+    return np.logaddexp(if_recorded, if_another)
 
 
 def _log_softmax(scores):
@@ -165,9 +172,7 @@ def _log_softmax(scores):
     return below_largest - np.log(total)
 
 
-def unknown_log_odds(
-    smallest: NDArray[Any], recorded: NDArray[Any], drift: NDArray[Any]
-) -> NDArray[Any]:
+def unknown_log_odds(smallest: Array, recorded: Array, drift: Array) -> Array:
     r"""Compute the log odds of an unknown condition against all known ones.
 
     .. math::
@@ -203,9 +208,7 @@ def unknown_log_odds(
     return log_expit(-recorded) + logit(UNKNOWN_SHARE) + UNKNOWN_ODDS * beyond
 
 
-def question_gaps(
-    residuals: NDArray[Any], locations: NDArray[Any], healthy: int
-) -> NDArray[Any]:
+def question_gaps(residuals: Array, locations: Array, healthy: int) -> Array:
     """Compute the gaps between the two nearest answers to both questions.
 
     Parameters
@@ -226,29 +229,32 @@ def question_gaps(
     array([[0.69, 0.69]])
     """
     nearest = _nearest(residuals, locations)
-    of_faults = np.delete(nearest, [healthy] if healthy >= 0 else [], axis=1)
+    n_locations = nearest.shape[1]
+    of_faults = nearest[:, np.arange(n_locations) != healthy]
     gaps = np.zeros((len(residuals), 2))
     if of_faults.shape[1] > 1:
         smallest = np.sort(of_faults, axis=1)
         gaps[:, 1] = smallest[:, 1] - smallest[:, 0]
     if healthy >= 0 and of_faults.shape[1] > 0:
-        gaps[:, 0] = np.abs(nearest[:, healthy] - of_faults.min(axis=1))
+        of_nearest_fault = of_faults.min(axis=1)
+        gaps[:, 0] = np.abs(nearest[:, healthy] - of_nearest_fault)
     return gaps
 
 
 def _nearest(residuals, locations):
     """Smallest residual of each location."""
-    of_locations = [
-        residuals[:, locations == p].min(axis=1) for p in range(locations.max() + 1)
+    nearest = [
+        residuals[:, locations == location].min(axis=1)
+        for location in range(locations.max() + 1)
     ]
-    return np.stack(of_locations, axis=1)
+    return np.stack(nearest, axis=1)
 
 
 def condition_log_probabilities(
-    residuals: NDArray[Any],
-    locations: NDArray[Any],
+    residuals: Array,
+    locations: Array,
     healthy: int,
-    drift: NDArray[Any],
+    drift: Array,
     noise_gaps: tuple[float, float] = (0.0, 0.0),
     prior: float = 0.5,
     location_exponent: float = LOCATION_EXPONENT,
@@ -314,23 +320,24 @@ def condition_log_probabilities(
         answers = answer_log_probabilities(of_faults, location_exponent, recorded)
         of_location[:, is_fault] = answers
     if healthy >= 0 and of_faults.shape[1] > 0:
-        question = np.stack([nearest[:, healthy], of_faults.min(axis=1)], axis=1)
+        of_nearest_fault = of_faults.min(axis=1)
+        question = np.stack([nearest[:, healthy], of_nearest_fault], axis=1)
         of_question = recorded_log_odds(question, fault_gap, prior)
         answers = answer_log_probabilities(question, FAULT_EXPONENT, of_question)
         of_location[:, healthy] = answers[:, 0]
         of_location[:, is_fault] += answers[:, 1:]
         recorded = np.maximum(recorded, of_question)
-    found = np.empty((len(residuals), len(locations) + 1))
+    scores = np.empty((len(residuals), len(locations) + 1))
     for location in range(n_locations):
-        own = locations == location
-        among = _log_softmax(-RECORDED_EXPONENT * residuals[:, own])
-        found[:, :-1][:, own] = of_location[:, [location]] + among
-    found[:, -1] = unknown_log_odds(nearest.min(axis=1), recorded, drift)
-    return Posterior(_log_softmax(found), expit(recorded))
+        conditions = np.flatnonzero(locations == location)
+        among = _log_softmax(-RECORDED_EXPONENT * residuals[:, conditions])
+        scores[:, conditions] = of_location[:, [location]] + among
+    scores[:, -1] = unknown_log_odds(nearest.min(axis=1), recorded, drift)
+    return Posterior(_log_softmax(scores), expit(recorded))
 
 
 def decided_condition(
-    probability: NDArray[Any], locations: NDArray[Any], healthy: int
+    probability: Array, locations: Array, healthy: int
 ) -> NDArray[np.intp]:
     """Return the condition that each row is decided for: healthy or not, location, condition.
 
@@ -354,24 +361,21 @@ def decided_condition(
     >>> decided_condition(np.array([[0.4, 0.3, 0.3]]), np.array([0, 1, 2]), 0)
     array([1])
     """
-    of_locations = np.stack(
-        [
-            probability[:, locations == p].sum(axis=1)
-            for p in range(locations.max() + 1)
-        ],
-        axis=1,
-    )
+    sums = [
+        probability[:, locations == location].sum(axis=1)
+        for location in range(locations.max() + 1)
+    ]
+    of_locations = np.stack(sums, axis=1)
     if healthy >= 0:
         is_faulty = 2 * of_locations[:, healthy] < of_locations.sum(axis=1)
         of_locations[is_faulty, healthy] = -1.0
         of_locations[~is_faulty, healthy] = np.inf
-    chosen = of_locations.argmax(axis=1)
-    return np.where(locations == chosen[:, np.newaxis], probability, -1.0).argmax(
-        axis=1
-    )
+    decided_location = of_locations.argmax(axis=1)
+    is_there = locations == decided_location[:, np.newaxis]
+    return np.where(is_there, probability, -1.0).argmax(axis=1)
 
 
-def with_largest(probability: NDArray[Any], chosen: NDArray[np.intp]) -> NDArray[Any]:
+def with_largest(probability: Array, chosen: NDArray[np.intp]) -> Array:
     r"""Return the nearest probabilities of which a chosen one is the largest in each row.
 
     Where another condition is more probable than the chosen one, both get the level t,
@@ -397,31 +401,33 @@ def with_largest(probability: NDArray[Any], chosen: NDArray[np.intp]) -> NDArray
     array([[0.35, 0.35, 0.3 ],
            [0.1 , 0.8 , 0.1 ]])
     """
-    found = probability.copy()
+    changed = probability.copy()
     rows = np.flatnonzero(probability.argmax(axis=1) != chosen)
     if len(rows) == 0:
-        return found
+        return changed
     others = probability[rows]
     others[np.arange(len(rows)), chosen[rows]] = np.inf
     # The chosen one comes last.
     ascending = np.sort(others, axis=1)
     n_others = ascending.shape[1] - 1
-    below = np.cumsum(np.column_stack([np.zeros(len(rows)), ascending[:, :-1]]), axis=1)
+    sums = np.zeros(ascending.shape)
+    sums[:, 1:] = np.cumsum(ascending[:, :-1], axis=1)
     # The level if all but the first k of the others are limited.
-    levels = (1 - below) / (n_others - np.arange(n_others + 1) + 1)
+    n_limited = n_others - np.arange(n_others + 1)
+    levels = (1 - sums) / (n_limited + 1)
     first = (levels <= ascending).argmax(axis=1)
-    level = levels[np.arange(len(rows)), first][:, np.newaxis]
-    found[rows] = np.minimum(probability[rows], level)
-    found[rows, chosen[rows]] = level[:, 0] * (1 + 1e-6)
-    return found / found.sum(axis=1, keepdims=True)
+    level = levels[np.arange(len(rows)), first]
+    changed[rows] = np.minimum(probability[rows], level[:, np.newaxis])
+    changed[rows, chosen[rows]] = level * (1 + 1e-6)
+    return changed / changed.sum(axis=1, keepdims=True)
 
 
 def decided(
-    log_probability: NDArray[Any],
-    classes: NDArray[Any],
-    locations: NDArray[Any],
+    log_probability: Array,
+    classes: Array,
+    locations: Array,
     healthy: int,
-) -> dict[str, NDArray[Any]]:
+) -> dict[str, Array]:
     """Return verdict, probability and score from the log probabilities of conditions.
 
     Parameters
@@ -441,10 +447,14 @@ def decided(
         and the verdict is the largest; and "score", the logarithm of the probability,
         for two classes the second's less the first's.
     """
-    every = np.exp(log_probability)
-    chosen = decided_condition(every[:, :-1], locations, healthy)
-    shared = every[:, :-1] + every[:, -1:] / len(classes)
-    probability = with_largest(shared / shared.sum(axis=1, keepdims=True), chosen)
-    logs = np.log(probability)
-    score = logs[:, 1] - logs[:, 0] if len(classes) == 2 else logs
+    with_unknown = np.exp(log_probability)
+    of_classes = with_unknown[:, :-1]
+    of_unknown = with_unknown[:, -1:]
+    chosen = decided_condition(of_classes, locations, healthy)
+    shared = of_classes + of_unknown / len(classes)
+    shared /= shared.sum(axis=1, keepdims=True)
+    probability = with_largest(shared, chosen)
+    score = np.log(probability)
+    if len(classes) == 2:
+        score = score[:, 1] - score[:, 0]
     return {"probability": probability, "verdict": classes[chosen], "score": score}

@@ -4,8 +4,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import Array
 from .compiled import compiled
 from .lanes import LANES, TILE
 from .observer import (
@@ -24,7 +24,7 @@ from .spectra import cepstrum
 _SETTLED = 0.5
 
 
-def sliding_surface(error: NDArray[Any], slope: float) -> NDArray[Any]:
+def sliding_surface(error: Array, slope: float) -> Array:
     r"""Return the surface :math:`S(k) = \lambda e(k) + (e(k) - e(k-1))`, with e(-1) = e(0).
 
     Parameters
@@ -50,7 +50,7 @@ def sliding_surface(error: NDArray[Any], slope: float) -> NDArray[Any]:
     return surface
 
 
-def switching_gain(surface: NDArray[Any], step: float) -> NDArray[Any]:
+def switching_gain(surface: Array, step: float) -> Array:
     """Compute the trajectory of the adapted switching gain, which starts at the surface's RMS.
 
     Parameters
@@ -72,7 +72,7 @@ def switching_gain(surface: NDArray[Any], step: float) -> NDArray[Any]:
 
 
 @compiled
-def adapt_switching_gain(sizes: NDArray[Any], gain: NDArray[Any], step: float) -> None:
+def adapt_switching_gain(sizes: Array, gain: Array, step: float) -> None:
     r"""Replace the sizes of the sliding surface by the switching gain, which follows them.
 
     The gain changes by :math:`\ln K_s^+ = \ln K_s + \mathrm{step}\,\mathrm{sgn}(|S| -
@@ -89,18 +89,20 @@ def adapt_switching_gain(sizes: NDArray[Any], gain: NDArray[Any], step: float) -
     step : float
         Step of the logarithm, above 0.
     """
-    up, down = math.exp(step), math.exp(-step)
+    up = math.exp(step)
+    down = math.exp(-step)
     for k in range(len(sizes)):
         row = sizes[k]
         for signal in range(len(gain)):
-            size, k_s = row[signal], gain[signal]
+            size = row[signal]
+            k_s = gain[signal]
             # A selection, because branches that depend on noise are mispredicted.
             k_s *= up if size > k_s else (down if size < k_s else 1.0)
             gain[signal] = k_s
             row[signal] = k_s
 
 
-def settled_level(gain: NDArray[Any]) -> NDArray[Any]:
+def settled_level(gain: Array) -> Array:
     """Return the geometric mean of a gain over the last half of the window; 0 if the gain is 0."""
     tail = gain[:, int(_SETTLED * gain.shape[1]) :]
     with np.errstate(divide="ignore"):
@@ -109,7 +111,7 @@ def settled_level(gain: NDArray[Any]) -> NDArray[Any]:
         return np.exp(np.mean(np.log(tail, order="C"), axis=1))
 
 
-def power_levels(innovations: NDArray[Any], loop: tuple[Any, ...]) -> NDArray[Any]:
+def power_levels(innovations: Array, loop: tuple[Any, ...]) -> Array:
     """Compute the root mean square of the output error, without its trajectory.
 
     Parameters
@@ -127,9 +129,11 @@ def power_levels(innovations: NDArray[Any], loop: tuple[Any, ...]) -> NDArray[An
     levels = np.empty(innovations.shape[:2])
     _fill_power_levels(innovations, loop, loop_histories(), levels)
     # Squares of extreme windows may have overflowed or underflowed.
-    extreme = np.flatnonzero(np.any(~((levels > 1e-140) & (levels < 1e140)), axis=1))
+    is_ordinary = (levels > 1e-140) & (levels < 1e140)
+    extreme = np.flatnonzero(~is_ordinary.all(axis=1))
     if len(extreme) > 0:
-        levels[extreme] = root_mean_square(observe(innovations[extreme], loop)[0])
+        error, _ = observe(innovations[extreme], loop)
+        levels[extreme] = root_mean_square(error)
     return levels
 
 
@@ -147,7 +151,7 @@ def _fill_power_levels(innovations, loop, histories, levels):
                 levels[w + lane, c] = math.sqrt(histories[POWER, lane] / n_samples)
 
 
-def cepstral_norm(log_spectra: NDArray[Any], exponent: float) -> NDArray[Any]:
+def cepstral_norm(log_spectra: Array, exponent: float) -> Array:
     r"""Compute the weighted cepstral norm :math:`\sum_{n \ge 1} n^p d_n^2` of log spectra.
 
     Here :math:`d_n` are the cosine coefficients over frequency. Coefficient 0, which is

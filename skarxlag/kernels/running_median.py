@@ -1,11 +1,11 @@
 """Median of each value of a signal and its neighbours."""
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from .arrays import Array
 from .compiled import compiled
 
 #: Most values in a median for which a sorted list is shifted value by value, with
@@ -14,8 +14,8 @@ _FEW = 151
 
 
 def running_median(
-    values: NDArray[Any], size: int, beyond: Literal["edge", "symmetric"]
-) -> NDArray[Any]:
+    values: Array, size: int, beyond: Literal["edge", "symmetric"]
+) -> Array:
     """Compute the median of each value and its neighbours.
 
     Parameters
@@ -66,11 +66,11 @@ def _fill_medians(padded, lists, medians):
         for k in range(size + n_values - 1):
             leaves = padded[row, k - size] if k >= size else np.inf
             enters = padded[row, k]
-            before, after = lists[k % 2], lists[1 - k % 2]
+            before = lists[k % 2]
+            after = lists[1 - k % 2]
             for j in range(1, size + 1):
                 lower = before[j - 1] if before[j - 1] < leaves else before[j]
                 upper = before[j] if before[j] < leaves else before[j + 1]
-                upper = upper if upper < enters else enters
-                after[j] = lower if lower > upper else upper
+                after[j] = max(lower, min(upper, enters))
             if k >= size - 1:
                 medians[row, k - size + 1] = after[1 + size // 2]

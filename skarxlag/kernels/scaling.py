@@ -1,16 +1,15 @@
 """Centring and scaling of windows, which is also safe for huge, tiny and constant windows."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
+
+from .arrays import Array
 
 #: A channel whose largest and smallest value differ by less than twice this times the
 #: largest absolute value is rounding, not signal.
 ROUNDING = 8 * np.finfo(np.float64).eps
 
 
-def centred(signals: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+def centred(signals: Array) -> tuple[Array, Array]:
     """Subtract the mean of every row. A row that is constant up to rounding becomes zero.
 
     Parameters
@@ -27,27 +26,26 @@ def centred(signals: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
         zero.
     """
     signals = np.ascontiguousarray(signals, dtype=np.float64)
-    highest, lowest = (
-        signals.max(axis=-1, keepdims=True),
-        signals.min(axis=-1, keepdims=True),
-    )
+    highest = signals.max(axis=-1, keepdims=True)
+    lowest = signals.min(axis=-1, keepdims=True)
     peak = np.maximum(highest, -lowest)
     peak[peak == 0] = 1.0
     # Dividing in two steps: the reciprocal of a subnormal peak is infinite.
     unit = signals / peak
     unit -= unit.mean(axis=-1, keepdims=True)
-    unit[(highest / peak - lowest / peak)[..., 0] <= 2 * ROUNDING] = 0.0
+    span = highest / peak - lowest / peak
+    unit[span[..., 0] <= 2 * ROUNDING] = 0.0
     return unit, peak
 
 
-def largest(signals: NDArray[Any]) -> NDArray[Any]:
+def largest(signals: Array) -> Array:
     """Return the largest absolute value over the last axis, which is kept, without a copy."""
-    return np.maximum(
-        signals.max(axis=-1, keepdims=True), -signals.min(axis=-1, keepdims=True)
-    )
+    highest = signals.max(axis=-1, keepdims=True)
+    lowest = signals.min(axis=-1, keepdims=True)
+    return np.maximum(highest, -lowest)
 
 
-def unit_rms_windows(windows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+def unit_rms_windows(windows: Array) -> tuple[Array, Array]:
     """Centre every channel of each window, and divide it by the root mean square of the output.
 
     All channels of a window are divided by the same number, so that a linear model
@@ -67,22 +65,25 @@ def unit_rms_windows(windows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]
         The divisor of each window, in the unit of the output; 1 for a constant output.
     """
     unit, peak = centred(windows)
-    rms = np.sqrt(np.einsum("wk,wk->w", unit[:, 0], unit[:, 0]) / unit.shape[-1])
+    output = unit[:, 0]
+    rms = np.sqrt(np.einsum("wk,wk->w", output, output) / output.shape[-1])
     constant = rms == 0
     rms[constant] = 1.0
     peak[constant, 0] = 1.0
-    unit *= peak / peak[:, :1] / rms[:, np.newaxis, np.newaxis]
+    scale = peak / peak[:, :1]
+    unit *= scale / rms[:, np.newaxis, np.newaxis]
     return unit, rms * peak[:, 0, 0]
 
 
-def root_mean_square(signals: NDArray[Any]) -> NDArray[Any]:
+def root_mean_square(signals: Array) -> Array:
     """Return the root mean square over the last axis, without overflow or underflow of squares."""
     peak = largest(signals)
     peak[peak == 0] = 1.0
-    return peak[..., 0] * np.sqrt(np.mean((signals / peak) ** 2, axis=-1))
+    mean_square = np.mean((signals / peak) ** 2, axis=-1)
+    return peak[..., 0] * np.sqrt(mean_square)
 
 
-def fit_percentage(output: NDArray[Any], predicted: NDArray[Any]) -> NDArray[Any]:
+def fit_percentage(output: Array, predicted: Array) -> Array:
     r"""Return one minus the normalised root mean square error, in percent.
 
     :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)` is the usual measure of fit in
@@ -107,8 +108,7 @@ def fit_percentage(output: NDArray[Any], predicted: NDArray[Any]) -> NDArray[Any
     output = np.asarray(output, dtype=np.float64)
     unit, peak = centred(output)
     spread = np.linalg.norm(unit, axis=-1)
-    constant = spread == 0
     error = np.linalg.norm((output - predicted) / peak, axis=-1)
-    return np.where(
-        constant, 100.0, 100 * (1 - error / np.where(constant, 1.0, spread))
-    )
+    is_constant = spread == 0
+    relative_error = error / np.where(is_constant, 1.0, spread)
+    return np.where(is_constant, 100.0, 100 * (1 - relative_error))

@@ -6,12 +6,11 @@ arithmetic is in single precision, whose rounding is 140 dB below the signal.
 """
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
+from .arrays import Array
 from .compiled import compiled, inlined
 
 #: Samples of a segment for which the transform is compiled. Two samples make one
@@ -20,16 +19,15 @@ LENGTH = 128
 _HALF = LENGTH // 2
 #: Segments that are transformed together.
 _LANES = 72
-#: Distances in a block of complex numbers: real to imaginary parts, and a quarter of
-#: either.
-_IMAGINARY, _STEP = _HALF * _LANES, _HALF // 4 * _LANES
+#: Distances in a block of complex numbers: from real to imaginary parts, and a quarter
+#: of that.
+_IMAGINARY = _HALF * _LANES
+_STEP = _HALF // 4 * _LANES
 _PHASES = -2 * np.pi * np.arange(_HALF) / LENGTH
 _REVOLUTIONS = np.array([np.cos(_PHASES), np.sin(_PHASES)], dtype=np.float32)
 
 
-def band_levels(
-    signals: NDArray[Any], window: NDArray[Any], hop: int, floor: NDArray[Any]
-) -> NDArray[Any]:
+def band_levels(signals: Array, window: Array, hop: int, floor: Array) -> Array:
     """Compute the mean and the median power of each band over the segments of each signal.
 
     Parameters
@@ -58,9 +56,8 @@ def band_levels(
     """
     n_segments = (signals.shape[1] - len(window)) // hop + 1
     if len(window) != LENGTH:
-        bands = fft.rfft(windowed_segments(signals, window, hop))[
-            ..., 1 : len(window) // 2
-        ]
+        spectra = fft.rfft(windowed_segments(signals, window, hop))
+        bands = spectra[..., 1 : len(window) // 2]
         power = bands.real**2 + bands.imag**2 + floor[:, np.newaxis, np.newaxis]
         return np.stack([power.mean(axis=1), np.median(power, axis=1)])
     n_columns = -(-n_segments // _LANES) * _LANES + -(-LENGTH // hop)
@@ -80,16 +77,14 @@ def band_levels(
 
 
 @lru_cache(maxsize=16)
-def hann_window(length: int) -> NDArray[Any]:
+def hann_window(length: int) -> Array:
     """Return a Hann window without the zeros at its ends; it cannot be written to."""
     window = np.hanning(length + 2)[1:-1]
     window.flags.writeable = False
     return window
 
 
-def windowed_segments(
-    signals: NDArray[Any], window: NDArray[Any], hop: int
-) -> NDArray[Any]:
+def windowed_segments(signals: Array, window: Array, hop: int) -> Array:
     """Cut signals into segments, and multiply each segment by a window.
 
     Parameters
@@ -113,13 +108,14 @@ def windowed_segments(
 @compiled
 def _fill_levels(signals, window, floor, turns, phases, blocks, rows, levels):
     """Fill mean and median; the arrays from `phases` to `rows` are working memory."""
-    hop, n_segments = len(phases), len(rows) // _HALF
-    lower, upper = (
-        rows[(n_segments - 1) // 2 * _HALF :],
-        rows[n_segments // 2 * _HALF :],
-    )
+    hop = len(phases)
+    n_segments = len(rows) // _HALF
+    # The two segments in the middle of the sorted ones.
+    lower = rows[(n_segments - 1) // 2 * _HALF :]
+    upper = rows[n_segments // 2 * _HALF :]
     for w in range(len(signals)):
-        mean, median = levels[0, w], levels[1, w]
+        mean = levels[0, w]
+        median = levels[1, w]
         mean[:] = np.float32(0.0)
         # Row k of the phases holds the samples k, k + hop, k + 2 hop ...
         for k in range(hop):
@@ -133,13 +129,15 @@ def _fill_levels(signals, window, floor, turns, phases, blocks, rows, levels):
                 part = blocks[0, k // 2 * _LANES + k % 2 * _IMAGINARY :]
                 for lane in range(_LANES):
                     part[lane] = window[k] * samples[lane]
-            source, target = blocks[0], blocks[1]
+            source = blocks[0]
+            target = blocks[1]
             for stride in (_HALF // 4, _HALF // 16, _HALF // 64):
                 _quarters(source, target, turns, stride)
                 source, target = target, source
             _fill_power(source, turns, floor[w], target)
             for lane in range(min(_LANES, n_segments - first)):
-                row, power = rows[(first + lane) * _HALF :], target[lane:]
+                row = rows[(first + lane) * _HALF :]
+                power = target[lane:]
                 for band in range(_HALF):
                     row[band] = power[band * _LANES]
                     mean[band] += row[band]
@@ -157,29 +155,33 @@ def _quarters(source, target, turns, stride):
     """
     n = stride * _LANES
     for p in range(_HALF // 4 // stride):
-        c1, s1 = turns[0, 2 * p * stride], turns[1, 2 * p * stride]
-        c2, s2 = c1 * c1 - s1 * s1, np.float32(2.0) * c1 * s1
-        c3, s3 = c1 * c2 - s1 * s2, c1 * s2 + s1 * c2
-        a, b = source[4 * p * n :], source[(4 * p + 1) * n :]
-        c, d = source[(4 * p + 2) * n :], source[(4 * p + 3) * n :]
+        # Cosine and sine of an angle, of twice and of three times this angle.
+        c1 = turns[0, 2 * p * stride]
+        s1 = turns[1, 2 * p * stride]
+        c2 = c1 * c1 - s1 * s1
+        s2 = np.float32(2.0) * c1 * s1
+        c3 = c1 * c2 - s1 * s2
+        s3 = c1 * s2 + s1 * c2
+        a = source[4 * p * n :]
+        b = source[(4 * p + 1) * n :]
+        c = source[(4 * p + 2) * n :]
+        d = source[(4 * p + 3) * n :]
         out = target[p * n :]
         for i in range(n):
-            br, bi = (
-                b[i] * c1 - b[i + _IMAGINARY] * s1,
-                b[i] * s1 + b[i + _IMAGINARY] * c1,
-            )
-            cr, ci = (
-                c[i] * c2 - c[i + _IMAGINARY] * s2,
-                c[i] * s2 + c[i + _IMAGINARY] * c2,
-            )
-            dr, di = (
-                d[i] * c3 - d[i + _IMAGINARY] * s3,
-                d[i] * s3 + d[i + _IMAGINARY] * c3,
-            )
-            er, ei = a[i] + cr, a[i + _IMAGINARY] + ci
-            fr, fi = a[i] - cr, a[i + _IMAGINARY] - ci
-            gr, gi = br + dr, bi + di
-            hr, hi = br - dr, bi - di
+            br = b[i] * c1 - b[i + _IMAGINARY] * s1
+            bi = b[i] * s1 + b[i + _IMAGINARY] * c1
+            cr = c[i] * c2 - c[i + _IMAGINARY] * s2
+            ci = c[i] * s2 + c[i + _IMAGINARY] * c2
+            dr = d[i] * c3 - d[i + _IMAGINARY] * s3
+            di = d[i] * s3 + d[i + _IMAGINARY] * c3
+            er = a[i] + cr
+            ei = a[i + _IMAGINARY] + ci
+            fr = a[i] - cr
+            fi = a[i + _IMAGINARY] - ci
+            gr = br + dr
+            gi = bi + di
+            hr = br - dr
+            hi = bi - di
             out[i] = er + gr
             out[i + _IMAGINARY] = ei + gi
             out[i + _STEP] = fr + hi
@@ -194,20 +196,24 @@ def _quarters(source, target, turns, stride):
 def _fill_power(block, turns, floor, power):
     """Separate the spectra of even and odd samples, join them, and write the power of each band."""
     for band in range(1, _HALF):
-        cosine, sine = turns[0, band], turns[1, band]
-        z, mirror = block[band * _LANES :], block[(_HALF - band) * _LANES :]
+        cosine = turns[0, band]
+        sine = turns[1, band]
+        z = block[band * _LANES :]
+        mirror = block[(_HALF - band) * _LANES :]
         row = power[band * _LANES :]
         for lane in range(_LANES):
             i = lane + _IMAGINARY
-            even_r, even_i = z[lane] + mirror[lane], z[i] - mirror[i]
-            odd_r, odd_i = z[i] + mirror[i], mirror[lane] - z[lane]
+            even_r = z[lane] + mirror[lane]
+            even_i = z[i] - mirror[i]
+            odd_r = z[i] + mirror[i]
+            odd_i = mirror[lane] - z[lane]
             real = even_r + odd_r * cosine - odd_i * sine
             imag = even_i + odd_r * sine + odd_i * cosine
             row[lane] = real * real + imag * imag + floor
 
 
 @inlined
-def sort_columns(rows: NDArray[Any], n_columns: int) -> None:
+def sort_columns(rows: Array, n_columns: int) -> None:
     """Sort each column in place, by merge exchange.
 
     The sequence of comparisons does not depend on the values, so all columns are sorted
@@ -227,19 +233,21 @@ def sort_columns(rows: NDArray[Any], n_columns: int) -> None:
         top *= 2
     p = top
     while p > 0:
-        q, first, distance = top, 0, p
+        q = top
+        first = 0
+        distance = p
         while distance > 0:
             # Rows first, first + 1, ... first + p - 1 of every 2 p meet those at the
             # distance.
             for row in range(first, n_rows - distance, 2 * p):
-                lower, upper = (
-                    rows[row * n_columns :],
-                    rows[(row + distance) * n_columns :],
-                )
+                lower = rows[row * n_columns :]
+                upper = rows[(row + distance) * n_columns :]
                 for i in range(min(p, n_rows - distance - row) * n_columns):
-                    low, high = lower[i], upper[i]
+                    low = lower[i]
+                    high = upper[i]
                     lower[i] = low if low < high else high
                     upper[i] = high if low < high else low
-            distance, first = q - p, p
+            distance = q - p
+            first = p
             q //= 2
         p //= 2

@@ -5,12 +5,11 @@ signals.
 """
 
 import math
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
+from .arrays import Array
 from .linear_prediction import predictors
 from .scaling import largest
 from .short_time import band_levels, hann_window
@@ -29,14 +28,14 @@ _SAMPLES_A_COEFFICIENT = 8
 _RIDGE = 1e-9
 
 
-def frequency_grid(n_frequencies: int) -> NDArray[Any]:
+def frequency_grid(n_frequencies: int) -> Array:
     """Return the midpoints of equal cells on (0, pi), in radians per sample."""
     return (np.arange(n_frequencies) + 0.5) * np.pi / n_frequencies
 
 
 def autoregressive_log_spectrum(
-    signals: NDArray[Any], order: int, n_frequencies: int
-) -> NDArray[Any]:
+    signals: Array, order: int, n_frequencies: int
+) -> Array:
     r"""Compute the log power spectrum of each signal from a model identified on this signal alone.
 
     The spectrum is :math:`-\log|1 - \sum_n g_n e^{-j\omega(n+1)}|^2`, where g is found
@@ -63,20 +62,20 @@ def autoregressive_log_spectrum(
         return np.zeros((len(signals), n_frequencies))
     whitening = np.ones((len(signals), order + 1))
     whitening[:, 1:] = -predictors(signals, order, _RIDGE)
-    return -np.log(np.maximum(_midpoint_power(whitening, n_frequencies), _TINY))
+    power = _midpoint_power(whitening, n_frequencies)
+    return -np.log(np.maximum(power, _TINY))
 
 
 def _midpoint_power(coefficients, n):
     """Compute the power of the transform of real rows at the midpoints of n cells on (0, pi)."""
     # The midpoints are the odd multiples of a quarter of a cell's turn.
     step = -(-coefficients.shape[1] // (4 * n))
-    response = np.fft.rfft(coefficients, 4 * n * step)[:, step :: 2 * step]
+    transform = np.fft.rfft(coefficients, 4 * n * step)
+    response = transform[:, step :: 2 * step]
     return response.real**2 + response.imag**2
 
 
-def short_time_log_spectra(
-    signals: NDArray[Any], segment: int, hop: int
-) -> NDArray[Any]:
+def short_time_log_spectra(signals: Array, segment: int, hop: int) -> Array:
     r"""Compute the logarithms of the mean and of the median power of each band over time.
 
     The bands are those of a short-time Fourier transform with a Hann window. The median
@@ -102,16 +101,14 @@ def short_time_log_spectra(
     if segment < 4:
         return np.zeros((2, len(signals), 1))
     # A band without power is steady: what rounding leaves in it must not count.
-    floor = (
-        _ROUNDING * segment / signals.shape[1] * np.einsum("wk,wk->w", signals, signals)
-    )
+    energy = np.einsum("wk,wk->w", signals, signals)
+    floor = _ROUNDING * segment / signals.shape[1] * energy
     floor[floor == 0] = 1.0
-    return np.log(
-        band_levels(signals, hann_window(segment), hop, floor), dtype=np.float64
-    )
+    levels = band_levels(signals, hann_window(segment), hop, floor)
+    return np.log(levels, dtype=np.float64)
 
 
-def unit_peak(signals: NDArray[Any]) -> NDArray[Any]:
+def unit_peak(signals: Array) -> Array:
     """Divide signals by their largest value, so that no square overflows or vanishes.
 
     Parameters
@@ -136,7 +133,7 @@ def unit_peak(signals: NDArray[Any]) -> NDArray[Any]:
     return signals / peak
 
 
-def cepstrum(log_spectra: NDArray[Any]) -> NDArray[Any]:
+def cepstrum(log_spectra: Array) -> Array:
     r"""Compute the cosine coefficients of log spectra, without coefficient 0, which is the gain.
 
     The coefficients :math:`d_n` satisfy :math:`\log P(\omega) = d_0 + \sum_{n \ge 1}

@@ -6,10 +6,11 @@ Brownian motion. Variances are stated for a change of speed by the factor 1.3, w
 called the unit distance.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from .arrays import Array
 
 #: A change of log speed in which the drift has its stated variance.
 UNIT_DISTANCE = float(np.log(1.3))
@@ -46,13 +47,16 @@ class Distance(NamedTuple):
     variance: np.ndarray
     beyond: np.ndarray
 
-    def interpolate(self, known_values: NDArray[Any]) -> NDArray[Any]:
+    def interpolate(self, known_values: Array) -> Array:
         """Interpolate values of the known speeds linearly, along the first axis."""
-        share = self.share.reshape(-1, *(1,) * (known_values.ndim - 1))
-        return (1 - share) * known_values[self.lower] + share * known_values[self.upper]
+        n_further_axes = known_values.ndim - 1
+        share = self.share.reshape(-1, *[1] * n_further_axes)
+        below = known_values[self.lower]
+        above = known_values[self.upper]
+        return (1 - share) * below + share * above
 
 
-def speed_distance(log_speed: NDArray[Any], known_speeds: NDArray[Any]) -> Distance:
+def speed_distance(log_speed: Array, known_speeds: Array) -> Distance:
     r"""Compute the position of speeds relative to the known speeds, and the variance of the drift.
 
     Let h be the distance between two neighbouring known speeds, and t the position
@@ -81,21 +85,19 @@ def speed_distance(log_speed: NDArray[Any], known_speeds: NDArray[Any]) -> Dista
     array([0. , 0.5, 1. ])
     """
     inside = np.clip(log_speed, known_speeds[0], known_speeds[-1])
-    upper = np.searchsorted(known_speeds[1:-1], inside) + min(len(known_speeds) - 1, 1)
+    first_upper = min(len(known_speeds) - 1, 1)
+    upper = np.searchsorted(known_speeds[1:-1], inside) + first_upper
     lower = np.maximum(upper - 1, 0)
     step = known_speeds[upper] - known_speeds[lower]
-    # There is no step if only one speed is known.
-    share = np.divide(
-        inside - known_speeds[lower], step, out=np.zeros(len(inside)), where=step > 0
-    )
-    variance = share * (1 - share) * step
+    # There is no step if only one speed is known, and all shares are 0.
+    share = inside - known_speeds[lower]
+    np.divide(share, step, out=share, where=step > 0)
     beyond = log_speed - inside
-    return Distance(
-        lower, upper, share, (variance + np.abs(beyond)) / UNIT_DISTANCE, beyond
-    )
+    variance = share * (1 - share) * step + np.abs(beyond)
+    return Distance(lower, upper, share, variance / UNIT_DISTANCE, beyond)
 
 
-def drift_factor(variance: NDArray[Any]) -> NDArray[Any]:
+def drift_factor(variance: Array) -> Array:
     """Return the factor on the prior drift of log spectra, from the variance of the motion.
 
     The prior is stated for a change of log speed by 0.4. At least 20 % of it remain at
@@ -120,7 +122,7 @@ def drift_factor(variance: NDArray[Any]) -> NDArray[Any]:
     return np.maximum(variance * (UNIT_DISTANCE / _SPECTRAL_DISTANCE), LEAST_DRIFT)
 
 
-def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+def group_speeds(log_speed: Array) -> tuple[Array, Array]:
     """Group the lowest speed and those up to 2 % above it, then the others in the same way.
 
     Parameters
@@ -146,12 +148,13 @@ def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
         if not lowest or value - lowest[-1] > SAME_LOG_SPEED:
             lowest.append(value)
     at = np.searchsorted(lowest, log_speed, side="right") - 1
-    return np.bincount(at, log_speed) / np.bincount(at), at
+    means = np.bincount(at, log_speed) / np.bincount(at)
+    return means, at
 
 
 def slope_against_speed(
-    values: NDArray[Any],
-    known_speeds: NDArray[Any],
+    values: Array,
+    known_speeds: Array,
     *,
     mean: float,
     deviation: float,
@@ -186,14 +189,14 @@ def slope_against_speed(
     (1.0, 0.25)
     """
     weight = UNIT_DISTANCE / drift**2
-    precision = 1 / deviation**2 + weight * (known_speeds[-1] - known_speeds[0])
-    weighted = mean / deviation**2 + weight * (values[-1] - values[0])
+    speed_range = known_speeds[-1] - known_speeds[0]
+    rise = values[-1] - values[0]
+    precision = 1 / deviation**2 + weight * speed_range
+    weighted = mean / deviation**2 + weight * rise
     return float(weighted / precision), float(1 / precision)
 
 
-def group_means(
-    values: NDArray[Any], group: NDArray[Any], weights: NDArray[Any]
-) -> NDArray[Any]:
+def group_means(values: Array, group: Array, weights: Array) -> Array:
     """Compute the weighted mean of each group of rows.
 
     Parameters
@@ -215,21 +218,19 @@ def group_means(
     >>> group_means(np.array([1.0, 2.0, 5.0]), np.array([1, 0, 0]), np.array([1.0, 2.0, 1.0]))
     array([3., 1.])
     """
-    rows_of_groups = [group == number for number in range(group.max() + 1)]
-    return np.stack(
-        [
-            np.average(values[rows], axis=0, weights=weights[rows])
-            for rows in rows_of_groups
-        ]
-    )
+    means = []
+    for number in range(group.max() + 1):
+        rows = group == number
+        means.append(np.average(values[rows], axis=0, weights=weights[rows]))
+    return np.stack(means)
 
 
 def mean_by_speed(
-    values: NDArray[Any],
-    speed: NDArray[Any],
-    group: NDArray[Any],
-    weights: NDArray[Any],
-) -> tuple[NDArray[Any], NDArray[Any]]:
+    values: Array,
+    speed: Array,
+    group: Array,
+    weights: Array,
+) -> tuple[Array, Array]:
     """Compute the weighted mean of each group of rows at each speed.
 
     Parameters
@@ -260,13 +261,15 @@ def mean_by_speed(
     present, cell = np.unique(speed * n_groups + group, return_inverse=True)
     means = np.zeros((n_speeds * n_groups, *values.shape[1:]))
     means[present] = group_means(values, cell.reshape(-1), weights)
-    recorded = np.isin(np.arange(len(means)), present).reshape(n_speeds, n_groups)
-    return means.reshape(n_speeds, n_groups, *values.shape[1:]), recorded
+    recorded = np.zeros(len(means), dtype=bool)
+    recorded[present] = True
+    means = means.reshape(n_speeds, n_groups, *values.shape[1:])
+    return means, recorded.reshape(n_speeds, n_groups)
 
 
 def reference_weights(
-    log_speed: NDArray[Any], known_speeds: NDArray[Any], recorded: NDArray[Any]
-) -> tuple[NDArray[Any], NDArray[Any]]:
+    log_speed: Array, known_speeds: Array, recorded: Array
+) -> tuple[Array, Array]:
     r"""Compute the weights that interpolate the means of each condition at speeds.
 
     The mean of a condition is linear in the logarithm of the speed between two speeds
@@ -299,7 +302,9 @@ def reference_weights(
     """
     weights = np.zeros((len(log_speed), *recorded.shape))
     variance = np.zeros(len(log_speed))
-    for pattern in map(np.array, set(map(tuple, recorded.T.tolist()))):
+    # Conditions that were recorded at the same speeds have the same weights.
+    patterns = {tuple(column) for column in recorded.T.tolist()}
+    for pattern in map(np.array, patterns):
         has_pattern = (recorded == pattern[:, np.newaxis]).all(axis=0)
         at = speed_distance(log_speed, known_speeds[pattern])
         of_speed = np.zeros((len(log_speed), len(known_speeds)))
@@ -309,9 +314,7 @@ def reference_weights(
     return weights, variance
 
 
-def drift_learned(
-    known_speeds: NDArray[Any], means: NDArray[Any], recorded: NDArray[Any]
-) -> NDArray[Any]:
+def drift_learned(known_speeds: Array, means: Array, recorded: Array) -> Array:
     r"""Compute by how much each mean misses what the other training speeds predict.
 
     Each difference is divided by the standard deviation that the Brownian motion states
@@ -338,16 +341,18 @@ def drift_learned(
     """
     differences = []
     for i, speed in enumerate(known_speeds):
-        others = recorded & (np.arange(len(known_speeds)) != i)[:, np.newaxis]
+        others = recorded.copy()
+        others[i] = False
         for c in np.flatnonzero(recorded[i] & others.any(axis=0)):
             rest = others[:, c]
             at = speed_distance(speed[np.newaxis], known_speeds[rest])
             difference = means[i, c] - at.interpolate(means[rest, c])[0]
-            differences.append(difference / np.sqrt(drift_factor(at.variance)[0]))
+            factor = drift_factor(at.variance)[0]
+            differences.append(difference / np.sqrt(factor))
     return np.array(differences).reshape(len(differences), *means.shape[2:])
 
 
-def speeds_to_try(known_speeds: NDArray[Any]) -> NDArray[Any]:
+def speeds_to_try(known_speeds: Array) -> Array:
     """Return the training speeds and the middle of every two neighbours, as logarithms.
 
     Parameters

@@ -16,6 +16,7 @@ from ..core.state import expect
 from ..core.validation import ABOVE_0, as_samples, check_real
 from ..kernels.scaling import ROUNDING, largest
 from ..kernels.short_time import windowed_segments
+from . import mains_hum
 
 #: Share of samples that may repeat the sample before, and of those that may do so in
 #: one run.
@@ -71,23 +72,6 @@ _EMPTY = 1e-9
 #: and those of sensors behind low-pass filters, are accepted. A sine without noise
 #: fills 6 %.
 _MOST_EMPTY = 0.8
-#: Frequencies in Hz, and the share of the energy that a sine there may have: one of up
-#: to 20 dB above the rest is accepted.
-_MAINS = (50.0, 60.0)
-_HUM = 0.99
-#: Highest order of the shaft that can be so strong a line: unbalance makes the first,
-#: misalignment the second. On six rigs, lines of the first have up to 79 % of the
-#: energy, of the third 23 %.
-_LAST_ORDER = 2
-#: Seconds of the pieces in which hum is looked for: the mains frequency wanders in
-#: longer ones.
-_HUM_SECONDS = 1.0
-#: Periods of the mains frequency in a window, so that it differs from a drift; and the
-#: largest deviation from it in Hz.
-_FEWEST_PERIODS = 3
-_DEVIATION = 0.5
-#: Share by which stated speeds differ from true ones.
-_SPEED_ERROR = 0.01
 
 
 def signal_quality(
@@ -313,7 +297,7 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
 def _quality_of_moving(windows, leaps, sampling_rate, shaft_frequency):
     """Return the same by the criteria for windows that move."""
     n_windows, n_samples = windows.shape
-    trendless = _without_trend(windows)
+    trendless = mains_hum.without_trend(windows)
     checks = {
         "wrapped": (_wrapped(windows, leaps), leaps / n_samples),
         "ramp": (_ramps(windows, trendless), np.ones(n_windows)),
@@ -322,8 +306,8 @@ def _quality_of_moving(windows, leaps, sampling_rate, shaft_frequency):
         empty = _empty_bands(trendless)
         checks["band missing"] = (empty > _MOST_EMPTY, empty)
     if sampling_rate is not None:
-        hum = _hum(trendless, sampling_rate, shaft_frequency)
-        checks["hum"] = (hum > _HUM, hum)
+        hum = mains_hum.share_of_hum(trendless, sampling_rate, shaft_frequency)
+        checks["hum"] = (hum > mains_hum.LARGEST_SHARE, hum)
     return _first_failed(checks, n_windows)
 
 
@@ -415,70 +399,3 @@ def _empty_bands(windows):
         is_empty = density < _EMPTY * density.mean(axis=1, keepdims=True)
         empty[rows] = is_empty.mean(axis=1)
     return empty
-
-
-def _without_trend(windows):
-    time = np.linspace(-1, 1, windows.shape[-1])
-    basis = np.linalg.qr(np.stack([np.ones_like(time), time], axis=1))[0]
-    return windows - windows @ basis @ basis.T
-
-
-def _hum(windows, sampling_rate, shaft_frequency):
-    """Return the share of energy that a sine of 50 or 60 Hz has in windows without a trend.
-
-    It is 0 if the shaft has its first or second order there.
-    """
-    n_rows, n_samples = windows.shape
-    n_pieces = max(int(n_samples / (_HUM_SECONDS * sampling_rate)), 1)
-    if n_pieces > 1:
-        n_samples //= n_pieces
-        windows = windows[:, : n_pieces * n_samples].reshape(-1, n_samples)
-        shaft_frequency = np.repeat(shaft_frequency, n_pieces)
-    seconds = (np.arange(n_samples) - (n_samples - 1) / 2) / sampling_rate
-    duration = n_samples / sampling_rate
-    energy = np.einsum("wk,wk->w", windows, windows)
-    fitted = np.zeros(len(windows))
-    # The steps of a sine have at most the power of its angular frequency, and those of
-    # the rest at most twice its amplitude. Windows with larger steps need no closer
-    # look.
-    steps = np.diff(windows, axis=1)
-    steps = np.einsum("wk,wk->w", steps, steps)
-    of_sine = 2 * np.pi * (max(_MAINS) + _DEVIATION) / sampling_rate
-    most = of_sine + 2 * np.sqrt(1 - _HUM)
-    slow = np.flatnonzero(steps <= 1.2 * most**2 * energy)
-    pieces = windows if n_pieces == 1 else np.empty_like(windows)
-    if n_pieces > 1:
-        pieces[slow] = _without_trend(windows[slow])
-        energy[slow] = np.einsum("wk,wk->w", pieces[slow], pieces[slow])
-    for mains in _MAINS:
-        if duration * mains < _FEWEST_PERIODS or mains > sampling_rate / 4:
-            continue
-        with np.errstate(divide="ignore", invalid="ignore"):
-            order = np.round(mains / shaft_frequency[slow]).clip(1, _LAST_ORDER)
-            distance = np.abs(order * shaft_frequency[slow] - mains)
-        # The window does not resolve closer lines.
-        is_of_shaft = distance <= max(_DEVIATION, _SPEED_ERROR * mains, 1 / duration)
-        candidates = slow[~is_of_shaft]
-        if len(candidates) > 0:
-            of_sine = _energy_of_sine(pieces[candidates], seconds, mains, duration)
-            fitted[candidates] = np.maximum(fitted[candidates], of_sine)
-    fitted = fitted.reshape(n_rows, n_pieces).sum(axis=1)
-    energy = energy.reshape(n_rows, n_pieces).sum(axis=1)
-    share = np.divide(fitted, energy, out=np.zeros(n_rows), where=energy > 0)
-    return share.clip(max=1.0)
-
-
-def _energy_of_sine(pieces, seconds, mains, duration):
-    """Return the largest energy of a sine near a mains frequency in each piece."""
-    # With its derivative, a sine fits frequencies that differ by a quarter of the
-    # resolution.
-    n_steps = int(np.ceil(2 * _DEVIATION * duration))
-    largest_energy = np.zeros(len(pieces))
-    for frequency in mains + np.arange(-n_steps, n_steps + 1) / (2 * duration):
-        phase = 2 * np.pi * frequency * seconds
-        sine = np.stack([np.cos(phase), np.sin(phase)])
-        terms = _without_trend(np.concatenate([sine, seconds * sine]))
-        basis = np.linalg.qr(terms.T)[0]
-        energy = np.sum((pieces @ basis) ** 2, axis=1)
-        largest_energy = np.maximum(largest_energy, energy)
-    return largest_energy

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from numbers import Integral
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -13,27 +12,26 @@ from sklearn.utils import Bunch, check_scalar
 
 from ..core.base import ArrayTransformer, SignalEstimator
 from ..core.parallel import map_batches
-from ..core.state import SQUARABLE, expect, uses_fitted
+from ..core.state import SQUARABLE, expect, is_fitted, uses_fitted
 from ..core.validation import (
     UP_TO_1,
     check_flag,
     check_input_names,
     check_labels,
-    check_networks,
     check_real,
     validate_signals,
     weighted_windows,
 )
-from ..kernels import arx_laguerre, pole_search
+from ..kernels import arx_laguerre
 from ..kernels.laguerre import network_matrices, settling_length
-from ..kernels.least_squares import distinct_windows, solve_sums
+from ..kernels.least_squares import solve_sums
 from ..kernels.scaling import fit_percentage, unit_rms_windows
+from .free_run import free_run_output
+from .networks import check_same_networks, choose_networks
+from .weighted_windows import windows_of_models
 
 #: Name of a model of all windows.
 _OF_ALL = "model"
-#: Order that windows of any length may have. Beyond it, a window has at least as many
-#: samples.
-_ORDER_OF_ANY_WINDOW = 64
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -196,14 +194,10 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-            Further windows.
-        y : array-like of shape (n_windows,) or None, default=None
-            Their conditions; a condition not seen before gets a model. None goes on
-            with one model of all windows.
-        sample_weight : array-like of shape (n_windows,) or None, default=None
-            As in `fit`. A window fades once with each later window, whatever their
-            weights.
+        X, y, sample_weight : array-like
+            Further windows, their conditions and their weights, as in `fit`. A
+            condition not seen before gets a model. A window fades once with each later
+            window, whatever their weights.
 
         Returns
         -------
@@ -217,7 +211,7 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
             As in `fit`; also if `order` or `pole` are not those of the models so far.
         """
         return self._identify(
-            X, y, sample_weight, start_afresh="sums_" not in vars(self)
+            X, y, sample_weight, start_afresh=not is_fitted(self, "sums_")
         )
 
     def _identify(self, X, y, sample_weight, *, start_afresh):
@@ -228,40 +222,44 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         windows, y, weights = weighted_windows(windows, y, sample_weight)
         windows, labels, weights = self._windows_by_model(windows, y, weights)
         self._check_parameters()
-        models = {}
-        for name in np.unique(labels).tolist():
-            rows = np.flatnonzero(labels == name)
-            models[name] = rows, weights[rows]
-            if self.forgetting_factor == 1:
-                models[name] = distinct_windows(windows, rows, weights[rows])
+        models = windows_of_models(
+            windows, labels, weights, merge=self.forgetting_factor == 1
+        )
         if start_afresh:
-            self._choose_networks(windows, models.values())
+            orders, poles = choose_networks(
+                self.order, self.pole, [*models.values()], self.alpha, self.n_jobs
+            )
+            self.orders_: NDArray[Any] = orders
+            self.poles_: NDArray[Any] = poles
             self.classes_: NDArray[Any] = labels[:0]
             self.sums_: NDArray[Any] = np.empty(0)
             self.weights_: NDArray[Any] = np.empty(0)
         check_labels([*self.classes_.tolist(), *models])
-        so_far = zip(self.sums_, self.weights_, strict=True)
-        found = dict(zip(self.classes_.tolist(), so_far, strict=True))
-        for name, (rows, weights) in models.items():
-            fading = (
-                self.forgetting_factor ** np.arange(len(rows) - 1, -1, -1.0) * weights
-            )
-            kept = self.forgetting_factor ** len(rows)
-            sums, weight = found.get(name, (0.0, 0.0))
-            more, counted = self._sums(windows, rows, fading)
-            found[name] = kept * sums + more, kept * weight + counted
-        self.classes_ = np.union1d(self.classes_, labels)
-        sums, weights = zip(
-            *(found[name] for name in self.classes_.tolist()), strict=True
-        )
-        self.sums_, self.weights_ = np.array(sums), np.array(weights)
-        coef, error = zip(
-            *(solve_sums(sums, self.alpha) for sums in self.sums_), strict=True
-        )
-        self.coef_: NDArray[Any] = np.array(coef)
+        self._add_to_sums(models, labels)
+        solutions = [solve_sums(sums, self.alpha) for sums in self.sums_]
+        self.coef_: NDArray[Any] = np.array([coef for coef, _ in solutions])
+        errors = np.array([error for _, error in solutions])
         n_counted = np.where(self.weights_ > 0, self.weights_, 1.0)
-        self.noise_level_: NDArray[Any] = np.sqrt(np.array(error) / n_counted)
+        self.noise_level_: NDArray[Any] = np.sqrt(errors / n_counted)
         return self
+
+    def _add_to_sums(self, models, labels):
+        """Add the windows of each model to its sums, in which older windows fade."""
+        so_far = zip(self.sums_, self.weights_, strict=True)
+        of_models = dict(zip(self.classes_.tolist(), so_far, strict=True))
+        for name, weighted in models.items():
+            n_transient = self._n_transient(weighted.windows.shape[-1])
+            faded = weighted.faded(self.forgetting_factor)
+            more_sums, more_weight = faded.sums_of_products(
+                self.orders_, self.poles_, n_transient, self.n_jobs
+            )
+            sums, weight = of_models.get(name, (0.0, 0.0))
+            kept = self.forgetting_factor ** len(weighted.rows)
+            of_models[name] = kept * sums + more_sums, kept * weight + more_weight
+        self.classes_ = np.union1d(self.classes_, labels)
+        in_order = [of_models[name] for name in self.classes_.tolist()]
+        self.sums_ = np.array([sums for sums, _ in in_order])
+        self.weights_ = np.array([weight for _, weight in in_order])
 
     def _check_parameters(self):
         check_flag(self.bank, "bank")
@@ -269,58 +267,15 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         check_real(self.alpha, "alpha", min_val=0)
         check_real(self.forgetting_factor, "forgetting_factor", **UP_TO_1)
 
-    def _choose_networks(self, windows, models):
-        """Set orders and poles of the networks; search the poles that are not given."""
-        _, n_channels, n_samples = windows.shape
-        orders, poles = check_networks(self.order, self.pole, n_channels)
-        name = f"order for windows of {n_samples} samples"
-        most = max(n_samples, _ORDER_OF_ANY_WINDOW)
-        check_scalar(orders.max(), name, Integral, max_val=most)
-        self.orders_: NDArray[Any] = orders
-        if None in poles:
-            found = [
-                self._over_batches(_weighted_spectra, windows, *each) for each in models
-            ]
-            poles = pole_search.search_poles(
-                np.concatenate(found), orders, poles, self.alpha
-            )
-        self.poles_: NDArray[Any] = np.asarray(poles, dtype=np.float64)
-
-    def _sums(self, windows, rows, weights):
-        """Return the sums for least squares over some windows, and the samples in them."""
-        n_transient = self._n_transient(windows.shape[-1])
-
-        def of_batch(scaled, weights):
-            networks = self.orders_, self.poles_
-            parts = arx_laguerre.accumulate_sums(
-                scaled, weights, *networks, n_transient
-            )
-            return *parts, weights.sum() * (scaled.shape[-1] - n_transient)
-
-        *parts, counted = self._over_batches(of_batch, windows, rows, weights)
-        return arx_laguerre.sums_of_products(*parts, self.orders_, self.poles_), counted
-
-    def _over_batches(self, function, windows, rows, weights):
-        """Add up what a function returns of scaled windows and their weights, batch by batch."""
-
-        def of_batch(batch):
-            scaled, _ = unit_rms_windows(windows[rows[batch]])
-            # Windows with a constant output do not count, whatever their inputs are.
-            return function(scaled, weights[batch] * np.any(scaled[:, 0] != 0, axis=-1))
-
-        parts = map_batches(of_batch, len(rows), self.n_jobs)
-        return [sum(part) for part in zip(*parts, strict=True)]
-
     def _check_conditions_go_on(self, y):
         """Check that `y` is None if and only if the models so far were fitted without it."""
         is_of_all = self.classes_.tolist() == [_OF_ALL]
         if self.bank and self.healthy is None:
-            wanted = (
-                "None" if is_of_all else f"conditions, as those so far: {self.classes_}"
-            )
-            expect(
-                (y is None) == is_of_all, "y", y, f"{wanted}; call fit to start afresh"
-            )
+            expected = f"conditions, as those so far: {self.classes_}"
+            if is_of_all:
+                expected = "None"
+            goes_on = (y is None) == is_of_all
+            expect(goes_on, "y", y, f"{expected}; call fit to start afresh")
 
     @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:
@@ -343,17 +298,16 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     def _innovations(self, windows, unit_rms):
         n_windows, _, n_samples = windows.shape
         n_transient = self._n_transient(n_samples)
-        shape = n_windows, len(self.coef_), n_samples - n_transient
+        shape = (n_windows, len(self.coef_), n_samples - n_transient)
         innovations = np.empty(shape, dtype=windows.dtype)
-        models = self.orders_, self.poles_, self.coef_
+        models = (self.orders_, self.poles_, self.coef_)
 
         def of_batch(batch):
             scaled, rms = unit_rms_windows(windows[batch])
-            found = arx_laguerre.innovations(
-                scaled, *models, n_transient, innovations[batch]
-            )
+            of_windows = innovations[batch]
+            arx_laguerre.innovations(scaled, *models, n_transient, of_windows)
             if not unit_rms:
-                found *= rms[:, np.newaxis, np.newaxis]
+                of_windows *= rms[:, np.newaxis, np.newaxis]
 
         map_batches(of_batch, n_windows, self.n_jobs)
         return innovations
@@ -398,25 +352,10 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         windows = windows.astype(np.float64, copy=False)
         n_transient = self._n_transient(windows.shape[-1])
         if not free_run:
-            return windows[:, :1, n_transient:] - self._innovations(
-                windows, unit_rms=False
-            )
-        A, b = network_matrices(self.orders_, self.poles_)
-        loops = A + b[:, :1] * self.coef_[:, np.newaxis]
-        radii = np.abs(np.linalg.eigvals(loops)).max(axis=1)
-        if radii.max() >= 1:
-            unstable = str(self.classes_[radii.argmax()])
-            raise ValueError(
-                f"The model {unstable!r} is unstable in free run: its spectral radius is "
-                f"{radii.max():.6g}. Use free_run=False, a lower order or a larger alpha."
-            )
-        scaled, rms = unit_rms_windows(windows)
-        models = self.orders_, self.poles_, self.coef_
-        predicted = arx_laguerre.free_run(scaled, *models, n_transient)[
-            ..., n_transient:
-        ]
-        mean = np.mean(windows[:, :1], axis=-1, keepdims=True)
-        return predicted * rms[:, np.newaxis, np.newaxis] + mean
+            errors = self._innovations(windows, unit_rms=False)
+            return windows[:, :1, n_transient:] - errors
+        models = (self.orders_, self.poles_, self.coef_, self.classes_)
+        return free_run_output(windows, *models, n_transient)
 
     def fit_percentage(self, X: ArrayLike, *, free_run: bool = False) -> NDArray[Any]:
         r"""Compute the fit of each model to each window, as usual in system identification.
@@ -427,10 +366,8 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-            Windows.
-        free_run : bool, default=False
-            As in `predict_output`.
+        X, free_run : array-like and bool
+            Windows, and whether to simulate, as in `predict_output`.
 
         Returns
         -------
@@ -464,8 +401,8 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     def _validate_windows(self, X, y, *, reset):
         X, y = validate_signals(self, X, y, reset=reset, any_length=True)
         windows = X[:, np.newaxis] if X.ndim == 2 else X
-        wanted = "(n_windows, 1 + n_inputs, n_samples); transpose the last two axes"
-        expect(windows.shape[1] <= windows.shape[2], "X.shape", X.shape, wanted)
+        expected = "(n_windows, 1 + n_inputs, n_samples); transpose the last two axes"
+        expect(windows.shape[1] <= windows.shape[2], "X.shape", X.shape, expected)
         if not reset:
             least = 2 * self._n_transient(int(self.window_shape_[-1]))
             # In shorter ones, the networks do not settle as in `fit`.
@@ -477,10 +414,10 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     def _windows_by_model(self, windows, y, weights):
         """Return the windows to identify on, the name of each one's model, and the weights."""
         if self.healthy is not None:
-            chosen = y == self.healthy
-            wanted = f"one of the conditions in y: {np.unique(y)}"
-            expect(np.any(chosen), "healthy", self.healthy, wanted)
-            return windows[chosen], y[chosen], weights[chosen]
+            is_healthy = y == self.healthy
+            expected = f"one of the conditions in y: {np.unique(y)}"
+            expect(np.any(is_healthy), "healthy", self.healthy, expected)
+            return windows[is_healthy], y[is_healthy], weights[is_healthy]
         if y is None or not self.bank:
             return windows, np.full(len(windows), _OF_ALL), weights
         return windows, y, weights
@@ -508,18 +445,4 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         expect(are_squares, "sums_", self.sums_, expected)
 
     def _check_relations(self):
-        orders, poles = check_networks(self.order, self.pole, len(self.orders_))
-        kept = [
-            pole in (None, found)
-            for pole, found in zip(poles, self.poles_, strict=True)
-        ]
-        wanted = f"those of fit, {self.orders_} and {self.poles_}, or another fit"
-        fits = all(orders == self.orders_) and all(kept)
-        expect(fits, "(order, pole)", (self.order, self.pole), wanted)
-
-
-def _weighted_spectra(scaled, weights):
-    # Cross-spectra are squares of the signal, so a weight counts by its root.
-    return [
-        pole_search.cross_spectra(scaled * np.sqrt(weights)[:, np.newaxis, np.newaxis])
-    ]
+        check_same_networks(self.order, self.pole, self.orders_, self.poles_)

@@ -166,7 +166,8 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
                     f"pole={self.pole}, n_members={self.n_members} and bandwidth={self.bandwidth} "
                     f"up to the gain {1 + bound:.6g}; a larger bandwidth has more room."
                 )
-            self.bounds_[m], self.lyapunov_[m] = bound, certificate
+            self.bounds_[m] = bound
+            self.lyapunov_[m] = certificate
 
     def _check_fitted(self):
         super()._check_fitted()
@@ -176,6 +177,8 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         self._check_array("lyapunov_", (self.n_members, 2, 2))
 
     def _check_relations(self):
-        found, expected = [self.kp_, self.ki_], "the gains that pole and bandwidth give"
-        gains = member_gains(self.pole, self.n_members, self.bandwidth)
-        expect(np.allclose(found, gains, rtol=1e-6), "kp_ and ki_", found, expected)
+        gains = [self.kp_, self.ki_]
+        given = member_gains(self.pole, self.n_members, self.bandwidth)
+        are_given = np.allclose(gains, given, rtol=1e-6)
+        expected = "the gains that pole and bandwidth give"
+        expect(are_given, "kp_ and ki_", gains, expected)

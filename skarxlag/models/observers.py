@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,72 +21,9 @@ from ..core.validation import (
     check_real,
     validate_innovations,
 )
-from ..kernels import observer, residual_levels, spectra
+from ..kernels import observer, residual_levels
 from ..kernels.lanes import LANES
-
-#: Exponent of the cepstral norm, half-way between the plain norm (0) and Martin's
-#: metric (1).
-_QUEFRENCY_EXPONENT = 0.5
-
-
-class ResidualEvaluation(NamedTuple):
-    """Way to turn an observer's output error of one window and one model into a number.
-
-    Parameters
-    ----------
-    levels : callable
-        Function of innovations of shape (n_windows, n_models, n_samples) and of the
-        fitted observer. It returns levels of shape (n_windows, n_models).
-    trajectory : str or None
-        Trajectory of `Observer.observe` whose size the level measures, in its unit.
-        None if the level does not depend on the scale of the innovations.
-    """
-
-    levels: Callable[[NDArray[Any], Any], NDArray[Any]]
-    trajectory: str | None
-
-
-def _power(innovations, fitted):
-    return residual_levels.power_levels(innovations, fitted._loop())
-
-
-def _switching_gain(innovations, fitted):
-    error = observer.observe(innovations, fitted._loop())[0]
-    surface = residual_levels.sliding_surface(error, fitted.sliding_slope)
-    surface = surface.reshape(-1, surface.shape[-1])
-    gain = residual_levels.switching_gain(surface, fitted.adaptation_step)
-    return residual_levels.settled_level(gain).reshape(error.shape[:2])
-
-
-def _whiteness(innovations, fitted):
-    error = observer.observe(innovations, fitted._loop())[0]
-    signals = spectra.unit_peak(error.reshape(-1, error.shape[-1]))
-    n_cells = spectra.LOG_SPECTRUM_CELLS
-    found = spectra.autoregressive_log_spectrum(signals, fitted.spectrum_order, n_cells)
-    found -= 2 * np.log(
-        np.abs(_small_signal_response(fitted, spectra.frequency_grid(n_cells)))
-    )
-    return residual_levels.cepstral_norm(found, _QUEFRENCY_EXPONENT).reshape(
-        error.shape[:2]
-    )
-
-
-def _are_close(stored, expected):
-    return np.abs(stored - expected).max() <= 1e-6 * np.abs(expected).max()
-
-
-def _small_signal_response(fitted, frequency):
-    """Compute the response of the error to the innovations for small faults."""
-    pole, kp, ki_a, _, gain, _, _ = fitted._loop()
-    z = np.exp(1j * frequency)
-    return (z - pole) * (z - 1) / ((z - pole + kp) * (z - 1) + ki_a * gain)
-
-
-RESIDUAL_EVALUATIONS = {
-    "power": ResidualEvaluation(_power, "error"),
-    "switching_gain": ResidualEvaluation(_switching_gain, "residual"),
-    "whiteness": ResidualEvaluation(_whiteness, None),
-}
+from .residual_evaluations import RESIDUAL_EVALUATIONS
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -193,10 +129,9 @@ class Observer(InnovationsTransformer):
     def _check_parameters(self):
         check_real(self.pole, "pole", **WITHIN_1)
         check_real(self.kp, "kp")
-        known = str(self.evaluation) in RESIDUAL_EVALUATIONS
-        expect(
-            known, "evaluation", self.evaluation, f"one of {[*RESIDUAL_EVALUATIONS]}"
-        )
+        names = [*RESIDUAL_EVALUATIONS]
+        is_name = str(self.evaluation) in names
+        expect(is_name, "evaluation", self.evaluation, f"one of {names}")
         check_real(self.sliding_slope, "sliding_slope", min_val=0)
         check_real(self.adaptation_step, "adaptation_step", **UP_TO_1)
         check_real(self.boundary_layer, "boundary_layer", min_val=0)
@@ -453,3 +388,7 @@ class ExtendedStatePIObserver(Observer):
     def _loop(self):
         gains = self.ki_a, self.ki_b, self.gain, self.exponent, self.saturation
         return tuple(map(float, (self.pole, self.kp, *gains)))
+
+
+def _are_close(stored, expected):
+    return np.abs(stored - expected).max() <= 1e-6 * np.abs(expected).max()

@@ -1,17 +1,94 @@
-"""Evidence of recent windows of a sensor, with weights that fade."""
+"""Evidence of recent windows of a sensor, with weights that fade, and its verdicts."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..core.state import expect
 from ..kernels.evidence import combined_score, p_value_score
 from ..kernels.fault_orders import N_ORDERS
 from ..verdicts.judge import Judge
 from ..verdicts.windows import WindowResults
-from ._memory import FadingEvidence
+from .verdict import MonitorVerdict
+
+
+class FadingEvidence:
+    r"""Weighted mean of what windows contribute, in which older windows weigh less.
+
+    A window that is t seconds old weighs :math:`2^{-t/T}` with the half-life T.
+
+    Parameters
+    ----------
+    n_values : int
+        Number of values that a window contributes, such as one logarithm for each
+        condition.
+    half_life : float
+        T in seconds; infinity for no fading.
+
+    Attributes
+    ----------
+    weight : float
+        Sum of the weights of all windows.
+
+    Examples
+    --------
+    >>> evidence = FadingEvidence(1, half_life=2.0)
+    >>> evidence.add([3.0])
+    >>> evidence.move_to(2.0)
+    >>> evidence.add([0.0])
+    >>> evidence.weight, evidence.mean()
+    (1.5, array([1.]))
+    """
+
+    def __init__(self, n_values: int, half_life: float) -> None:
+        self._half_life = half_life
+        self.weight = 0.0
+        self._time = 0.0
+        self._age = 0.0
+        self._sums = np.zeros(n_values)
+
+    def move_to(self, time: float) -> None:
+        """Reduce the weights by the time since the last call; a clock may be set back."""
+        passed = max(time - self._time, 0.0)
+        kept = 0.5 ** (passed / self._half_life)
+        self.weight *= kept
+        self._sums *= kept
+        self._age += passed
+        self._time = time
+
+    def add(self, values: Any) -> None:
+        """Add the values of a window."""
+        self._sums += values
+        self.weight += 1.0
+        self._age = 0.0
+
+    def mean(self) -> NDArray[Any] | None:
+        """Return the weighted means; None if no window is younger than the half-life."""
+        if self.weight == 0.0 or self._age > self._half_life:
+            return None
+        return self._sums / self.weight
+
+    def state(self) -> dict[str, Any]:
+        """Return the state in plain values."""
+        numbers = {"weight": self.weight, "age": self._age, "time": self._time}
+        return numbers | {"sums": self._sums.tolist()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Continue from a state, or raise a ValueError if its numbers cannot be."""
+        n_values = len(self._sums)
+        self.weight = float(state["weight"])
+        self._age = float(state["age"])
+        self._time = float(state["time"])
+        self._sums = np.array(state["sums"], dtype=np.float64)
+        numbers = [self.weight, self._age, self._time, *self._sums]
+        fits = self._sums.shape == (n_values,) and np.isfinite(numbers).all()
+        is_past = self.weight >= 0 and self._age >= 0
+        expect(fits and is_past, "evidence", state, f"{n_values} finite sums")
 
 
 class RecentMeans(NamedTuple):
@@ -75,8 +152,8 @@ class RecentWindows:
         """Add the evidence of a window that was diagnosed."""
         self._evidence.add(results.evidence[row])
         if self._judge.gathers_combs and not np.isnan(results.gathered["rpm"][row]):
-            contrast, rpm = results.gathered["contrasts"], results.gathered["rpm"]
-            self._contrasts.add([*contrast[row], rpm[row]])
+            contrast = results.gathered["contrasts"][row]
+            self._contrasts.add([*contrast, results.gathered["rpm"][row]])
 
     def means(self) -> RecentMeans | None:
         """Return the means over all recent windows, None if there are none."""
@@ -99,3 +176,47 @@ class RecentWindows:
         if mean is None:
             return np.nan
         return combined_score(float(mean[0]), self._p_values.weight)
+
+
+class JudgedWindow(NamedTuple):
+    """Verdict on a window, and what the verdict by recent windows follows from.
+
+    Parameters
+    ----------
+    verdict : MonitorVerdict
+        All but the verdict by recent windows.
+    means : RecentMeans or None
+        Means over recent windows; None if they give no verdict.
+    alarm : bool or None
+        Whether windows keep the alarm on.
+    """
+
+    verdict: MonitorVerdict
+    means: RecentMeans | None
+    alarm: bool | None
+
+
+def with_recent_verdicts(
+    judge: Judge, judged: Sequence[JudgedWindow]
+) -> list[MonitorVerdict]:
+    """Return the verdicts on windows with those by recent windows, named together."""
+    with_means = [window for window in judged if window.means is not None]
+    if not with_means:
+        return [window.verdict for window in judged]
+    evidence, n_windows, contrasts = zip(
+        *(window.means for window in with_means), strict=True
+    )
+    alarms = [window.alarm for window in with_means]
+    named = iter(
+        judge.named(np.array(evidence), np.array(n_windows), alarms, contrasts)
+    )
+    verdicts = []
+    for window in judged:
+        verdict = window.verdict
+        if window.means is not None:
+            by_recent = next(named)
+            verdict = verdict._replace(
+                verdict=by_recent.verdict, probability=by_recent.probability
+            )
+        verdicts.append(verdict)
+    return verdicts

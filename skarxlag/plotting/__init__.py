@@ -5,9 +5,10 @@ They need matplotlib, which the extra ``skarxlag[plot]`` installs.
 
 from ._style import condition_styles
 from .identification import IdentificationDisplay
+from .residual import ResidualDisplay
 from .spectra import EnvelopeSpectrumDisplay, OrderSpectrumDisplay
 from .speed_accuracy import SpeedAccuracyDisplay
-from .thresholds import ResidualDisplay, ThresholdLadderDisplay
+from .threshold_ladder import ThresholdLadderDisplay
 
 __all__ = [
     "EnvelopeSpectrumDisplay",

@@ -9,11 +9,11 @@ from ..core.state import expect
 
 def known_conditions(estimator: Any) -> list[Any]:
     """Return the conditions of a fitted classifier, the healthy one first and the others sorted."""
-    can = capabilities(estimator)
-    conditions = list(can.conditions or ())
-    if can.healthy in conditions:
-        conditions.remove(can.healthy)
-        conditions.insert(0, can.healthy)
+    described = capabilities(estimator)
+    conditions = list(described.conditions or ())
+    if described.healthy in conditions:
+        conditions.remove(described.healthy)
+        conditions.insert(0, described.healthy)
     return conditions
 
 

@@ -160,7 +160,7 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
             scores=_by_fault(NEPER_IN_DB * matches.scores[0]),
             factors=_by_fault(factors),
             limit=NEPER_IN_DB * float(limit),
-            evidence=classifier._judge(matches).evidence[0],
+            evidence=classifier.diagnose(X, rpm=speed).evidence[0],
         ).plot(ax)
 
     def _draw(self, ax):

@@ -17,22 +17,22 @@ from skarxlag import make_diagnoser
 from skarxlag.bearings import SKF_6205
 from skarxlag.decisions.comb_probabilities import comb_evidence
 
-from ..distances.test_orders import ORDERS, RATE, strikes
+from ..impacts import ORDERS, RATE, strikes
 
 
 def recordings(rig, seed):
     return [
         Recording(
             rig,
-            f"{place}_{rpm}",
-            place,
+            f"{location}_{rpm}",
+            location,
             rpm,
             float(RATE),
             SKF_6205,
             np.concatenate([strikes(order, rpm, [seed, i]) for i in range(4)]),
-            place,
+            location,
         )
-        for place, order in ORDERS.items()
+        for location, order in ORDERS.items()
         for rpm in (900.0, 1200.0)
     ]
 
@@ -46,18 +46,18 @@ def rigs():
 def test_protocols_of_a_rig(rigs):
     name = next(iter(rigs))
     parts = [(name, protocol, part) for protocol, part in scored(name, rigs)]
-    found = table(parts)
-    assert found.index.get_level_values("protocol").tolist() == [
+    accuracies = table(parts)
+    assert accuracies.index.get_level_values("protocol").tolist() == [
         "other speed",
         "remounted mildly",
         "remounted strongly",
         "other rig",
     ]
-    assert found["place, both"].min() == 1
+    assert accuracies["location, both"].min() == 1
     chosen = settings_left_out(
         [*parts, *(("other", protocol, part) for _, protocol, part in parts)]
     )
-    assert chosen["place"].tolist() == [1, 1]
+    assert chosen["location"].tolist() == [1, 1]
 
 
 def test_verdict_is_that_of_the_diagnoser(rigs):
@@ -71,22 +71,12 @@ def test_verdict_is_that_of_the_diagnoser(rigs):
     expected = diagnoser.predict_proba(tested.X, rpm=tested.rpm)
     part = compare(diagnoser, tested, SKF_6205)
     # An unknown condition shows no comb, as a healthy one.
-    places = np.append(part.class_locations, 3)
-    evidence = comb_evidence(part.scores, places, *SETTINGS[IN_USE])
+    locations = np.append(part.class_locations, 3)
+    evidence = comb_evidence(part.scores, locations, *SETTINGS[IN_USE])
     joint = softmax(part.log_probability + evidence, axis=1)
     n_classes = len(part.class_locations)
     shared = joint[:, :n_classes] + joint[:, n_classes:] / n_classes
     np.testing.assert_allclose(shared, expected, rtol=1e-5)
-
-
-def test_rows_of_one_speed_are_campaigns_by_load():
-    rig = [
-        recording._replace(rpm=900.0, name=f"x_{i}")
-        for i, recording in enumerate(recordings("a", 0))
-    ]
-    rows = rows_of(rig)
-    assert rows.X.shape == (16, RATE) and rows.is_first_half.sum() == 8
-    assert np.unique(rows.campaign).tolist() == ["0", "1", "2", "3"]
 
 
 def test_remounting_filters_and_adds_noise():

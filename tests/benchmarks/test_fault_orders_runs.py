@@ -31,12 +31,3 @@ def test_a_growing_fault_is_named_and_the_name_stays():
     # Few of the same snapshots are named one by one.
     assert float(row["the same one by one"]) < 0.5
     assert row["before the end, s"] == f"{1200.1 - float(row['from, s']):.0f}"
-
-
-def test_a_healthy_run_is_not_named():
-    X = snapshots(60, 0, 2)
-    row = name_row(names_over_time(X, 10.0 * np.arange(60), RPM, RATE), 600.1)
-    assert row["name that stays"] == "none"
-    assert (
-        row["named before, gathered"] == "0.00" and float(row["named one by one"]) < 0.1
-    )

@@ -36,13 +36,6 @@ def test_an_output_is_shown_above_the_buttons_with_its_date():
     assert mark and f"/images/gallery/{NAMES[0]}.png" in before and " UTC" in before
 
 
-def test_a_page_without_kept_output_stays_as_it_is():
-    shown = runpy.run_path(str(ROOT / "docs" / "kept_outputs.py"))
-    source = ["title"]
-    shown["_add_output"](None, "gallery/diagnosis/plot_cross_speed", source)
-    assert source == ["title"]
-
-
 def test_running_an_example_writes_its_text_and_its_figure(tmp_path):
     pyplot = pytest.importorskip("matplotlib.pyplot")
     pyplot.switch_backend("Agg")

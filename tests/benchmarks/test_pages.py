@@ -66,14 +66,14 @@ def test_every_image_is_written_by_one_part():
 
 @pytest.mark.parametrize("name", parts.PARTS)
 def test_each_block_states_its_command_version_and_date(name):
-    known = states.recorded()
+    recorded = states.recorded()
     for page, names in parts.PARTS[name].blocks.items():
         text = (modules.ROOT / page).read_text("utf-8")
         for block in names:
             written = text.partition(f"<!-- {block}: begin -->\n")[2].partition(
                 "\n<!-- "
             )[0]
-            state = known[f"{page}: {block}"]
+            state = recorded[f"{page}: {block}"]
             maker = f"`python -m benchmarks.pages {name}`"
             if page == "README.md":
                 maker = "[a benchmark](benchmarks/README.md)"
@@ -82,13 +82,13 @@ def test_each_block_states_its_command_version_and_date(name):
 
 
 def test_every_table_in_a_file_belongs_to_a_block():
-    wanted = {
+    paths = {
         modules.ROOT / blocks.table_file(page, name)
         for part in parts.PARTS.values()
         for page, names in part.blocks.items()
         for name in set(names).intersection(part.tables)
     }
-    assert wanted == {*modules.ROOT.glob("docs/**/tables/*")}
+    assert paths == {*modules.ROOT.glob("docs/**/tables/*")}
 
 
 @pytest.fixture
@@ -131,8 +131,8 @@ def edit(page, name, old, new):
 
 
 def the_state():
-    (found,) = states.states()
-    return found.name, found.differs
+    (state,) = states.states()
+    return state.name, state.differs
 
 
 def test_a_block_is_outdated_until_it_is_written(page, capsys):
@@ -253,14 +253,14 @@ def test_the_canaries_and_data_of_a_part_exist(name):
 
 
 def test_the_package_that_names_are_imported_from_on_demand_is_followed():
-    found = modules.imported_modules(["benchmarks.recipe.targets"])
-    assert {"skarxlag.diagnosers", "skarxlag.kernels.observer_bank"} <= set(found)
-    assert "skarxlag.monitoring.monitor" not in found
+    imported = modules.imported_modules(["benchmarks.recipe.targets"])
+    assert {"skarxlag.diagnosers", "skarxlag.kernels.observer_bank"} <= set(imported)
+    assert "skarxlag.monitoring.monitor" not in imported
 
 
 def test_the_commands_of_the_package_are_followed():
-    found = modules.imported_modules(["benchmarks.pages.terminal_example"])
-    assert {"skarxlag.commands.fit", "skarxlag.kernels.observer_bank"} <= set(found)
+    imported = modules.imported_modules(["benchmarks.pages.terminal_example"])
+    assert {"skarxlag.commands.fit", "skarxlag.kernels.observer_bank"} <= set(imported)
 
 
 @pytest.mark.skipif("SKARXLAG_DATA" not in os.environ, reason="needs the recordings")

@@ -2,8 +2,7 @@ import numpy as np
 from matplotlib.colors import to_hex
 from sklearn.utils import Bunch
 
-from benchmarks.pages.paper_figures import identification_figure, raw_signal_figure
-from skarxlag import ARXLaguerre
+from benchmarks.pages.paper_figures import raw_signal_figure
 from skarxlag.plotting._style import PALETTE
 
 
@@ -28,12 +27,3 @@ def test_raw_signals_keep_every_peak():
     np.testing.assert_allclose(np.unique(at_peak.round()), [7, 90], atol=1)
     assert to_hex(area.get_facecolor()[0]) == PALETTE[0]
     assert figure.axes[0].get_xlim() == (0, 123.45)
-
-
-def test_identification_shows_the_first_samples_of_the_window():
-    X = np.random.default_rng(0).normal(size=(2, 1200))
-    rig = Bunch(target_names=["a"], sampling_rate=1e3)
-    figure = identification_figure(ARXLaguerre(order=2).fit(X), rig, "a", X[0], "t")
-    for ax in figure.axes:
-        assert ax.get_xlim() == (0, 320) and len(ax.lines[0].get_xdata()) > 320
-    assert figure.axes[1].get_xlabel() == "Time (ms)"

@@ -6,8 +6,8 @@ import pytest
 from sklearn.ensemble import RandomForestClassifier
 
 from skarxlag import make_detector, make_diagnoser, make_windows, save_diagnoser
-from skarxlag.commands import evaluate, evaluation_cases, main
-from tests.commands.watching import COLOURS, RATE, WINDOW, sound
+from skarxlag.commands import evaluation_cases, main
+from tests.commands.watching import COLOURS, RATE, WINDOW, sound, verdicts_of
 
 
 def counts(out):
@@ -45,7 +45,8 @@ def _small_forests():
 
 @pytest.fixture
 def no_figures(monkeypatch):
-    monkeypatch.setattr(evaluate, "why_no_figures", lambda: "No figures today.")
+    """Evaluate as if matplotlib was not installed."""
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
 
 
 @pytest.fixture(scope="session")
@@ -91,3 +92,15 @@ def piped(monkeypatch, tmp_path_factory, inputs):
         monkeypatch.setattr(sys, "stdin", inputs[-1])
 
     return set_input
+
+
+@pytest.fixture
+def watch(run, models, piped):
+    """Watch bytes on standard input: exit code, verdicts and standard error."""
+
+    def watch(data, *options):
+        piped(data)
+        code, out, err = run("watch", models[0], "-", *options)
+        return code, verdicts_of(out), err
+
+    return watch

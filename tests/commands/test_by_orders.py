@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from skarxlag import load_diagnoser
 
-from ..decisions.test_fault_orders import RATE, row
+from ..bearing_rows import RATE, row
 from .conftest import counts
 
 RATES = ("--sampling-rate", RATE)

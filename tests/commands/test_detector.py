@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from skarxlag.persistence.models import load_diagnoser
 
-from ..distances.test_orders import ORDERS, RATE, strikes
+from ..impacts import ORDERS, RATE, strikes
 from .conftest import counts
 
 SPEEDS = (600, 750, 900)

@@ -1,6 +1,5 @@
 import re
 import sys
-from html.parser import HTMLParser
 
 import numpy as np
 import pandas as pd
@@ -19,6 +18,7 @@ from skarxlag.commands.diagnosis import diagnose_file
 from skarxlag.commands.models import SavedModel
 from skarxlag.commands.report import stated_conditions
 from skarxlag.recordings.listing import list_files
+from tests.commands.pages import Document, captions, text_of
 
 WINDOW, RATE = 400, 8_000.0
 
@@ -31,10 +31,10 @@ def signal(condition, seed, n_windows=30):
 @pytest.fixture(scope="module")
 def plant(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plant")
-    X = np.concatenate(
-        [make_windows(signal(c, 0, 200), WINDOW) for c in ("good", "worn")]
-    )
-    diagnoser = make_diagnoser(healthy="good").fit(X, np.repeat(["good", "worn"], 200))
+    conditions = ("good", "worn")
+    X = [make_windows(signal(condition, 0, 99), WINDOW) for condition in conditions]
+    diagnoser = make_diagnoser(healthy="good")
+    diagnoser.fit(np.concatenate(X), np.repeat(conditions, 99))
     save_diagnoser(diagnoser, folder / "m.skops", sampling_rate=RATE)
     partly = signal("worn", 2)
     partly[: 6 * WINDOW] = 0.0
@@ -52,39 +52,12 @@ def plant(tmp_path_factory):
     return folder
 
 
-class Document(HTMLParser):
-    """Texts, attributes that load something, and whether all elements are closed."""
-
-    def __init__(self, content):
-        super().__init__()
-        self.texts, self.loads, self.open = [], [], []
-        self.feed(content)
-
-    def handle_starttag(self, tag, attributes):
-        self.loads += [value for name, value in attributes if name in ("src", "href")]
-        if tag not in ("meta", "br", "img"):
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag, attributes):
-        pass
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        self.texts.append(data)
-
-
 def diagnosed(plant, *recordings):
     """The report of some recordings, or of the table."""
     output = plant / "report.html"
-    what = recordings or ("--table", plant / "table.csv")
-    main(
-        [
-            str(each)
-            for each in ["diagnose", plant / "m.skops", *what, "-o", output, "-q"]
-        ]
-    )
+    chosen = recordings or ("--table", plant / "table.csv")
+    arguments = ["diagnose", plant / "m.skops", *chosen, "-o", output, "-q"]
+    main([str(argument) for argument in arguments])
     return output.read_text()
 
 
@@ -94,17 +67,15 @@ def report_page(plant):
 
 
 def test_the_report_is_one_file_that_asks_for_nothing(report_page):
-    document = Document(report_page)
-    assert not document.open
-    assert all(load.startswith("#r") for load in document.loads)
+    assert all(load.startswith("#r") for load in Document(report_page).loads)
     assert not any(part in report_page for part in ("http", "<script", "@import"))
     assert 'name="viewport"' in report_page and "@media print" in report_page
 
 
 def test_the_report_says_what_the_table_says_and_what_came_of_it(report_page):
-    text = " ".join(" ".join(Document(report_page).texts).split())
+    text = text_of(report_page)
     assert "Diagnosis of 5 recordings" in text
-    assert "2 good" in text and "1 worn" in text and "1 no signal" in text
+    assert "1 worn 1 no signal 1 no verdict 2 good" in text
     # The dead sensor has no verdict, and <b> is good although worn is stated.
     assert "2 of 4 verdicts agree with the stated condition" in text
     assert "hall: north & south" in text and "<b>.npy" in text
@@ -120,10 +91,6 @@ def sections(page):
     """Sections of a page by the name of their recording."""
     parts = re.findall(r"<section.*?</section>", page, re.S)
     return {re.search("<h3>(.*?)</h3>", part)[1]: part for part in parts}
-
-
-def captions(section):
-    return re.findall("<figcaption>(.*?)</figcaption>", section)
 
 
 def test_recordings_are_ranked_by_severity(report_page):
@@ -190,17 +157,11 @@ def test_the_most_severe_recordings_are_drawn(plant, monkeypatch):
     assert "Figures of the first 1 recordings only." in page
 
 
-def test_a_report_needs_jinja2(plant, monkeypatch, capsys):
+def test_a_report_needs_jinja2(run, plant, monkeypatch):
     monkeypatch.setitem(sys.modules, "jinja2", None)
-    arguments = [
-        "diagnose",
-        plant / "m.skops",
-        plant / "good.npy",
-        "-o",
-        plant / "no.html",
-    ]
-    assert main([str(each) for each in arguments]) == 1
-    err = capsys.readouterr().err
+    output = plant / "no.html"
+    code, _, err = run("diagnose", plant / "m.skops", plant / "good.npy", "-o", output)
+    assert code == 1
     assert "a report needs jinja2: pip install 'skarxlag[io]'" in err
     # It is missed before anything is read.
     assert "good.npy" not in err
@@ -229,11 +190,8 @@ def test_tables_are_short_so_that_a_browser_skips_those_off_the_screen(
     assert [table.count('<td class="name">') for table in tables] == [100, 100, 30]
     assert [table.count("<th>recording") for table in tables] == [1, 1, 1]
     names = [f"r{n}" for n in range(1, 231)]
-    assert (
-        re.findall('href="#(.*?)"', page)
-        == re.findall('section id="(.*?)"', page)
-        == names
-    )
+    assert re.findall('href="#(.*?)"', page) == names
+    assert re.findall('section id="(.*?)"', page) == names
     assert "content-visibility: auto" in page
 
 

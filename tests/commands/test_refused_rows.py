@@ -5,7 +5,7 @@ import pytest
 
 from skarxlag.persistence.models import load_diagnoser
 
-from ..distances.test_orders import ORDERS, RATE, strikes
+from ..impacts import ORDERS, RATE, strikes
 from .conftest import counts
 
 SECONDS = 1.3

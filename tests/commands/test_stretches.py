@@ -9,7 +9,7 @@ from skarxlag.bearings import SKF_6205
 from skarxlag.commands import main
 from skarxlag.persistence.models import load_diagnoser
 
-from ..distances.test_orders import ORDERS, RATE, strikes
+from ..impacts import ORDERS, RATE, strikes
 from .conftest import counts
 
 SECONDS = 4

@@ -10,8 +10,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from tests.commands.test_watch import blocks_of
-from tests.commands.watching import WINDOW, drained, sound
+from tests.commands.watching import WINDOW, blocks_of, drained, sound
 
 N_WINDOWS = 5
 
@@ -84,7 +83,7 @@ def test_each_file_that_stays_is_diagnosed_once(run, models, tmp_path):
     rng = np.random.default_rng(0)
 
     def churn():
-        for number in range(60):
+        for number in range(40):
             names.append(name := f"{number}.npy")
             path, how = folder / name, number % 5
             if how == 0:  # written slowly
@@ -112,7 +111,7 @@ def test_each_file_that_stays_is_diagnosed_once(run, models, tmp_path):
 
     logger = threading.Thread(target=churn)
     logger.start()
-    options = ("--idle", 1, "--poll", 0.005, "--settle", 0.1)
+    options = ("--idle", 0.6, "--poll", 0.005, "--settle", 0.1)
     code, out, err = run("watch", models[0], folder, *options)
     logger.join()
     assert code == 0 and "Traceback" not in err

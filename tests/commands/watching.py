@@ -6,6 +6,9 @@ import numpy as np
 from scipy.signal import lfilter
 
 from skarxlag import ConditionMonitor
+from skarxlag.core.capabilities import Capabilities
+from skarxlag.recordings.listing import ListedRecording
+from skarxlag.recordings.live import from_folder
 from skarxlag.recordings.live_text import TextSamples
 from skarxlag.recordings.live_times import StreamTimes
 
@@ -66,6 +69,16 @@ def drained(blocks, between=lambda look: None, n_looks=6):
         between(n_empty)
         n_empty += 1
     return found
+
+
+def blocks_of(folder, warn, position=None, settle=1e-6):
+    """Blocks from the files of a folder, in windows of 5 samples."""
+
+    def entry_of(path):
+        return ListedRecording(None, path.name, path, sampling_rate=1.0)
+
+    rows = Capabilities(window_length=5)
+    return from_folder(folder, entry_of, rows, settle, False, warn, position)
 
 
 def text_samples(channel=None):

@@ -4,6 +4,7 @@ from warnings import catch_warnings
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 from scipy.signal import lfilter
 from sklearn import config_context, get_config
 from sklearn.base import clone
@@ -124,4 +125,4 @@ def test_fits_do_not_depend_on_the_threads_of_linear_algebra(step):
             fitted = clone(step).fit(X, y, **params)
             values = getattr(fitted, "transform", getattr(fitted, "p_values", None))
             found.append(values(X, **params))
-    np.testing.assert_array_equal(found[0], found[1])
+    assert_array_equal(found[0], found[1])

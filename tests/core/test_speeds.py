@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 from skarxlag import estimate_shaft_speed, rpm_from_tacho
 from skarxlag.core.speeds import speed_errors
@@ -22,7 +23,7 @@ def test_speed_is_found_near_a_wrong_nominal_value(rpm, factor):
     X = [vibration(rpm, seed) for seed in range(3)]
     found = estimate_shaft_speed(X, RATE, np.full(3, rpm / factor))
     # The cells of the spectrum are half a hertz wide; twelve harmonics divide them.
-    np.testing.assert_allclose(found, rpm, rtol=8e-3)
+    assert_allclose(found, rpm, rtol=8e-3)
 
 
 def test_estimate_is_the_largest_literal_sum_over_harmonics():
@@ -51,9 +52,9 @@ def test_estimate_is_the_largest_literal_sum_over_harmonics():
 def test_scale_does_not_matter(factor):
     X = vibration(600)[np.newaxis]
     expected = estimate_shaft_speed(X, RATE, 590)
-    np.testing.assert_allclose(estimate_shaft_speed(factor * X, RATE, 590), expected)
+    assert_allclose(estimate_shaft_speed(factor * X, RATE, 590), expected)
     both = np.stack([X, np.zeros_like(X)], axis=1)
-    np.testing.assert_array_equal(estimate_shaft_speed(both, RATE, 590), expected)
+    assert_array_equal(estimate_shaft_speed(both, RATE, 590), expected)
 
 
 def test_harmonics_above_half_the_sampling_rate_do_not_count():
@@ -97,7 +98,7 @@ def test_tacho_of_a_run_up(pulses_per_revolution):
     pulses = np.cos(2 * np.pi * pulses_per_revolution * turns) ** 9
     found = rpm_from_tacho(pulses, 10_000, pulses_per_revolution=pulses_per_revolution)
     inner = (time > 0.3) & (time < 3.8)
-    np.testing.assert_allclose(found[inner], 60 * (5 + 4 * time[inner]), rtol=0.005)
+    assert_allclose(found[inner], 60 * (5 + 4 * time[inner]), rtol=0.005)
 
 
 def test_tacho_with_noise_offset_and_any_unit():
@@ -105,12 +106,12 @@ def test_tacho_with_noise_offset_and_any_unit():
     time = np.arange(20_000) / 10_000
     pulses = (np.sin(2 * np.pi * 25 * time) > 0.8) + 0.05 * rng.normal(size=time.shape)
     found = rpm_from_tacho(pulses, 10_000)
-    np.testing.assert_allclose(found, 1500, rtol=0.02)
+    assert_allclose(found, 1500, rtol=0.02)
     for scale in (1e-300, 1e300):
-        np.testing.assert_allclose(rpm_from_tacho(scale * pulses, 10_000), found)
+        assert_allclose(rpm_from_tacho(scale * pulses, 10_000), found)
     read_only = np.repeat(pulses.astype(np.float32), 2)[::2]
     read_only.flags.writeable = False
-    np.testing.assert_allclose(rpm_from_tacho(read_only, 10_000), found, rtol=1e-4)
+    assert_allclose(rpm_from_tacho(read_only, 10_000), found, rtol=1e-4)
 
 
 def test_tacho_by_hand():
@@ -118,7 +119,7 @@ def test_tacho_by_hand():
     # Pulses rise at 1.5, 5.5 and 11.5 samples: 4 and 6 samples a turn, at 3.5 and 8.5
     # samples.
     speeds = rpm_from_tacho(pulses, 2)
-    np.testing.assert_allclose(speeds[[0, 3, 6, 9, 13]], [30, 30, 25, 20, 20])
+    assert_allclose(speeds[[0, 3, 6, 9, 13]], [30, 30, 25, 20, 20])
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 from sklearn.base import clone
 
 from skarxlag import (
@@ -17,7 +18,7 @@ from skarxlag import (
     make_extended_state_pio,
 )
 from skarxlag.core.state import check_model_state, check_state
-from tests.test_common import ESTIMATORS, labels, outputs, signals
+from tests.estimators import ESTIMATORS, labels, outputs, signals
 
 #: One of each class is enough where the class decides.
 OF_EACH_CLASS = list({type(e): e for e in ESTIMATORS}.values())
@@ -164,7 +165,7 @@ def test_parameters_that_no_fit_accepts_are_refused_or_not_used(estimator):
         except (ValueError, TypeError):
             found = expected
         for one, other in zip(found, expected, strict=True):
-            np.testing.assert_array_equal(one, other)
+            assert_array_equal(one, other)
         fitted.set_params(**{name: value})
 
 

@@ -42,13 +42,17 @@ def test_slip_accumulates_as_a_random_walk():
 
 
 @pytest.mark.parametrize("location", LOCATIONS)
-def test_strikes_fill_the_time_span_to_both_ends(location):
+@pytest.mark.parametrize(("slip", "duration"), [(0.01, 3.0), (0.1, 60.0)])
+def test_strikes_fill_the_time_span_to_both_ends(location, slip, duration):
     interval = 1 / defect_frequencies(SKF_6205, 400.0)[location]
-    for seed in range(30):
-        times, load = strikes(location, seed=seed, duration=3.0, before=2.0)
-        assert -2.0 <= times[0] < -2.0 + 1.2 * interval
-        assert 3.0 - 1.2 * interval < times[-1] < 3.0
-        assert np.all(np.diff(times) > 0)
+    longest = (1 + 6 * slip) * interval
+    for seed in range(10):
+        times, load = strikes(
+            location, seed=seed, duration=duration, before=2.0, slip=slip
+        )
+        assert -2.0 <= times[0] < -2.0 + longest
+        assert duration - longest < times[-1] < duration
+        assert 0 < np.diff(times).min() < np.diff(times).max() < longest
         assert load.shape == times.shape
 
 

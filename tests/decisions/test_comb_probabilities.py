@@ -1,12 +1,8 @@
 import numpy as np
 import pytest
 
-from skarxlag.decisions.comb_probabilities import (
-    ODDS,
-    VISIBLE,
-    comb_evidence,
-    least_margin,
-)
+from skarxlag.decisions.comb_limits import least_margin
+from skarxlag.decisions.comb_probabilities import ODDS, VISIBLE, comb_evidence
 
 
 def test_a_smaller_share_of_wrong_names_needs_a_larger_margin():

@@ -1,37 +1,26 @@
+import copy
+
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from sklearn.base import clone
 
 from skarxlag import (
     ARXLaguerre,
     BearingGeometry,
     DiagnosisPipeline,
-    FaultOrderClassifier,
-    bearing_orders,
     load_diagnoser,
     make_diagnoser,
     save_diagnoser,
 )
 from skarxlag.core.capabilities import capabilities
 from skarxlag.core.fault_locations import NOT_IDENTIFIABLE
-from skarxlag.decisions.comb_probabilities import limit_elsewhere
+from skarxlag.decisions.comb_limits import limit_elsewhere
 
-RATE = 10_000.0
-ORDERS = bearing_orders("6205")
+from ..bearing_rows import ORDERS, RATE, classifier, row
+
 NAMES = ["healthy", "outer", "inner"]
 GEOMETRY = BearingGeometry(9, 7.94, 39.04)
-
-
-def row(place, rpm=900, amplitude=10.0, seed=0):
-    """One second of noise, with impacts of a fault location that scatter by 1 %."""
-    rng = np.random.default_rng(seed)
-    signal = rng.normal(size=int(RATE))
-    if place != "healthy":
-        interval = 60 * RATE / (rpm * ORDERS[place])
-        intervals = interval * rng.normal(1, 0.01, size=int(1.2 * RATE / interval))
-        impacts = np.cumsum(intervals)
-        signal[impacts[impacts < RATE].astype(int)] += amplitude
-    return signal
 
 
 def contrast(**heights):
@@ -41,11 +30,6 @@ def contrast(**heights):
         orders = 100 * ORDERS[location] * np.arange(1, 4)
         lines[np.r_[np.floor(orders), np.ceil(orders)].astype(int)] = height
     return lines
-
-
-def classifier(**options):
-    settings = {"bearing": "6205", "sampling_rate": RATE} | options
-    return FaultOrderClassifier(**settings)
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +88,6 @@ def test_diagnose_is_what_the_methods_return(rows, classes):
         "score": fitted.decision_function,
         "probability": fitted.predict_proba,
         "verdict": fitted.predict,
-        "p_value": fitted.p_values,
     }.items():
         np.testing.assert_array_equal(found[name], method(rows, rpm=900))
 
@@ -236,10 +219,7 @@ def test_evidence_doubts_the_speed_beyond_the_slip(rows, slip, is_doubted):
     ("options", "message"),
     [
         ({"bearing": None}, "bearing must be a name, .* got None"),
-        (
-            {"sampling_rate": None},
-            "sampling_rate is missing, expected the sampling rate",
-        ),
+        ({"sampling_rate": None}, "sampling_rate is missing, expected the sampling r"),
         ({"bearing": "6205x"}, "bearing '6205x' is not known"),
         ({"bearing": []}, "bearing == .., expected at least one bearing"),
         ({"false_alarm_rate": 0}, "false_alarm_rate"),
@@ -291,6 +271,19 @@ def joint(healthy):
     X = np.concatenate([healthy[:10], [row("outer", seed=seed) for seed in range(10)]])
     y = ["healthy"] * 10 + ["outer"] * 10
     return make_diagnoser(sampling_rate=RATE, bearing="6205").fit(X, y, rpm=900)
+
+
+def test_adapt_moves_the_spectra_of_a_new_speed(joint, healthy):
+    X = lfilter([1], [1, -0.5], healthy[10:20])
+    moved = copy.deepcopy(joint).adapt(X, ["healthy"] * 10, rpm=1200)
+    expected = copy.deepcopy(joint)
+    innovations = expected["identify"].transform(X)
+    expected["decide"].conditions_.adapt(innovations, ["healthy"] * 10, rpm=1200)
+    probability = moved.predict_proba(X, rpm=1200)
+    np.testing.assert_array_equal(probability, expected.predict_proba(X, rpm=1200))
+    assert not np.allclose(probability, joint.predict_proba(X, rpm=1200))
+    without = classifier().fit(healthy)
+    assert not hasattr(without, "adapt") and not hasattr(without, "join")
 
 
 def test_rows_of_fit_have_two_revolutions_and_one_model(rows):

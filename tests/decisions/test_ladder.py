@@ -4,6 +4,7 @@ import pytest
 from scipy.special import softmax
 
 from skarxlag import ThresholdLadder
+from skarxlag.core.capabilities import capabilities
 from skarxlag.core.state import check_state
 from skarxlag.kernels.scaling import root_mean_square
 
@@ -41,6 +42,22 @@ def test_four_windows_by_hand_where_the_healthy_condition_is_not_the_lowest():
     np.testing.assert_array_equal(
         ladder.detect([[2.2], [2.3], [9.0]]), [False, False, True]
     )
+
+
+@pytest.mark.parametrize(
+    ("names", "stated", "healthy"),
+    [
+        (["worn", "bent"], None, None),
+        (["worn", "bent"], "bent", "bent"),
+        (["normal", "bent"], None, "normal"),
+    ],
+)
+def test_the_lowest_condition_need_not_be_healthy(names, stated, healthy):
+    X = np.array([[1.0], [1.1], [3.0], [3.1]])
+    described = capabilities(
+        ThresholdLadder(healthy=stated).fit(X, np.repeat(names, 2))
+    )
+    assert (described.alarm, described.healthy) == (healthy is not None, healthy)
 
 
 def test_rungs_of_equation_32_in_any_order_of_labels():

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.fft import dct
 from scipy.spatial.distance import cdist
 
@@ -65,7 +66,7 @@ def test_residual_is_the_formula_of_the_docstring(weight):
     joint = literal_distance(X, y, fresh)
     expected = np.prod(groups, axis=0) ** ((1 - weight) / 3) * joint**weight
     fitted = SpectralDistance(joint_weight=weight).fit(X, y)
-    np.testing.assert_allclose(fitted.transform(fresh), expected, rtol=1e-9)
+    assert_allclose(fitted.transform(fresh), expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize("groups", [(0, 2), (1,), [2, 0, 1]])
@@ -74,7 +75,7 @@ def test_joint_distance_of_chosen_groups(groups):
     fresh, _ = spectra(5, seed=1)
     fitted = SpectralDistance(joint_weight=1.0, joint_groups=groups).fit(X, y)
     expected = literal_distance(X[:, groups], y, fresh[:, groups])
-    np.testing.assert_allclose(fitted.transform(fresh), expected, rtol=1e-9)
+    assert_allclose(fitted.transform(fresh), expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -88,7 +89,7 @@ def test_joint_distance_of_chosen_groups(groups):
 def test_each_drift_enters_the_covariance(parameters, literal):
     X, y = spectra(n_groups=1)
     fitted = SpectralDistance(**parameters).fit(X, y)
-    np.testing.assert_allclose(
+    assert_allclose(
         fitted.transform(X), literal_distance(X, y, X, **literal), rtol=1e-9
     )
 
@@ -96,7 +97,7 @@ def test_each_drift_enters_the_covariance(parameters, literal):
 def test_two_axes_are_one_group_whatever_the_joint_weight():
     X, y = spectra(n_groups=1)
     flat = SpectralDistance(joint_weight=0.7).fit(X[:, 0], y)
-    np.testing.assert_allclose(
+    assert_allclose(
         flat.transform(X[:, 0]), SpectralDistance().fit(X, y).transform(X), rtol=1e-12
     )
     assert flat.axes_.shape == (1, N_FREQUENCIES - 1, N_FREQUENCIES - 1)
@@ -106,9 +107,7 @@ def test_a_gain_of_each_group_does_not_count():
     X, y = spectra()
     fitted = SpectralDistance(joint_weight=0.5).fit(X, y)
     shifted = X + np.array([3.0, -20.0, 100.0])[:, np.newaxis]
-    np.testing.assert_allclose(
-        fitted.transform(shifted), fitted.transform(X), rtol=1e-9
-    )
+    assert_allclose(fitted.transform(shifted), fitted.transform(X), rtol=1e-9)
 
 
 def test_one_group_that_speed_has_moved_does_not_outvote_the_others():
@@ -167,16 +166,14 @@ def test_adapt_by_the_formula_of_the_docstring():
     C = np.diag(0.1 / np.arange(1.0, N_FREQUENCIES) ** 2)
     expected = before + C @ covariance_inverse @ moved @ V
     fitted.adapt(fresh[:4], healthy)
-    np.testing.assert_allclose(
-        fitted.references_[0, :, 0], expected, rtol=1e-9, atol=1e-12
-    )
+    assert_allclose(fitted.references_[0, :, 0], expected, rtol=1e-9, atol=1e-12)
 
 
 def test_adapt_to_the_training_windows_changes_nothing():
     X, y = spectra()
     fitted = SpectralDistance(joint_weight=0.5).fit(X, y)
     before = fitted.transform(X)
-    np.testing.assert_allclose(fitted.adapt(X, y).transform(X), before, rtol=1e-9)
+    assert_allclose(fitted.adapt(X, y).transform(X), before, rtol=1e-9)
 
 
 def test_adapt_refuses_conditions_that_were_not_in_fit():
@@ -194,11 +191,11 @@ def test_fit_transform_is_fit_and_transform(dtype):
     X.flags.writeable = False
     together = SpectralDistance(joint_weight=0.5).fit_transform(X, y)
     fitted = SpectralDistance(joint_weight=0.5).fit(X, y)
-    np.testing.assert_array_equal(together, fitted.transform(X))
+    assert_array_equal(together, fitted.transform(X))
     assert together.dtype == dtype
     alone = np.concatenate([fitted.transform(x[np.newaxis]) for x in X[::7]])
-    np.testing.assert_array_equal(alone, together[::7])
-    np.testing.assert_array_equal(fitted.transform(np.asfortranarray(X)), together)
+    assert_array_equal(alone, together[::7])
+    assert_array_equal(fitted.transform(np.asfortranarray(X)), together)
 
 
 @pytest.mark.parametrize(
@@ -228,8 +225,7 @@ def test_spectra_of_another_shape_are_refused():
     with pytest.raises(ValueError, match=r"shape \(3, 23\), but .* of shape \(3, 24\)"):
         fitted.transform(X[..., :-1])
     with pytest.raises(
-        ValueError,
-        match=r"Largest size in X: 100000\..*, expected natural logarithms",
+        ValueError, match=r"Largest size in X: 100000\..*, expected natural logarithms"
     ):
         fitted.transform(X + 1e5)
 
@@ -240,13 +236,13 @@ def test_a_group_that_is_the_same_everywhere_leaves_the_verdict_to_the_others():
     with_it, without = (
         SpectralDistance().fit(a, y).transform(a) for a in (constant, X)
     )
-    np.testing.assert_array_equal(with_it.argmin(axis=1), without.argmin(axis=1))
+    assert_array_equal(with_it.argmin(axis=1), without.argmin(axis=1))
 
 
 def test_a_single_frequency_has_no_information():
     X, y = spectra(4)
     residuals = SpectralDistance(joint_weight=0.5).fit_transform(X[..., :1], y)
-    np.testing.assert_allclose(residuals, np.full((12, 3), 1e-6))
+    assert_allclose(residuals, np.full((12, 3), 1e-6))
 
 
 def test_names_are_those_of_the_conditions():
@@ -359,7 +355,7 @@ def test_references_over_speed_are_the_formulas_of_the_docstring(speed):
     row = over_speeds([speed], seed=1)[0][0]
     fitted = SpectralDistance(joint_weight=0.3).fit(X, y, rpm=rpm)
     expected = literal_residual(X, y, rpm, row, speed, 0.3)
-    np.testing.assert_allclose(
+    assert_allclose(
         fitted.transform(row[np.newaxis], rpm=speed)[0], expected, rtol=1e-8
     )
 
@@ -382,12 +378,12 @@ def test_one_speed_known_or_not_is_the_same_but_for_the_distance():
     X, y = spectra(6)
     fresh, _ = spectra(3, seed=1)
     known = SpectralDistance().fit(X, y, rpm=1000)
-    np.testing.assert_allclose(
+    assert_allclose(
         known.transform(fresh, rpm=1000 * np.exp(0.4)),
         SpectralDistance().fit(X, y).transform(fresh),
         rtol=1e-12,
     )
-    np.testing.assert_allclose(
+    assert_allclose(
         known.transform(fresh), known.transform(fresh, rpm=1000 / np.exp(0.4))
     )
 
@@ -406,16 +402,14 @@ def test_speed_of_each_sample_counts_by_its_mean():
     X, y, rpm = over_speeds([600, 1200])
     fitted = SpectralDistance().fit(X, y, rpm=rpm)
     varying = 900 + np.linspace(-50, 50, 11) * np.ones((len(X), 1))
-    np.testing.assert_allclose(
-        fitted.transform(X, rpm=varying), fitted.transform(X, rpm=900)
-    )
+    assert_allclose(fitted.transform(X, rpm=varying), fitted.transform(X, rpm=900))
 
 
 def test_rows_do_not_depend_on_the_batch():
     X, y, rpm = over_speeds([600, 900, 1200])
     fitted = SpectralDistance(joint_weight=0.5).fit(X, y, rpm=rpm)
     alone = [fitted.transform(X[[i]], rpm=rpm[[i]]) for i in range(len(X))]
-    np.testing.assert_array_equal(fitted.transform(X, rpm=rpm), np.concatenate(alone))
+    assert_array_equal(fitted.transform(X, rpm=rpm), np.concatenate(alone))
 
 
 def test_a_speed_must_be_in_fit_and_above_zero():
@@ -450,7 +444,7 @@ def test_windows_at_an_implausible_speed_name_no_condition(rpm):
     ) as caught:
         found = distance.transform(X[:3], rpm=[900.0, rpm, 1200.0])
     assert len(caught) == 1
-    np.testing.assert_array_equal(found[1], 1.0)
-    np.testing.assert_array_equal(
+    assert_array_equal(found[1], 1.0)
+    assert_array_equal(
         found[[0, 2]], distance.transform(X[[0, 2]], rpm=[900.0, 1200.0])
     )

@@ -3,6 +3,7 @@ import copy
 import numpy as np
 import pytest
 import sklearn
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.signal import lfilter
 from sklearn.base import clone
 from sklearn.model_selection import StratifiedKFold, cross_val_score
@@ -16,11 +17,12 @@ from skarxlag import (
 )
 from skarxlag.core.capabilities import capabilities
 from skarxlag.core.state import check_model_state
-from skarxlag.decisions.comb_probabilities import WITHOUT_COMB, comb_evidence
+from skarxlag.decisions.comb_limits import WITHOUT_COMB
+from skarxlag.decisions.comb_probabilities import comb_evidence
 from skarxlag.decisions.order_comparison import order_comparison
 from skarxlag.distances.stretches import window_comparison
 
-from .test_orders import ORDERS, RATE, stretches
+from ..impacts import ORDERS, RATE, stretches
 
 
 @pytest.fixture(scope="module")
@@ -37,14 +39,12 @@ def diagnoser(data):
 def test_diagnoser_at_another_speed(diagnoser, enabled):
     X, y = stretches(600, seed=1)
     with sklearn.config_context(enable_metadata_routing=enabled):
-        np.testing.assert_array_equal(diagnoser.predict(X, rpm=np.full(8, 600)), y)
-        np.testing.assert_array_equal(diagnoser.predict(1e3 * X + 5, rpm=600), y)
+        assert_array_equal(diagnoser.predict(X, rpm=np.full(8, 600)), y)
+        assert_array_equal(diagnoser.predict(1e3 * X + 5, rpm=600), y)
         assert diagnoser.score(X, y, rpm=600) == 1
         found = diagnoser.diagnose(X, rpm=600)
-    np.testing.assert_array_equal(found.verdict, y)
-    np.testing.assert_array_equal(
-        found.probability, diagnoser.predict_proba(X, rpm=600)
-    )
+    assert_array_equal(found.verdict, y)
+    assert_array_equal(found.probability, diagnoser.predict_proba(X, rpm=600))
     assert found.probability.max(axis=1).min() > 0.5
 
 
@@ -68,7 +68,7 @@ def test_diagnoser_in_cross_validation(data):
     with sklearn.config_context(enable_metadata_routing=True):
         diagnoser = make_diagnoser(sampling_rate=RATE)
         scores = cross_val_score(diagnoser, X, y, cv=cv, params={"rpm": rpm})
-    np.testing.assert_array_equal(scores, 1)
+    assert_array_equal(scores, 1)
 
 
 @pytest.mark.slow
@@ -77,11 +77,9 @@ def test_batches_order_and_threads_change_no_bit(diagnoser, data):
     rpm = np.linspace(850, 950, len(X))
     expected = diagnoser.diagnose(X, rpm=rpm).levels
     rows = [diagnoser.diagnose(X[i : i + 1], rpm=rpm[i : i + 1]) for i in range(len(X))]
-    np.testing.assert_array_equal(
-        np.concatenate([row.levels for row in rows]), expected
-    )
+    assert_array_equal(np.concatenate([row.levels for row in rows]), expected)
     threads = make_diagnoser(sampling_rate=RATE, n_jobs=2).fit(*data, rpm=900)
-    np.testing.assert_array_equal(threads.diagnose(X, rpm=rpm).levels, expected)
+    assert_array_equal(threads.diagnose(X, rpm=rpm).levels, expected)
     names = [name for name in threads.get_params() if name.endswith("n_jobs")]
     assert len(names) >= 5 and all(threads.get_params()[name] == 2 for name in names)
 
@@ -100,24 +98,22 @@ def test_residual_is_the_product_of_its_parts(data):
     by_hand = of_windows.transform(windows, rpm=1000)
     orders = OrderResidual(sampling_rate=RATE).fit(X, y, rpm=900).transform(X, rpm=1000)
     expected = np.sqrt(by_hand[::2] * by_hand[1::2]) * orders**0.7
-    np.testing.assert_allclose(residual.transform(X, rpm=1000), expected)
+    assert_allclose(residual.transform(X, rpm=1000), expected)
     unknown = clone(residual).set_params(order_residual=None).fit(X, y)
     by_hand = window_comparison().fit(windows, np.repeat(y, 2)).transform(windows)
     orders = OrderResidual().fit(X, y).transform(X)
-    np.testing.assert_allclose(
+    assert_allclose(
         unknown.transform(X), np.sqrt(by_hand[::2] * by_hand[1::2]) * orders**0.7
     )
     fresh = clone(residual)
-    np.testing.assert_array_equal(
-        fresh.fit_transform(X, y, rpm=900), residual.transform(X, 900)
-    )
+    assert_array_equal(fresh.fit_transform(X, y, rpm=900), residual.transform(X, 900))
     whole = (
         clone(residual)
         .set_params(window_length=10**6, order_weight=0.0)
         .fit(X, y, rpm=900)
     )
     of_whole = window_comparison().fit(X, y, rpm=900).transform(X, rpm=900)
-    np.testing.assert_allclose(whole.transform(X, rpm=900), of_whole)
+    assert_allclose(whole.transform(X, rpm=900), of_whole)
     # Stretches of another length, where there is an axis of models.
     assert residual.transform(X[..., :5000], rpm=900).shape == (8, 2)
     with pytest.raises(ValueError, match="window_length"):
@@ -137,7 +133,7 @@ def test_a_stretch_of_three_turns_has_them_after_the_model_settled():
     alone = compare.window_residual_.transform(innovations, rpm=600)
     of_orders = compare.order_residual_.transform(innovations, rpm=600)
     weighted = alone * of_orders**compare.order_weight
-    np.testing.assert_allclose(compare.transform(innovations, rpm=600), weighted)
+    assert_allclose(compare.transform(innovations, rpm=600), weighted)
 
 
 def test_rows_of_less_than_three_turns_are_compared_by_their_windows_alone(data):
@@ -152,9 +148,9 @@ def test_rows_of_less_than_three_turns_are_compared_by_their_windows_alone(data)
     )
     first = X[..., : fitted.window_length]
     if X.shape[-1] < 2 * fitted.window_length:
-        np.testing.assert_allclose(alone, windows.transform(first, rpm=slow))
-    np.testing.assert_allclose(mixed[:4], alone[:4])
-    np.testing.assert_allclose(mixed[4:], fitted.transform(X[4:], rpm=800))
+        assert_allclose(alone, windows.transform(first, rpm=slow))
+    assert_allclose(mixed[:4], alone[:4])
+    assert_allclose(mixed[4:], fitted.transform(X[4:], rpm=800))
     # Fitted on such rows, also where their speed is not known.
     assert clone(residual).fit(X, y, rpm=slow).order_residual_ is None
     short = X[..., : int(0.28 * RATE)]
@@ -171,7 +167,7 @@ def test_windows_of_a_bank_keep_their_models():
         X, None, None, "transform"
     )
     expected = [X[s, :, a : a + 4] for s in range(2) for a in (0, 4)]
-    np.testing.assert_array_equal(windows, expected)
+    assert_array_equal(windows, expected)
 
 
 def test_adapt_moves_the_residual_of_windows_only(diagnoser):
@@ -185,7 +181,7 @@ def test_adapt_moves_the_residual_of_windows_only(diagnoser):
     )
     assert not np.allclose(np.concatenate(before), np.concatenate(after))
     orders = moved.order_residual_.references_
-    np.testing.assert_array_equal(orders, other.order_residual_.references_)
+    assert_array_equal(orders, other.order_residual_.references_)
     with pytest.raises(ValueError, match="expected conditions of fit"):
         adapted.adapt(X, np.full(8, "ball"))
 
@@ -194,7 +190,7 @@ def test_saved_and_loaded(diagnoser, tmp_path):
     save_diagnoser(diagnoser, tmp_path / "bearing.skops", sampling_rate=RATE)
     loaded, _ = load_diagnoser(tmp_path / "bearing.skops")
     X, _ = stretches(600, seed=1)
-    np.testing.assert_array_equal(
+    assert_array_equal(
         loaded.predict_proba(X, rpm=600), diagnoser.predict_proba(X, rpm=600)
     )
 
@@ -232,9 +228,9 @@ def test_rows_at_an_implausible_speed_name_no_condition(rpm, length):
     ) as caught:
         found = diagnoser.predict_proba(noise[:3], rpm=[600.0, rpm, 900.0])
     assert len(caught) == 1
-    np.testing.assert_allclose(found[1], [0.5, 0.5])
+    assert_allclose(found[1], [0.5, 0.5])
     expected = diagnoser.predict_proba(noise[[0, 2]], rpm=[600.0, 900.0])
-    np.testing.assert_array_equal(found[[0, 2]], expected)
+    assert_array_equal(found[[0, 2]], expected)
 
 
 BEARING = {"outer": ORDERS["outer"], "inner": ORDERS["inner"]}
@@ -266,9 +262,7 @@ def test_combs_name_the_place_after_another_mounting(diagnoser, with_bearing, tm
     assert with_bearing.score(X, y, rpm=1100) == 1
     save_diagnoser(with_bearing, tmp_path / "model.skops")
     loaded, _ = load_diagnoser(tmp_path / "model.skops")
-    np.testing.assert_array_equal(
-        loaded.predict_proba(moved, rpm=1100), found[with_bearing]
-    )
+    assert_array_equal(loaded.predict_proba(moved, rpm=1100), found[with_bearing])
 
 
 def test_combs_join_the_spectra(diagnoser, with_bearing, data):
@@ -283,12 +277,10 @@ def test_combs_join_the_spectra(diagnoser, with_bearing, data):
     joint = by_place * by_spectra
     joint /= joint.sum(axis=1, keepdims=True)
     found = with_bearing.diagnose(X, rpm=900)
-    np.testing.assert_allclose(np.exp(found.log_probability), joint, rtol=1e-6)
-    np.testing.assert_allclose(
-        found.probability, joint[:, :2] + joint[:, 2:] / 2, rtol=1e-6
-    )
-    np.testing.assert_array_equal(found.recorded, spectra.recorded)
-    np.testing.assert_allclose(found.comb, by_place[:, :2].max(axis=1))
+    assert_allclose(np.exp(found.log_probability), joint, rtol=1e-6)
+    assert_allclose(found.probability, joint[:, :2] + joint[:, 2:] / 2, rtol=1e-6)
+    assert_array_equal(found.recorded, spectra.recorded)
+    assert_allclose(found.comb, by_place[:, :2].max(axis=1))
     assert all(sentence.startswith("impacts at 5.") for sentence in found.evidence[:4])
     # Without a speed, or in rows of less than two turns, spectra decide alone.
     innovations, decide = diagnoser[0].transform(X), with_bearing["decide"]
@@ -296,7 +288,7 @@ def test_combs_join_the_spectra(diagnoser, with_bearing, data):
         found = [
             model.predict_proba(rows, rpm=rpm) for model in (decide, diagnoser[1:])
         ]
-        np.testing.assert_allclose(*found)
+        assert_allclose(*found)
         assert np.isnan(decide.diagnose(rows, rpm=rpm).comb).all()
 
 

@@ -15,9 +15,11 @@ import time
 from collections import Counter
 from pathlib import Path
 
+from skarxlag.recordings.formats import FORMATS
+
 from .damage import damaged, forged
 from .executions import run_apart, run_until_failure
-from .seeds import unwritten, write_models, write_recordings
+from .seeds import write_models, write_recordings
 
 CORPUS = Path(__file__).with_name("corpus")
 
@@ -37,7 +39,9 @@ def main():
         "--only", choices=["recordings", "models"], help="one kind of files"
     )
     args = parser.parse_args()
-    source, failures, counts = random.Random(args.seed), 0, Counter()
+    source = random.Random(args.seed)
+    n_failures = 0
+    counts = Counter()
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         (folder / "seeds").mkdir()
@@ -55,19 +59,22 @@ def main():
                 n_handled, problem = run_until_failure(batch)
                 counts.update(_seed_name(path) for path in batch[: n_handled + 1])
                 if problem is not None:
-                    failures += 1
-                    _keep(
-                        batch[: n_handled + 1],
-                        problem,
-                        f"{args.seed}_{sum(counts.values())}",
-                    )
+                    n_failures += 1
+                    label = f"{args.seed}_{counts.total()}"
+                    _keep(batch[: n_handled + 1], problem, label)
                 batch = batch[n_handled + 1 :]
     for name, count in sorted(counts.items()):
         print(f"{name}: {count} executions")
-    print(f"{sum(counts.values())} executions, {failures} failures")
-    if args.only != "models" and unwritten():
-        print(f"Not tried, no writer at hand: {', '.join(unwritten())}")
-    return 1 if failures else 0
+    print(f"{counts.total()} executions, {n_failures} failures")
+    names = tuple(path.name for path in files)
+    unwritten = [
+        module.FORMAT.suffixes[0]
+        for module in FORMATS
+        if not any(name.endswith(module.FORMAT.suffixes) for name in names)
+    ]
+    if args.only != "models" and unwritten:
+        print(f"Not tried, no writer at hand: {', '.join(unwritten)}")
+    return 1 if n_failures else 0
 
 
 def _damaged_file(seed, folder, number, source):

@@ -7,50 +7,26 @@ from .seeds import repack
 
 #: Numbers that readers stumble over.
 _AWKWARD = [
-    0,
-    1,
-    -1,
-    2**7,
-    2**8 - 1,
-    2**15,
-    2**16 - 1,
-    2**31 - 1,
-    2**32 - 1,
-    2**63 - 1,
-    -(2**31),
+    *(0, 1, -1, 2**7, 2**8 - 1, 2**15, 2**16 - 1),
+    *(2**31 - 1, 2**32 - 1, 2**63 - 1, -(2**31)),
 ]
 
 
 def damaged(content, random):
-    """The content with one to four kinds of damage.
-
-    Parameters
-    ----------
-    content : bytes
-        Of an intact file.
-    random : random.Random
-        Where the damage comes from.
-
-    Returns
-    -------
-    bytes
-        Damaged.
-    """
+    """Return the content of a file with one to four kinds of damage."""
     content = bytearray(content)
     for _ in range(random.choice([1, 1, 1, 2, 4])):
         # Headers are where the damage is done.
-        end = (
-            max(len(content), 1)
-            if random.random() < 0.5
-            else min(max(len(content), 1), 256)
-        )
-        at, kind = random.randrange(end), random.randrange(7)
+        end = max(len(content), 1)
+        if random.random() >= 0.5:
+            end = min(end, 256)
+        at = random.randrange(end)
+        kind = random.randrange(7)
         if kind == 0 and content:
             content[at] ^= 1 << random.randrange(8)
         elif kind == 1:
-            content[at : at + random.randrange(1, 9)] = random.randbytes(
-                random.randrange(1, 9)
-            )
+            written = random.randbytes(random.randrange(1, 9))
+            content[at : at + random.randrange(1, 9)] = written
         elif kind == 2:
             del content[at:]
         elif kind == 3:
@@ -77,20 +53,7 @@ def _with_another_number(content, random):
 
 
 def forged(content, random):
-    """A model file with damage in one member and a digest that fits all the same.
-
-    Parameters
-    ----------
-    content : bytes
-        Of an intact model file.
-    random : random.Random
-        Where the damage comes from.
-
-    Returns
-    -------
-    bytes
-        Damaged.
-    """
+    """Return a model file with damage in one member and a digest that fits all the same."""
     target = random.random()
 
     def change(name, member):

@@ -1,10 +1,8 @@
 """Files, given to the readers that they are for, in a process that may die of them."""
 
-import os
-import select
-import signal
 import traceback
 import warnings
+from multiprocessing import get_context
 
 import numpy as np
 
@@ -12,32 +10,15 @@ from skarxlag import load_diagnoser, read_recording
 from skarxlag.recordings.formats._isolation import end_readers
 
 #: Seconds that a file may take, and bytes that the process may grow by.
-LONGEST, MOST_BYTES = 100.0, 2 * 2**30
-#: Exit status of a child whose file was handled as promised, and of one that broke a
-#: promise.
-GOOD, BAD = 0, 9
-#: What a child writes for each file that was handled as promised.
-_HANDLED = b"\0"
+LONGEST = 100.0
+MOST_BYTES = 2 * 2**30
 
 
 def handle(path):
-    """Read a recording, or load a model and ask it.
+    """Read a recording, or load a model and use it, and return "read" or "refused".
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    str
-        "read" or "refused".
-
-    Raises
-    ------
-    AssertionError
-        If it ends otherwise than promised: arrays of finite shape, or an error of one
-        of the stated types whose message names the file.
+    Any other end than promised is an AssertionError: arrays of finite shape, or an
+    error of one of the stated types whose message names the file.
     """
     try:
         with warnings.catch_warnings():
@@ -50,11 +31,11 @@ def handle(path):
     except (ValueError, OSError) as error:
         assert path.name in str(error), f"{error!r} does not name the file"
         return "refused"
-    _ask(diagnoser)
+    _predict(diagnoser)
     return "read"
 
 
-def _ask(diagnoser):
+def _predict(diagnoser):
     shape = tuple(diagnoser[0].window_shape_.tolist())
     if np.prod(shape) > 1e6:
         return
@@ -70,74 +51,52 @@ def _ask(diagnoser):
 
 
 def run_apart(path):
-    """`handle` in a process of its own.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    str or None
-        What went wrong; None if nothing did.
-    """
+    """Handle a file in a process of its own, and return the problem, None without one."""
     _, problem = run_until_failure([path])
     return problem
 
 
 def run_until_failure(paths):
-    """`handle` with one file after another, in one process that may die of any of them.
+    """Handle files in one process that may die of any of them.
 
-    Parameters
-    ----------
-    paths : list of Path
-        The files.
-
-    Returns
-    -------
-    n_handled : int
-        Files that were handled as promised before one that was not.
-    problem : str or None
-        What went wrong with that one; None if all were handled.
+    Returns the number of files that were handled as promised before one that was not,
+    and the problem with that one, None without one.
     """
-    report, write = os.pipe()
-    child = os.fork()
-    if child == 0:
-        status = BAD
+    fork = get_context("fork")
+    receiver, sender = fork.Pipe(duplex=False)
+    child = fork.Process(target=_handle_all, args=(paths, sender))
+    child.start()
+    sender.close()
+    n_handled = 0
+    problem = None
+    while problem is None:
+        if not receiver.poll(LONGEST):
+            child.kill()
+            problem = f"took more than {LONGEST:g} s"
+            continue
         try:
-            _bound_memory(MOST_BYTES)
-            for path in paths:
-                handle(path)
-                os.write(write, _HANDLED)
-            status = GOOD
-        except BaseException:
-            os.write(write, traceback.format_exc()[-2000:].encode())
-        finally:
-            end_readers()
-            os._exit(status)
-    os.close(write)
-    output, is_late = b"", False
-    while True:
-        ready, _, _ = select.select([report], [], [], LONGEST)
-        if not ready:
-            os.kill(child, signal.SIGKILL)
-            is_late = True
+            problem = receiver.recv()
+        except EOFError:
             break
-        part = os.read(report, 4096)
-        if not part:
-            break
-        output += part
-    os.close(report)
-    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    n_handled = len(output) - len(output.lstrip(_HANDLED))
-    if status == GOOD:
-        return n_handled, None
-    if is_late:
-        return n_handled, f"took more than {LONGEST:g} s"
-    return n_handled, output[n_handled:].decode(
-        errors="replace"
-    ) or f"it died: status {status}"
+        n_handled += problem is None
+    child.join()
+    receiver.close()
+    if problem is None and child.exitcode:
+        problem = f"it died: status {child.exitcode}"
+    return n_handled, problem
+
+
+def _handle_all(paths, sender):
+    """Handle files, and send None for each, or the error of the first that fails."""
+    _bound_memory(MOST_BYTES)
+    try:
+        for path in paths:
+            handle(path)
+            sender.send(None)
+    except BaseException:
+        sender.send(traceback.format_exc()[-2000:])
+    finally:
+        end_readers()
 
 
 def _bound_memory(n_bytes):

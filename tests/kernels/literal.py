@@ -12,8 +12,6 @@ import numpy as np
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
-from .test_linear_prediction import literal_predictor
-
 EXAMPLES = os.environ.get("SKARXLAG_EXAMPLES")
 
 some_examples = settings(
@@ -59,6 +57,14 @@ def literal_cepstrum(log_spectrum):
         )
         for c in range(1, n)
     ]
+
+
+def literal_predictor(samples, order, alpha):
+    """Ridge regression on the product of the matrix of lagged samples with itself."""
+    lagged = np.stack([samples[order - j : len(samples) - j] for j in range(order + 1)])
+    sums = lagged @ lagged.T
+    ridge = alpha * np.trace(sums) / len(sums) * np.eye(order)
+    return np.linalg.solve(sums[1:, 1:] + ridge, sums[1:, 0])
 
 
 def literal_spectral_shape(samples, order, n_frequencies):

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.linalg import block_diag
 
 from skarxlag.kernels import arx_laguerre
@@ -45,7 +46,7 @@ def test_sums_are_weighted_products_of_states_and_output(case, n_transient):
         expected = expected + weight * both.T @ both
     parts = arx_laguerre.accumulate_sums(windows, weights, orders, poles, n_transient)
     sums = arx_laguerre.sums_of_products(*parts, orders, poles)
-    np.testing.assert_allclose(np.tril(sums), np.tril(expected), rtol=1e-10, atol=1e-12)
+    assert_allclose(np.tril(sums), np.tril(expected), rtol=1e-10, atol=1e-12)
 
 
 @pytest.mark.parametrize("n_windows", [1, LANES - 1, LANES, LANES + 3])
@@ -60,9 +61,9 @@ def test_blocks_leave_every_window_to_itself(n_windows, n_samples, n_transient):
     for w, window in enumerate(windows):
         predicted = literal_states(window, orders, poles)[0] @ coef.T
         expected = (window[0][:, np.newaxis] - predicted).T[:, n_transient:]
-        np.testing.assert_allclose(found[w], expected, atol=1e-12)
+        assert_allclose(found[w], expected, atol=1e-12)
         alone = innovations(windows[w : w + 1], orders, poles, coef, n_transient)
-        np.testing.assert_array_equal(found[w], alone[0])
+        assert_array_equal(found[w], alone[0])
 
 
 @pytest.mark.parametrize(
@@ -76,9 +77,7 @@ def test_innovations_of_any_array_go_into_any_array(case, make):
     given.flags.writeable = False
     found = arx_laguerre.innovations(given, orders, poles, coef, 3, out)
     assert found is out
-    np.testing.assert_allclose(
-        out, expected, rtol=1e-5 if out.dtype == np.float32 else 0
-    )
+    assert_allclose(out, expected, rtol=1e-5 if out.dtype == np.float32 else 0)
 
 
 @pytest.mark.parametrize("n_transient", [0, 7])
@@ -91,7 +90,7 @@ def test_innovations_are_output_less_one_step_prediction(case, n_transient, n_sa
         for window in windows
     ]
     found = innovations(windows, orders, poles, coef, n_transient)
-    np.testing.assert_allclose(found, np.array(expected)[..., n_transient:], atol=1e-12)
+    assert_allclose(found, np.array(expected)[..., n_transient:], atol=1e-12)
 
 
 @pytest.mark.parametrize("n_start", [0, 1, 9])
@@ -108,7 +107,7 @@ def test_free_run_feeds_its_own_output_back(case, n_start):
                 fed = window[:, k].copy()
                 fed[0] = window[0, k] if k < n_start else expected[w, k]
                 x = A @ x + B @ fed
-        np.testing.assert_allclose(found[:, c], expected, atol=1e-10)
+        assert_allclose(found[:, c], expected, atol=1e-10)
 
 
 def test_prediction_is_strictly_causal(case):
@@ -117,5 +116,5 @@ def test_prediction_is_strictly_causal(case):
     changed[:, :, 30:] += 1.0
     before = windows[:, :1] - innovations(windows, orders, poles, coef, 0)
     after = changed[:, :1] - innovations(changed, orders, poles, coef, 0)
-    np.testing.assert_allclose(after[..., :31], before[..., :31], atol=1e-12)
+    assert_allclose(after[..., :31], before[..., :31], atol=1e-12)
     assert np.abs(after - before)[..., 31].max() > 1e-3

@@ -1,11 +1,12 @@
 import numpy as np
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.signal import welch
 
 from skarxlag.kernels.coloured_noises import N_COSINES, N_NOISES, coloured_noises
 
 
 def test_noises_are_the_same_at_each_call():
-    np.testing.assert_array_equal(coloured_noises((2, 999)), coloured_noises((2, 999)))
+    assert_array_equal(coloured_noises((2, 999)), coloured_noises((2, 999)))
 
 
 def test_log_spectra_vary_as_the_sum_of_their_cosines():
@@ -15,11 +16,11 @@ def test_log_spectra_vary_as_the_sum_of_their_cosines():
     logs = np.log(power)
     expected = np.sqrt(sum(1 / n**2 for n in range(1, N_COSINES + 1)) / 2)
     # The standard deviation of 16 noises is known to about a sixth.
-    np.testing.assert_allclose(logs.std(axis=0).mean(), expected, rtol=0.3)
+    assert_allclose(logs.std(axis=0).mean(), expected, rtol=0.3)
 
 
 def test_channels_of_a_noise_share_its_colour():
     first, second = welch(coloured_noises((2, 2**16)), nperseg=256)[1].transpose(
         1, 0, 2
     )
-    np.testing.assert_allclose(first[:, 4:-4], second[:, 4:-4], rtol=0.5)
+    assert_allclose(first[:, 4:-4], second[:, 4:-4], rtol=0.5)

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
 
 from skarxlag.kernels import drift
-from skarxlag.kernels.drift import (
-    along_axes,
-)
+from skarxlag.kernels.drift import along_axes
 
 from .literal import between, generators, literal_cepstrum, some_examples, walk
 
@@ -17,20 +16,18 @@ def test_product_does_not_depend_on_the_number_of_rows():
     rng = np.random.default_rng(0)
     rows, axes = rng.normal(size=(300, 40)), rng.normal(size=(40, 30))
     product = along_axes(rows, axes)
-    np.testing.assert_allclose(product, rows @ axes, rtol=1e-10)
-    np.testing.assert_array_equal(along_axes(rows[7:8], axes)[0], product[7])
-    np.testing.assert_array_equal(along_axes(np.asfortranarray(rows), axes), product)
+    assert_allclose(product, rows @ axes, rtol=1e-10)
+    assert_array_equal(along_axes(rows[7:8], axes)[0], product[7])
+    assert_array_equal(along_axes(np.asfortranarray(rows), axes), product)
     groups = along_axes(np.stack([rows, 2 * rows], axis=1), np.stack([axes, axes]))
-    np.testing.assert_allclose(
-        groups, np.stack([product, 2 * product], axis=1), rtol=1e-10
-    )
+    assert_allclose(groups, np.stack([product, 2 * product], axis=1), rtol=1e-10)
 
 
 @some_examples
 @given(st.integers(1, 60), st.floats(0, 2), st.floats(0, 2))
 def test_smooth_variance(n, smooth, rough):
     expected = [smooth / k / k + rough for k in range(1, n + 1)]
-    np.testing.assert_allclose(drift.smooth_variance(n, smooth, rough), expected)
+    assert_allclose(drift.smooth_variance(n, smooth, rough), expected)
 
 
 @some_examples
@@ -49,13 +46,9 @@ def test_changes_of_log_spectra(rng, n_spectra, n_frequencies):
             ((math.exp(0.1), 10**-2), (math.exp(-0.1), 10**-2.6))
         ):
             moved = [between(factor * x, places, row) for x in places]
-            np.testing.assert_allclose(
-                scaled[j * n_spectra + i], moved - row, atol=1e-12
-            )
+            assert_allclose(scaled[j * n_spectra + i], moved - row, atol=1e-12)
             added = [math.log(math.exp(level) + share * mean) for level in row]
-            np.testing.assert_allclose(
-                raised[j * n_spectra + i], added - row, atol=1e-12
-            )
+            assert_allclose(raised[j * n_spectra + i], added - row, atol=1e-12)
 
 
 @some_examples
@@ -64,10 +57,10 @@ def test_joint_axes(rng, n, rank):
     spread, root = rng.normal(size=(n, n)), rng.normal(size=(n, min(rank, n)))
     given_drift, scatter = spread @ spread.T + 0.1 * np.eye(n), root @ root.T
     axes, variances = drift.joint_axes(scatter, given_drift)
-    np.testing.assert_allclose(axes.T @ given_drift @ axes, np.eye(n), atol=1e-8)
-    np.testing.assert_allclose(axes.T @ scatter @ axes, np.diag(variances), atol=1e-8)
+    assert_allclose(axes.T @ given_drift @ axes, np.eye(n), atol=1e-8)
+    assert_allclose(axes.T @ scatter @ axes, np.diag(variances), atol=1e-8)
     plain = np.linalg.eigvals(np.linalg.solve(given_drift, scatter))
-    np.testing.assert_allclose(variances, np.sort(plain.real).clip(0), atol=1e-8)
+    assert_allclose(variances, np.sort(plain.real).clip(0), atol=1e-8)
 
 
 @some_examples
@@ -96,7 +89,7 @@ def test_distances_along_axes(rng, n_rows, n_groups, n_classes, n_axes, n_tried)
                 sum(rows[w, g, f] * axes[g, f, k] for f in range(5))
                 for k in range(n_axes)
             ]
-            np.testing.assert_allclose(along[w, g], expected, atol=1e-12)
+            assert_allclose(along[w, g], expected, atol=1e-12)
             for tried, place in enumerate(places[:, w]):
                 for c in range(n_classes):
                     squares = [
@@ -135,6 +128,6 @@ def test_covariance_of_drift(rng, n_speeds, n_frequencies, n_bands):
             raised = np.log(np.exp(c) + share * np.mean(np.exp(c))) - c
             change = [*literal_cepstrum(raised)[:48], *[0.0] * (n_bands - 1)]
             expected += 0.5 * np.outer(change, change) / (2 * n_speeds)
-    np.testing.assert_allclose(
+    assert_allclose(
         drift.drift_covariance(spectral_shape, steadiness), expected, atol=1e-9
     )

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy import stats
 
 from skarxlag.kernels import healthy_limits, healthy_rows
@@ -81,9 +82,7 @@ def test_scale_holds_the_stated_rates_to_the_row(monkeypatch, rate, n_rows):
 def test_a_row_at_the_limit_is_not_flagged():
     logs, at = np.log([0.05, 0.04, 0.05, 0.06]), np.array([0, 0, 1, 1])
     weights = np.array([3.0, 1.0, 1.0, 1.0])
-    np.testing.assert_array_equal(
-        flagged_shares(logs, at, np.log(0.05), weights), [0.25, 0]
-    )
+    assert_array_equal(flagged_shares(logs, at, np.log(0.05), weights), [0.25, 0])
 
 
 def literal_score(rows, own, rest, at, weights):
@@ -130,23 +129,23 @@ def test_rows_that_are_all_alike_leave_the_least_deviations():
     one = noise_rows(1)
     rows = Rows(*(np.repeat(part, 10, axis=0) for part in one))
     limits = calibrate(healthy(rows, np.zeros(1), np.zeros(10, int)))
-    np.testing.assert_allclose(limits.deviations, 0.02)
+    assert_allclose(limits.deviations, 0.02)
     assert limits.score_deviation == 0.05
-    np.testing.assert_allclose(limits.score_mean, np.log(1e-3), atol=1e-9)
-    np.testing.assert_allclose(limits.variances, 0, atol=1e-20)
+    assert_allclose(limits.score_mean, np.log(1e-3), atol=1e-9)
+    assert_allclose(limits.variances, 0, atol=1e-20)
 
 
 def test_drift_and_slopes_are_those_that_are_stated():
     rows = noise_rows(10)
     limits = calibrate(healthy(rows, np.zeros(1), np.zeros(10, int)))
     # One speed has no information on the slopes: what was assumed beforehand remains.
-    np.testing.assert_allclose(limits.slopes, [[-0.7, 0.7**2], [1.5, 0.75**2]])
+    assert_allclose(limits.slopes, [[-0.7, 0.7**2], [1.5, 0.75**2]])
     mean = (
         part.mean(axis=0, keepdims=True)
         for part in (rows.spectral_shape, rows.steadiness)
     )
     drift = limits.axes.T @ drift_covariance(*mean) @ limits.axes
-    np.testing.assert_allclose(drift, np.eye(len(drift)), atol=1e-9)
+    assert_allclose(drift, np.eye(len(drift)), atol=1e-9)
 
 
 def test_two_rows_have_the_scatter_of_two_rows():
@@ -155,9 +154,7 @@ def test_two_rows_have_the_scatter_of_two_rows():
     back = np.linalg.inv(limits.axes)
     variances = np.diag(back.T @ np.diag(limits.variances) @ back)
     # The unbiased variance of two values is half the square of their difference.
-    np.testing.assert_allclose(
-        variances, np.diff(rows.cepstra[:, 0], axis=0)[0] ** 2 / 2
-    )
+    assert_allclose(variances, np.diff(rows.cepstra[:, 0], axis=0)[0] ** 2 / 2)
 
 
 def test_only_ratios_of_weights_count():
@@ -166,8 +163,8 @@ def test_only_ratios_of_weights_count():
     plain, large = (
         calibrate(healthy(rows, np.zeros(1), at, w)) for w in (weights, 1e200 * weights)
     )
-    np.testing.assert_allclose(large.variances, plain.variances, atol=1e-12)
-    np.testing.assert_allclose(large.deviations, plain.deviations)
+    assert_allclose(large.variances, plain.variances, atol=1e-12)
+    assert_allclose(large.deviations, plain.deviations)
 
 
 def test_p_values_are_between_the_smallest_number_and_one():
@@ -177,13 +174,13 @@ def test_p_values_are_between_the_smallest_number_and_one():
     assert log_p_values(limits, usual, np.zeros(1), 1.0)[0] == 0
     odd = usual._replace(values=usual.values + 1e150)
     least = np.log(np.finfo(float).tiny) + np.log(3)
-    np.testing.assert_allclose(log_p_values(limits, odd, np.zeros(1), 1.0), least)
+    assert_allclose(log_p_values(limits, odd, np.zeros(1), 1.0), least)
 
 
 def test_scales_go_from_an_eighth_to_64():
     scales = healthy_limits.SCALES
-    np.testing.assert_allclose(scales[[0, -1]], [1 / 8, 64])
-    np.testing.assert_allclose(scales[1:] / scales[:-1], np.sqrt(2))
+    assert_allclose(scales[[0, -1]], [1 / 8, 64])
+    assert_allclose(scales[1:] / scales[:-1], np.sqrt(2))
 
 
 def test_a_scale_at_which_the_rate_is_just_kept_holds(monkeypatch):
@@ -238,7 +235,7 @@ def test_flagged_shares(rng, n_speeds, limit):
         flagged = math.fsum(weights[i] for i in own if logs[i] < limit)
         expected.append(flagged / math.fsum(weights[i] for i in own))
     found = healthy_limits.flagged_shares(logs, at, limit, weights)
-    np.testing.assert_allclose(found, expected, atol=1e-12)
+    assert_allclose(found, expected, atol=1e-12)
 
 
 @some_examples
@@ -343,7 +340,7 @@ def test_calibration_on_blocks_of_time(healthy):
         max(math.sqrt(spread), 0.05), rel=1e-6
     )
     expected = np.maximum(np.sqrt(np.sum(squares, axis=0) / (n - 1)), 0.02)
-    np.testing.assert_allclose(limits.deviations, expected)
+    assert_allclose(limits.deviations, expected)
 
 
 @pytest.mark.slow
@@ -380,4 +377,4 @@ def test_scale_of_the_drift(healthy):
             break
     scale, found = healthy_limits.drift_scale(healthy, limits)
     assert scale == pytest.approx(2 * expected)
-    np.testing.assert_allclose(found, logs_of(2 * expected), atol=1e-9)
+    assert_allclose(found, logs_of(2 * expected), atol=1e-9)

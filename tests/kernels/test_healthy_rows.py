@@ -3,12 +3,10 @@ import math
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose
 
 from skarxlag.kernels import healthy_rows, spectra
-from skarxlag.kernels.healthy_rows import (
-    measure_rows,
-    number_of_cepstra,
-)
+from skarxlag.kernels.healthy_rows import measure_rows, number_of_cepstra
 
 from .literal import (
     generators,
@@ -46,16 +44,12 @@ def test_features_of_log_spectra(rng, n_rows, n_frequencies, n_bands):
         for c, s in zip(spectral_shape, steadiness, strict=True)
     ]
     found = healthy_rows.log_spectra_cepstra(spectral_shape, steadiness)
-    np.testing.assert_allclose(found, expected, atol=1e-10)
-    np.testing.assert_allclose(
-        spectra.cepstrum(steadiness), [e[-n_bands + 1 :] for e in expected]
-    )
+    assert_allclose(found, expected, atol=1e-10)
+    assert_allclose(spectra.cepstrum(steadiness), [e[-n_bands + 1 :] for e in expected])
     unsteady = [
         math.log(max(-math.fsum(row) / n_bands - 0.36, 0) + 0.02) for row in steadiness
     ]
-    np.testing.assert_allclose(
-        healthy_rows.log_impulsiveness(steadiness), unsteady, atol=1e-9
-    )
+    assert_allclose(healthy_rows.log_impulsiveness(steadiness), unsteady, atol=1e-9)
 
 
 @some_examples
@@ -79,15 +73,11 @@ def test_features_of_rows(rng, n_windows, length, left_over, with_level):
         segment = min(128, length)
         bands = [literal_bands(w, segment, min(16, segment)) for w in windows]
         steady = [median - mean for mean, median in bands]
-        np.testing.assert_allclose(
-            found.spectral_shape[row], np.mean(shapes, axis=0), atol=1e-5
-        )
-        np.testing.assert_allclose(
-            found.steadiness[row], np.mean(steady, axis=0), atol=1e-3
-        )
+        assert_allclose(found.spectral_shape[row], np.mean(shapes, axis=0), atol=1e-5)
+        assert_allclose(found.steadiness[row], np.mean(steady, axis=0), atol=1e-3)
         for w in range(n_windows):
             expected = literal_cepstrum(shapes[w])[:48] + literal_cepstrum(steady[w])
-            np.testing.assert_allclose(found.cepstra[row, w], expected, atol=1e-3)
+            assert_allclose(found.cepstra[row, w], expected, atol=1e-3)
         values = [math.log(max(-np.mean(steady) - 0.36, 0) + 0.02)]
         values += [math.log(math.sqrt(np.mean(centred**2)))] * with_level
-        np.testing.assert_allclose(found.values[row], values, atol=1e-2)
+        assert_allclose(found.values[row], values, atol=1e-2)

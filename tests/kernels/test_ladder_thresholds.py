@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
 
 from skarxlag.kernels import ladder
 from skarxlag.kernels.ladder import (
@@ -32,7 +33,7 @@ def test_log_level_is_finite_at_zero():
 
 def test_equal_cuts_leave_an_empty_rung():
     scores = rung_scores(np.array([0.9, 1.0, 1.1]), np.array([1.0, 1.0]))
-    np.testing.assert_array_equal(np.argmax(scores, axis=1), [0, 0, 2])
+    assert_array_equal(np.argmax(scores, axis=1), [0, 0, 2])
 
 
 def test_confidence_scale_is_finite_where_nothing_errs_and_one_for_one_class():
@@ -91,7 +92,7 @@ def test_scores_of_rungs(levels, cuts):
         bounds = [-746.0, *map(math.log, cuts), 745.0]
         log = math.log(level) if level > 0 else -745.0
         expected = [min(log - low, high - log) for low, high in pairwise(bounds)]
-        np.testing.assert_allclose(scores, expected, atol=1e-8)
+        assert_allclose(scores, expected, atol=1e-8)
         near = any(0 < abs(log - bound) < 1e-6 for bound in bounds)
         # Logarithms of neighbouring numbers are equal.
         are_apart = all(high - low > 1e-6 for low, high in pairwise(bounds))
@@ -109,7 +110,7 @@ def test_scores_relative_to_the_geometric_mean(levels):
     found = ladder.relative_scores(np.array(levels))
     for row, scores in zip(levels, found, strict=True):
         mean = math.fsum(math.log(level) for level in row) / 3
-        np.testing.assert_allclose(scores, [mean - math.log(v) for v in row], atol=1e-9)
+        assert_allclose(scores, [mean - math.log(v) for v in row], atol=1e-9)
 
 
 @some_examples

@@ -1,10 +1,12 @@
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.signal import group_delay, lfilter
 
 from skarxlag.kernels.laguerre import (
     advance,
     laguerre_matrices,
+    network_matrices,
     settling_length,
 )
 
@@ -40,7 +42,7 @@ def by_matrices(order, pole, signal):
 @pytest.mark.parametrize("order", ORDERS)
 def test_network_is_input_balanced(order, pole):
     A, b = laguerre_matrices(order, pole)
-    np.testing.assert_allclose(A @ A.T + np.outer(b, b), np.eye(order), atol=1e-14)
+    assert_allclose(A @ A.T + np.outer(b, b), np.eye(order), atol=1e-14)
 
 
 @pytest.mark.parametrize("pole", POLES)
@@ -48,7 +50,7 @@ def test_impulse_responses_of_the_matrices_are_orthonormal(pole):
     impulse = np.zeros(3000)
     impulse[0] = 1.0
     responses = by_matrices(8, pole, impulse)
-    np.testing.assert_allclose(responses @ responses.T, np.eye(8), atol=1e-12)
+    assert_allclose(responses @ responses.T, np.eye(8), atol=1e-12)
 
 
 @pytest.mark.parametrize("pole", POLES)
@@ -56,24 +58,24 @@ def test_impulse_responses_of_the_matrices_are_orthonormal(pole):
 def test_matrices_advance_and_filter_cascade_agree(order, pole):
     signal = np.random.default_rng(order).normal(size=150)
     expected = cascade(order, pole, signal)
-    np.testing.assert_allclose(by_matrices(order, pole, signal), expected, atol=1e-12)
+    assert_allclose(by_matrices(order, pole, signal), expected, atol=1e-12)
     states, advanced = np.zeros(order), []
     for sample in signal:
         advanced.append(states.copy())
         advance(states, sample, pole)
-    np.testing.assert_allclose(np.transpose(advanced), expected, atol=1e-12)
+    assert_allclose(np.transpose(advanced), expected, atol=1e-12)
 
 
 def test_pole_zero_is_a_delay_line():
     signal = np.arange(1.0, 8.0)
     expected = [[0, 1, 2, 3, 4, 5, 6], [0, 0, 1, 2, 3, 4, 5], [0, 0, 0, 1, 2, 3, 4]]
-    np.testing.assert_array_equal(by_matrices(3, 0.0, signal), expected)
+    assert_array_equal(by_matrices(3, 0.0, signal), expected)
 
 
 def test_negative_pole_alternates():
     # sqrt(1 - .25) (-.5)^(k-1), by hand.
     expected = np.sqrt(0.75) * np.array([0, 1, -0.5, 0.25, -0.125])
-    np.testing.assert_allclose(impulse_responses(1, -0.5, 5)[0], expected)
+    assert_allclose(impulse_responses(1, -0.5, 5)[0], expected)
 
 
 @pytest.mark.parametrize("pole", [-0.6, 0.0, 0.3, 0.9])
@@ -88,3 +90,13 @@ def test_after_the_settling_length_the_first_state_has_decayed():
     responses = impulse_responses(16, 0.6, 400)
     tail = responses[:, 3 * settling_length(16, 0.6) :]
     assert np.abs(tail).max() < 1e-3
+
+
+def test_parallel_networks_have_nothing_to_do_with_each_other():
+    A, B = network_matrices([2, 3], [0.4, -0.3])
+    for channel, states in enumerate((slice(0, 2), slice(2, 5))):
+        single = laguerre_matrices((2, 3)[channel], (0.4, -0.3)[channel])
+        assert_array_equal(A[states, states], single[0])
+        assert_array_equal(B[states, channel], single[1])
+    assert np.count_nonzero(A[:2, 2:]) == np.count_nonzero(A[2:, :2]) == 0
+    assert np.count_nonzero(B[2:, 0]) == np.count_nonzero(B[:2, 1]) == 0

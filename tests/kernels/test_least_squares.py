@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 from skarxlag.kernels.least_squares import distinct_windows, solve_sums
 
@@ -22,19 +23,17 @@ def test_ridge_is_least_squares_on_augmented_rows(data, alpha):
     rows = np.vstack([states, np.sqrt(alpha) * np.eye(4)])
     expected = np.linalg.lstsq(rows, np.append(output, np.zeros(4)), rcond=None)[0]
     coef, error = solve_sums(sums_of(states, output), alpha)
-    np.testing.assert_allclose(coef, expected, rtol=1e-10)
+    assert_allclose(coef, expected, rtol=1e-10)
     # The ridge is not part of the error that it reports.
-    np.testing.assert_allclose(
-        error, np.sum((output - states @ expected) ** 2), rtol=1e-9
-    )
+    assert_allclose(error, np.sum((output - states @ expected) ** 2), rtol=1e-9)
 
 
 def test_without_excitation_the_coefficients_of_least_norm_are_returned():
     states = np.ones((5, 2))
     coef, error = solve_sums(sums_of(states, np.ones(5)), 0.0)
-    np.testing.assert_allclose(coef, [0.5, 0.5])
+    assert_allclose(coef, [0.5, 0.5])
     assert error == pytest.approx(0, abs=1e-12)
-    np.testing.assert_array_equal(solve_sums(np.zeros((4, 4)), 0.0)[0], np.zeros(3))
+    assert_array_equal(solve_sums(np.zeros((4, 4)), 0.0)[0], np.zeros(3))
 
 
 @pytest.mark.parametrize("forgetting_factor", [1.0, 0.9])
@@ -55,7 +54,7 @@ def test_recursion_16_repaired_ends_at_the_same_coefficients(data, forgetting_fa
     coef, _ = solve_sums(
         sums_of(states * fading[:, np.newaxis], output * fading), alpha
     )
-    np.testing.assert_allclose(coef, K, rtol=1e-8)
+    assert_allclose(coef, K, rtol=1e-8)
 
 
 @pytest.mark.parametrize("n_samples", [1, 2, 50])
@@ -68,8 +67,8 @@ def test_repeated_and_weighted_windows_are_the_same_rows_in_the_same_order(n_sam
     places, times = distinct_windows(
         repeated, np.arange(len(repeated)), np.ones(len(repeated))
     )
-    np.testing.assert_array_equal(windows[rows], repeated[places])
-    np.testing.assert_array_equal(counted, times)
+    assert_array_equal(windows[rows], repeated[places])
+    assert_array_equal(counted, times)
 
 
 def test_windows_of_equal_keys_that_differ_elsewhere_are_kept_apart():
@@ -86,5 +85,5 @@ def test_windows_that_differ_stay_as_they_come():
         np.array([3, 1, 8]),
     )
     found, counted = distinct_windows(windows, rows, np.ones(3))
-    np.testing.assert_array_equal(found, rows)
-    np.testing.assert_array_equal(counted, np.ones(3))
+    assert_array_equal(found, rows)
+    assert_array_equal(counted, np.ones(3))

@@ -5,6 +5,7 @@ import sys
 import numpy as np
 import pytest
 from numba.core.dispatcher import Dispatcher
+from numpy.testing import assert_allclose
 
 from skarxlag.kernels import (
     arx_laguerre,
@@ -68,4 +69,4 @@ def test_loops_stay_within_their_memory(monkeypatch, name):
             if isinstance(value, _Kernel | Dispatcher):
                 monkeypatch.setattr(module, function, value.__wrapped__)
     for found, of_compiled in zip(CALLS[name](), expected, strict=True):
-        np.testing.assert_allclose(found, of_compiled, rtol=1e-5, atol=1e-5)
+        assert_allclose(found, of_compiled, rtol=1e-5, atol=1e-5)

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy import linalg
 from scipy.signal import lfilter
 
@@ -46,13 +47,11 @@ def test_blocks_leave_every_signal_to_itself(constants, n_windows, n_samples):
     for w in range(n_windows):
         for c in range(2):
             literal = literal_observer(innovations[w, c], *constants)
-            np.testing.assert_allclose(
-                (error[w, c], estimate[w, c]), literal, atol=1e-12
-            )
+            assert_allclose((error[w, c], estimate[w, c]), literal, atol=1e-12)
             alone = observer.observe(
                 innovations[w : w + 1, c : c + 1].copy(), constants
             )
-            np.testing.assert_array_equal(
+            assert_array_equal(
                 (error[w, c], estimate[w, c]), np.ravel(alone).reshape(2, -1)
             )
 
@@ -64,7 +63,7 @@ def full_state_observer(y, inputs, A, b_y, b_u, coef, constants):
     n = len(A)
     markov = np.array([coef @ np.linalg.matrix_power(A, k) for k in range(2 * n)])
     g = np.linalg.lstsq(markov, pole ** np.arange(2.0 * n), rcond=None)[0]
-    np.testing.assert_allclose(markov @ g, pole ** np.arange(2.0 * n), atol=1e-9)
+    assert_allclose(markov @ g, pole ** np.arange(2.0 * n), atol=1e-9)
     E, K_p = g, b_y + kp * g
     x, integral, estimate = np.zeros(n), 0.0, 0.0
     errors = []
@@ -103,7 +102,7 @@ def test_full_state_observer_obeys_the_scalar_recursion(
         x = A @ x + b_y * y[k] + b_u @ inputs[:, k]
     expected = full_state_observer(y, inputs, A, b_y, b_u, coef, constants)
     error, _ = observe(np.array([innovations]), *constants)
-    np.testing.assert_allclose(error[0], expected, atol=1e-10)
+    assert_allclose(error[0], expected, atol=1e-10)
 
 
 @pytest.mark.parametrize("pole", [-0.5, 0.0, 0.8])
@@ -112,10 +111,10 @@ def test_linear_observer_is_its_transfer_function(pole):
     innovations = np.random.default_rng(0).normal(size=(3, 400))
     error, estimate = observe(innovations, pole, kp, ki, *rest)
     denominator = [1, -(1 + pole - kp), pole - kp + ki]
-    np.testing.assert_allclose(
+    assert_allclose(
         error, lfilter([1, -(1 + pole), pole], denominator, innovations), atol=1e-11
     )
-    np.testing.assert_allclose(estimate, lfilter([0, ki], [1, -1], error), atol=1e-11)
+    assert_allclose(estimate, lfilter([0, ki], [1, -1], error), atol=1e-11)
 
 
 def test_extended_observer_by_hand():
@@ -124,19 +123,17 @@ def test_extended_observer_by_hand():
     )
     # k=0: e=1, c=.25, S=1 clipped to .75, p=.5, d=2*1.75*.5=1.75
     # k=1: e=-.25, c=.125-.0625+1.75=1.8125, S=.25, p=.375, d=2*1.25*.375=.9375
-    np.testing.assert_array_equal(error, [[1.0, -0.25, -1.8125]])
-    np.testing.assert_array_equal(estimate, [[0.0, 1.75, 0.9375]])
+    assert_array_equal(error, [[1.0, -0.25, -1.8125]])
+    assert_array_equal(estimate, [[0.0, 1.75, 0.9375]])
 
 
 def test_without_nonlinearity_the_extended_observer_is_linear():
     innovations = np.random.default_rng(0).normal(size=(2, 200))
     linear = observe(innovations, *PIO)
-    np.testing.assert_array_equal(
-        observe(innovations, 0.4, 0.3, 0.06, 9.0, 1.0, 2.0, 0.0), linear
-    )
+    assert_array_equal(observe(innovations, 0.4, 0.3, 0.06, 9.0, 1.0, 2.0, 0.0), linear)
     # Kc is redundant with the integral gain.
     scaled = observe(innovations, 0.4, 0.3, 0.03, 9.0, 2.0, 2.0, 0.0)
-    np.testing.assert_allclose(scaled, linear, atol=1e-12)
+    assert_allclose(scaled, linear, atol=1e-12)
 
 
 @pytest.mark.parametrize("fault", [0.05, -0.05, 0.5, -2.0, 5.0, -40.0])
@@ -148,14 +145,6 @@ def test_form_a_is_unbiased_for_a_constant_fault(fault, exponent, gain):
     error, estimate = observe(innovations, pole, 0.1, 0.025, 0.025, gain, exponent, 1.0)
     assert estimate[0, -1] == pytest.approx(fault, rel=1e-6)
     assert abs(error[0, -1]) < 1e-6 * abs(fault)
-
-
-def test_form_a_is_unbiased_in_noise():
-    rng = np.random.default_rng(0)
-    fault = lfilter([0, 1], [1, -0.3], np.full((1, 60_000), 0.5))
-    innovations = fault + 0.05 * rng.normal(size=fault.shape)
-    _, estimate = observe(innovations, 0.3, 0.1, 0.025, 0.025, 2.0, 1.0, 1.0)
-    assert estimate[0, 1000:].mean() == pytest.approx(0.5, abs=2e-3)
 
 
 def test_gain_grows_with_the_fault():
@@ -207,7 +196,7 @@ def test_equal_ends_need_only_a_stable_loop():
     assert common_lyapunov(unstable, unstable) is None
     # An integral that nothing feeds stays where it is: stable, but not asymptotically.
     idle = loop_matrix(0.3, 0.1, 0.0)
-    np.testing.assert_array_equal(idle, [[0.3 - 0.1, 1.0], [0.0, 1.0]])
+    assert_array_equal(idle, [[0.3 - 0.1, 1.0], [0.0, 1.0]])
     assert common_lyapunov(idle, idle) is None
 
 
@@ -226,7 +215,7 @@ def test_solution_that_certifies_nothing_is_not_returned(monkeypatch, wrong):
     monkeypatch.setattr(observer.linalg, "solve_discrete_are", lambda *_, **__: -wrong)
     assert common_lyapunov(*loops) is None
     monkeypatch.setattr(observer.linalg, "solve_discrete_are", lambda *_, **__: -right)
-    np.testing.assert_array_equal(common_lyapunov(*loops), right)
+    assert_array_equal(common_lyapunov(*loops), right)
 
 
 def test_each_of_the_two_loops_is_looked_at(monkeypatch):
@@ -240,34 +229,6 @@ def test_each_of_the_two_loops_is_looked_at(monkeypatch):
             observer.linalg, "solve_discrete_are", lambda *_, P=P, **__: -P
         )
         assert common_lyapunov(slow, fast) is None
-
-
-def test_certified_loops_stay_bounded_under_any_sequence_of_gains(random_loops):
-    rng = np.random.default_rng(1)
-    ends = np.array(
-        [
-            [loop_matrix(a, 0.0, ki, gain) for gain in gains]
-            for a, ki, *gains in random_loops
-        ]
-    )
-    certificates = [common_lyapunov(*loops) for loops in ends]
-    certified = np.array([each is not None for each in certificates])
-    P, ends = (
-        np.array([each for each in certificates if each is not None]),
-        ends[certified],
-    )
-    assert len(P) > 20
-
-    def energy(x):
-        return np.einsum("ni,nij,nj->n", x, P, x)
-
-    x = rng.normal(size=(len(P), 2))
-    for _ in range(300):
-        before = energy(x)
-        x = np.einsum(
-            "nij,nj->ni", ends[np.arange(len(P)), rng.integers(2, size=len(P))], x
-        )
-        assert np.all(energy(x) <= before * (1 + 1e-12))
 
 
 def test_loop_matrix_is_the_loop_of_the_kernel():

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.signal import freqz
 
 from skarxlag.kernels import observer, observer_bank
@@ -73,7 +74,7 @@ def test_a_member_is_the_observer_of_a_single_frequency():
     loop = (POLE, kp[3], ki[3], ki[3], 1.0, 1.0, 0.02)
     _, estimate = observer.observe(signals[:, np.newaxis], loop)
     literal = literal_estimates(signals[0], kp[3], ki[3], 0.02)
-    np.testing.assert_allclose(estimate[0, 0, 1:], literal[:-1], atol=1e-12)
+    assert_allclose(estimate[0, 0, 1:], literal[:-1], atol=1e-12)
 
 
 @pytest.mark.parametrize("pole", [-0.7, 0.0, 0.3, 0.9])
@@ -84,10 +85,8 @@ def test_gains_place_the_closed_loop_poles(pole, bandwidth):
     for m, frequency in enumerate(frequency_grid(n_members)):
         poles = np.linalg.eigvals(observer.loop_matrix(pole, kp[m], ki[m]))
         radius = np.exp(-bandwidth * np.pi / (2 * n_members))
-        np.testing.assert_allclose(np.abs(poles), radius, rtol=1e-7)
-        np.testing.assert_allclose(
-            np.sort(np.abs(np.angle(poles))), frequency, rtol=1e-5
-        )
+        assert_allclose(np.abs(poles), radius, rtol=1e-7)
+        assert_allclose(np.sort(np.abs(np.angle(poles))), frequency, rtol=1e-5)
 
 
 def test_power_of_a_linear_member_is_that_of_its_transfer_function():
@@ -109,7 +108,7 @@ def test_gain_of_noise_settles_at_the_median():
     noise = np.random.default_rng(0).normal(size=(1, 100_000))
     power, gain = observer_bank.bank_levels(noise, POLE, kp, ki, np.zeros(4), 0.01)
     # The median of the size of a Gaussian variable is 0.6745 of its deviation.
-    np.testing.assert_allclose(gain - power, 2 * np.log(0.6745), atol=0.03)
+    assert_allclose(gain - power, 2 * np.log(0.6745), atol=0.03)
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1e-20, 1e20, 1e300])
@@ -120,7 +119,7 @@ def test_linear_levels_do_not_depend_on_the_unit(scale):
         observer_bank.bank_levels(s, POLE, kp, ki, np.zeros(8), STEP)
         for s in (signals, scale * signals)
     )
-    np.testing.assert_allclose(scaled, plain, atol=0.02)
+    assert_allclose(scaled, plain, atol=0.02)
 
 
 def test_odd_windows_have_finite_levels():
@@ -133,8 +132,8 @@ def test_odd_windows_have_finite_levels():
         )
         assert np.isfinite(levels).all()
     power, gain = levels
-    np.testing.assert_allclose(power[0], np.log(1e-12), rtol=1e-5)
-    np.testing.assert_allclose(gain[0], power[0], atol=0.2)
+    assert_allclose(power[0], np.log(1e-12), rtol=1e-5)
+    assert_allclose(gain[0], power[0], atol=0.2)
 
 
 def test_vectors_of_state_and_squares_lie_in_one_cache_line_each(monkeypatch):
@@ -163,4 +162,4 @@ def test_each_window_is_worked_on_by_itself():
     for w in range(5):
         alone = observer_bank.bank_levels(signals[w : w + 1], *arguments)
         for one, all_ in zip(alone, together, strict=True):
-            np.testing.assert_array_equal(one[0], all_[w])
+            assert_array_equal(one[0], all_[w])

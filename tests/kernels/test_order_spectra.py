@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
 
 from skarxlag.kernels import order_spectra
 from skarxlag.kernels.order_spectra import (
@@ -27,12 +28,12 @@ def rng():
 def test_envelopes_do_not_depend_on_scale(rng, factor):
     samples = rng.normal(size=500)
     found = band_envelopes(factor * samples, 32, 16, 4)
-    np.testing.assert_allclose(found, band_envelopes(samples, 32, 16, 4), rtol=1e-9)
+    assert_allclose(found, band_envelopes(samples, 32, 16, 4), rtol=1e-9)
 
 
 @pytest.mark.parametrize("value", [0.0, 5.0])
 def test_envelopes_of_a_constant_are_zero(value):
-    np.testing.assert_array_equal(band_envelopes(np.full(100, value), 16, 8, 4), 0)
+    assert_array_equal(band_envelopes(np.full(100, value), 16, 8, 4), 0)
 
 
 def test_a_pure_tone_leaves_no_noise_of_rounding_in_other_bands():
@@ -53,9 +54,7 @@ def test_envelopes_have_a_floor_of_1e_14_of_the_power_of_the_signal(rng):
     top = np.array_split(np.arange(len(mean)), 4)[3]
     assert 0.1 < mean[top].mean() / floor < 10
     expected = (power[:, top] / (mean[top] + floor)).mean(axis=1)
-    np.testing.assert_allclose(
-        band_envelopes(samples, frame, frame, 4)[3], expected, rtol=1e-6
-    )
+    assert_allclose(band_envelopes(samples, frame, frame, 4)[3], expected, rtol=1e-6)
 
 
 def literal_power(envelope, n_segment, frequency):
@@ -92,7 +91,7 @@ def test_order_tracking_gathers_what_a_run_up_smears():
 def test_steps_between_two_frames_are_the_whole_way():
     tracked, step = equal_angles(np.array([[1.0, 3.0]]), np.full(8, 8.0), 2, 2)
     assert step == 0.25
-    np.testing.assert_array_equal(tracked, [[1.0, 3.0]])
+    assert_array_equal(tracked, [[1.0, 3.0]])
 
 
 # A turn of 1000 samples and frames of 64: half a cycle a hop of 32 is order 15.6.
@@ -114,22 +113,22 @@ def test_frames_overlap_as_much_as_the_highest_order_needs(rng, frame, max_order
     samples = rng.normal(size=2000)
     envelopes, step = envelopes_over_angle(samples, 1000.0, frame, 2, max_order)
     assert step == hop / 1000
-    np.testing.assert_array_equal(envelopes, band_envelopes(samples, frame, hop, 2))
+    assert_array_equal(envelopes, band_envelopes(samples, frame, hop, 2))
 
 
 def test_a_speed_that_is_given_for_each_sample_may_be_constant(rng):
     samples = rng.normal(size=2000)
     expected, step = envelopes_over_angle(samples, 1000.0, 64, 2, 16)
     found, same_step = envelopes_over_angle(samples, np.full(2000, 1000.0), 64, 2, 16)
-    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    assert_allclose(found, expected, rtol=1e-9)
     assert same_step == pytest.approx(step, rel=1e-9)
 
 
 def test_a_signal_of_less_than_32_samples_has_one_value(rng):
     envelopes, step = envelopes_over_angle(rng.normal(size=31), 10.0, 64, 3, 5)
-    np.testing.assert_array_equal(envelopes, np.zeros((3, 1)))
+    assert_array_equal(envelopes, np.zeros((3, 1)))
     log_power, cell = order_spectrum(envelopes, step, 10)
-    np.testing.assert_array_equal(log_power, np.zeros((3, 1)))
+    assert_array_equal(log_power, np.zeros((3, 1)))
     assert (step, cell) == (1.0, 1.0)
     # Frames of four samples, two apart.
     assert envelopes_over_angle(rng.normal(size=32), 10.0, 64, 3, 2)[0].shape == (3, 15)
@@ -137,7 +136,7 @@ def test_a_signal_of_less_than_32_samples_has_one_value(rng):
 
 def test_a_constant_envelope_is_90_db_below_one():
     log_power, _ = order_spectrum(np.ones((1, 40)), 1.0, 10)
-    np.testing.assert_allclose(log_power, np.log(1e-9), rtol=1e-9)
+    assert_allclose(log_power, np.log(1e-9), rtol=1e-9)
 
 
 @pytest.mark.parametrize(("n_turns", "n_segment"), [(5, 25), (1e9, 100), (0.01, 2)])
@@ -148,7 +147,7 @@ def test_segments_hold_so_many_turns_as_far_as_there_are_values(
     log_power, cell = order_spectrum(envelopes, 0.2, n_turns)
     assert cell == pytest.approx(1 / (4 * n_segment * 0.2))
     expected, step = order_spectrum(envelopes, 1.0, n_segment)
-    np.testing.assert_array_equal(log_power, expected)
+    assert_array_equal(log_power, expected)
     assert cell == pytest.approx(step / 0.2)
     assert order_spectrum(envelopes[:, :2], 0.2, n_turns)[0].shape[1] > 1
 
@@ -183,7 +182,7 @@ def test_of_two_factors_that_are_as_good_the_lower_one_is_returned(rng):
     references, variances = np.zeros((1, 1, 1)), np.ones((1, 1))
     arguments = 1.0, 8.0, np.array([1e9]), 0.15, references, variances
     _, factors, _ = match(envelopes, *arguments)
-    np.testing.assert_allclose(factors, np.exp(-0.01))
+    assert_allclose(factors, np.exp(-0.01))
 
 
 @some_examples
@@ -222,7 +221,7 @@ def test_envelopes_of_bands(rng, n_samples, frame, hop, n_bands):
     ends = np.cumsum(sizes)
     for b, (size, end) in enumerate(zip(sizes, ends, strict=True)):
         expected = share[:, end - size : end].sum(axis=1) / max(size, 1)
-        np.testing.assert_allclose(found[b], expected, rtol=1e-6, atol=1e-12)
+        assert_allclose(found[b], expected, rtol=1e-6, atol=1e-12)
 
 
 @some_examples
@@ -269,13 +268,13 @@ def test_spectra_at_orders_and_their_distances(rng, n_bands, n_frequencies, step
             expected = np.zeros(8)
             if shown:
                 expected[shown] = values - np.median(values)
-            np.testing.assert_allclose(found[f, band], expected, atol=1e-9)
+            assert_allclose(found[f, band], expected, atol=1e-9)
             for o in shown:
                 squares += (expected[o] - references[:, band, o]) ** 2 / variances[
                     band, o
                 ]
         literal = np.sqrt(squares / (len(shown) * n_bands)) if shown else np.ones(2)
-        np.testing.assert_allclose(distances[f], literal, rtol=1e-7)
+        assert_allclose(distances[f], literal, rtol=1e-7)
 
 
 @some_examples
@@ -292,7 +291,7 @@ def test_equal_angles(rng, n_frames, hop):
     for i in range(n_frames):
         place = at[0] + i * (at[-1] - at[0]) / (n_frames - 1)
         expected = [between(place, at, envelope) for envelope in envelopes]
-        np.testing.assert_allclose(found[:, i], expected, atol=1e-9)
+        assert_allclose(found[:, i], expected, atol=1e-9)
 
 
 @some_examples
@@ -325,4 +324,4 @@ def test_match(rng, n_values, deviation):
         residual, factor, spectrum = min(tried, key=lambda each: each[0][c])
         assert least[c] == pytest.approx(residual[c])
         assert factors[c] == pytest.approx(factor)
-        np.testing.assert_allclose(closest[c], spectrum)
+        assert_allclose(closest[c], spectrum)

@@ -1,11 +1,10 @@
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from scipy.signal import lfilter
 
 from skarxlag.kernels import pole_search
-from skarxlag.kernels.arx_laguerre import accumulate_sums, sums_of_products
 from skarxlag.kernels.laguerre import laguerre_matrices, network_matrices
-from skarxlag.kernels.least_squares import solve_sums
 from skarxlag.kernels.pole_search import (
     LARGEST_POLE,
     cross_spectra,
@@ -32,9 +31,7 @@ def test_cross_spectra_are_sums_of_products(n_windows, n_channels, n_samples):
     windows = np.random.default_rng(0).normal(size=(n_windows, n_channels, n_samples))
     found = cross_spectra(windows)
     assert found.shape == (n_channels, n_channels, n_samples + 1)
-    np.testing.assert_allclose(
-        found, literal_cross_spectra(windows), atol=1e-9 * n_samples
-    )
+    assert_allclose(found, literal_cross_spectra(windows), atol=1e-9 * n_samples)
 
 
 @pytest.mark.parametrize(
@@ -51,7 +48,7 @@ def test_long_windows_are_cut_into_equal_segments(n_samples, length, monkeypatch
     found = cross_spectra(windows)
     # What a search costs does not depend on how long or how many the windows are.
     assert found.shape == (2, 2, length + 1)
-    np.testing.assert_allclose(found, literal_cross_spectra(segments), atol=1e-9)
+    assert_allclose(found, literal_cross_spectra(segments), atol=1e-9)
 
 
 def test_windows_are_cut_above_16384_samples():
@@ -104,30 +101,11 @@ def test_each_model_counts_as_a_share_of_its_own_power():
     windows = np.random.default_rng(0).normal(size=(2, 1, 1, 300))
     spectra = np.array([cross_spectra(model) for model in windows])
     expected = fit_errors(spectra, [4], [0.3], 0.0)
-    spectra[1] *= 1e12
-    np.testing.assert_allclose(
-        fit_errors(spectra, [4], [0.3], 0.0), expected, rtol=1e-9
-    )
-    assert fit_errors(0 * spectra, [4], [0.3], 0.0).tolist() == [0, 0]
-
-
-@pytest.mark.parametrize("orders_poles", [([4], [0.5]), ([3, 2], [0.2, 0.7])], ids=str)
-def test_error_from_correlations_is_near_the_one_in_time(orders_poles):
-    orders, poles = orders_poles
-    coef = [0.5, -0.3, 0.2, 0.1] if len(orders) == 1 else [0.5, -0.3, 0.2, 0.4, 0.3]
-    windows = simulated(orders, poles, coef, 20_000)
-    for tried in (poles, [0.0] * len(orders)):
-        network = np.array(orders), np.array(tried)
-        parts = accumulate_sums(windows, np.ones(1), *network, 0)
-        _, error = solve_sums(sums_of_products(*parts, *network), 1e-6)
-        share = fit_with(windows, orders, tried)
-        assert share == pytest.approx(error / windows.shape[-1], rel=1e-3)
-
-
-def test_silent_windows_have_a_pole():
-    silent = cross_spectra(np.zeros((2, 2, 50)))[np.newaxis]
-    found = search_poles(silent, [3, 2], [None, None], 1e-6)
-    assert np.all(np.abs(found) <= LARGEST_POLE)
+    for factor in (1e12, 1e-20):
+        scaled = spectra * np.array([1.0, factor])[:, None, None, None]
+        assert_allclose(fit_errors(scaled, [4], [0.3], 0.0), expected, rtol=1e-9)
+    for alpha in (0.0, 1.0):
+        assert fit_errors(0 * spectra, [4], [0.3], alpha).tolist() == [0, 0]
 
 
 def test_silent_windows_and_models_do_not_move_the_poles():
@@ -139,12 +117,12 @@ def test_silent_windows_and_models_do_not_move_the_poles():
     for models in ([more], [windows, more[3:]]):
         of_models = np.array([cross_spectra(model) for model in models])
         found = search_poles(of_models, [4], [None], 1e-6)
-        np.testing.assert_allclose(found, expected, atol=1e-6)
+        assert_allclose(found, expected, atol=1e-6)
 
 
-@pytest.mark.parametrize("n_samples", [1, 2, 5])
-def test_shortest_windows_have_a_pole(n_samples):
-    windows = np.random.default_rng(0).normal(size=(4, 2, n_samples))
+@pytest.mark.parametrize(("n_samples", "size"), [(1, 1), (2, 1), (5, 1), (50, 0)])
+def test_shortest_and_silent_windows_have_a_pole(n_samples, size):
+    windows = size * np.random.default_rng(0).normal(size=(4, 2, n_samples))
     found = search_poles(cross_spectra(windows)[np.newaxis], [8, 4], [None, None], 1e-6)
     assert np.all(np.abs(found) <= LARGEST_POLE)
 
@@ -162,25 +140,13 @@ def test_search_finds_the_pole_of_a_laguerre_system(pole, coef):
     assert poles_of(windows, [2], [None])[0] == pytest.approx(pole, abs=0.04)
 
 
-def test_search_finds_the_pole_of_each_channel():
-    windows = simulated([1, 2], [0.3, 0.8], [0.5, 1.0, -1.0], 20_000, noise=0.2)
-    np.testing.assert_allclose(
-        poles_of(windows, [1, 2], [None, None]), [0.3, 0.8], atol=0.03
-    )
-    np.testing.assert_allclose(
-        poles_of(windows, [1, 2], [0.3, None]), [0.3, 0.8], atol=0.03
-    )
-    np.testing.assert_allclose(
-        poles_of(windows, [1, 2], [None, 0.8]), [0.3, 0.8], atol=0.03
-    )
+@pytest.mark.parametrize("of_input", [0.8, 0.95])
+def test_search_finds_the_pole_of_each_channel(of_input):
+    windows = simulated([1, 2], [0.3, of_input], [0.5, 1.0, -1.0], 20_000, noise=0.2)
+    for given in ([None, None], [0.3, None], [None, of_input]):
+        found = poles_of(windows, [1, 2], given)
+        assert_allclose(found, [0.3, of_input], atol=0.03)
     assert poles_of(windows, [1, 2], [0.25, None])[0] == 0.25
-
-
-def test_search_finds_the_pole_of_a_slow_input():
-    windows = simulated([1, 2], [0.2, 0.95], [0.5, 1.0, -1.0], 20_000, noise=0.2)
-    np.testing.assert_allclose(
-        poles_of(windows, [1, 2], [None, None]), [0.2, 0.95], atol=0.02
-    )
 
 
 def test_poles_end_at_098():
@@ -220,17 +186,6 @@ def test_search_is_no_worse_than_a_fine_grid(order):
     assert error <= best * (1 + 1e-4)
 
 
-@pytest.mark.slow
-def test_search_in_two_channels_is_no_worse_than_a_grid():
-    windows = simulated(
-        [3, 2], [0.5, -0.4], [0.4, 0.2, -0.3, 0.6, 0.5], 3000, noise=0.5
-    )
-    found = poles_of(windows, [2, 2], [None, None])
-    grid = np.linspace(-0.95, 0.95, 39)
-    best = min(fit_with(windows, [2, 2], [p, q]) for p in grid for q in grid)
-    assert fit_with(windows, [2, 2], found) <= best * (1 + 1e-9)
-
-
 def test_the_pole_is_shared_by_all_models():
     models = [
         simulated([2], [p], [-0.4, 0.4], 5000, seed)
@@ -243,7 +198,7 @@ def test_the_pole_is_shared_by_all_models():
     assert shared[0] == pytest.approx(grid[np.argmin(total)], abs=0.005)
     # Loudness says nothing of a model's share.
     found[0] *= 1e6
-    np.testing.assert_allclose(search_poles(found, [2], [None], 0.0), shared, atol=1e-3)
+    assert_allclose(search_poles(found, [2], [None], 0.0), shared, atol=1e-3)
 
 
 def test_a_ridge_enters_as_in_the_fit():
@@ -253,20 +208,6 @@ def test_a_ridge_enters_as_in_the_fit():
     best = min(fit_with(windows, [2], [p], 1e4) for p in np.linspace(-0.97, 0.97, 195))
     assert fit_with(windows, [2], ridged, 1e4) <= best * (1 + 1e-6)
     assert abs(ridged[0] - search_poles(found, [2], [None], 1e-6)[0]) > 1e-3
-
-
-def test_weak_signals_have_the_same_error_as_strong_ones():
-    spectra = cross_spectra(simulated([2], [0.4], [-0.4, 0.4], 500))[np.newaxis]
-    expected = fit_errors(spectra, [2], [0.3], 0.0)
-    np.testing.assert_allclose(
-        fit_errors(1e-20 * spectra, [2], [0.3], 0.0), expected, rtol=1e-9
-    )
-
-
-def test_a_ridge_of_one_is_kept_for_silent_windows():
-    assert fit_errors(
-        np.zeros((1, 1, 1, 9), dtype=complex), [2], [0.3], 1.0
-    ).tolist() == [0]
 
 
 @pytest.mark.parametrize(("order", "largest"), [(1, 19 / 21), (5, 15 / 25), (30, 0.0)])
@@ -289,7 +230,7 @@ def test_grids_are_tried_twice_if_several_poles_are_free(n_channels, monkeypatch
     orders = [7, 1, 32][:n_channels]
     spectra = np.ones((1, n_channels, n_channels, 10_001))
     found = search_poles(spectra, orders, [None] * n_channels, 0.0)
-    np.testing.assert_allclose(np.arctanh(found), best, atol=1e-5)
+    assert_allclose(np.arctanh(found), best, atol=1e-5)
     passes = 1 if n_channels == 1 else 2
     # The error is evaluated on an even grid of each channel, with a place more for two
     # filters.
@@ -297,14 +238,10 @@ def test_grids_are_tried_twice_if_several_poles_are_free(n_channels, monkeypatch
         n_places = {7: 24, 1: 21, 32: 37}[orders[channel]]
         grid, tried[:n_places] = np.array(tried[:n_places]), []
         limit = np.arctanh(LARGEST_POLE)
-        np.testing.assert_allclose(
-            grid[:, channel], np.linspace(-limit, limit, n_places)
-        )
+        assert_allclose(grid[:, channel], np.linspace(-limit, limit, n_places))
         assert all(
             len(set(others)) == 1 for others in np.delete(grid, channel, axis=1).T
         )
     # All poles are refined together from the best places.
     start = np.array(tried[: n_channels + 1])
-    np.testing.assert_allclose(
-        start - start[0], np.eye(n_channels + 1, n_channels, -1) * 1e-6
-    )
+    assert_allclose(start - start[0], np.eye(n_channels + 1, n_channels, -1) * 1e-6)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.optimize import brentq
 
 from skarxlag.kernels import posterior
@@ -79,7 +80,7 @@ def test_probabilities_are_those_of_the_equations(
     )
     expected, recorded = literal(residuals, places.tolist(), healthy, drift, *settings)
     probability = np.exp(found.log_probability[0])
-    np.testing.assert_allclose(probability, expected, rtol=1e-6, atol=1e-12)
+    assert_allclose(probability, expected, rtol=1e-6, atol=1e-12)
     assert probability.sum() == pytest.approx(1)
     if places.max() > 0 or healthy < 0:
         assert found.recorded[0] == pytest.approx(recorded)
@@ -131,10 +132,8 @@ def test_gaps_of_questions_by_hand():
     residuals = np.log([[1.0, 2.0, 4.0, 3.0]])
     places = np.array([0, 1, 1, 2])
     found = posterior.question_gaps(residuals, places, 0)
-    np.testing.assert_allclose(found, np.log([[2.0, 1.5]]))
-    np.testing.assert_allclose(
-        posterior.question_gaps(residuals, places, -1), [[0, np.log(2)]]
-    )
+    assert_allclose(found, np.log([[2.0, 1.5]]))
+    assert_allclose(posterior.question_gaps(residuals, places, -1), [[0, np.log(2)]])
     # One place, and a healthy condition alone.
     assert posterior.question_gaps(residuals[:, :1], np.array([0]), -1).tolist() == [
         [0, 0]
@@ -145,10 +144,7 @@ def test_gaps_of_questions_by_hand():
 
 
 @settings(deadline=None, max_examples=200)
-@given(
-    st.lists(st.floats(0.01, 1), min_size=2, max_size=6),
-    st.integers(0, 5),
-)
+@given(st.lists(st.floats(0.01, 1), min_size=2, max_size=6), st.integers(0, 5))
 def test_the_chosen_probability_becomes_the_largest_by_the_smallest_change(
     weights, place
 ):
@@ -162,7 +158,7 @@ def test_the_chosen_probability_becomes_the_largest_by_the_smallest_change(
         return np.minimum(others, level).sum() + level - 1
 
     if probability[0].argmax() == chosen[0]:
-        np.testing.assert_array_equal(found, probability[0])
+        assert_array_equal(found, probability[0])
     else:
         level = brentq(excess, 0, 1)
         assert found[chosen[0]] == pytest.approx(level, abs=1e-4)
@@ -183,16 +179,16 @@ def test_an_unknown_condition_is_shared_among_the_classes():
     result = posterior.decided(
         log_probability, np.array(["good", "worn"]), np.array([0, 1]), 0
     )
-    np.testing.assert_allclose(result["probability"], [[0.6, 0.4], [0.45, 0.55]])
+    assert_allclose(result["probability"], [[0.6, 0.4], [0.45, 0.55]])
     assert result["verdict"].tolist() == ["good", "worn"]
-    np.testing.assert_allclose(result["score"], np.log([0.4 / 0.6, 0.55 / 0.45]))
+    assert_allclose(result["score"], np.log([0.4 / 0.6, 0.55 / 0.45]))
 
 
 def test_logarithms_are_finite_also_of_0():
     smallest = np.log(np.finfo(float).tiny)
     residuals = np.array([1.0, np.e, 0.0], dtype=np.float32)
     logarithms = posterior.logarithms(residuals)
-    np.testing.assert_allclose(logarithms, [0.0, 1.0, smallest], rtol=1e-7)
+    assert_allclose(logarithms, [0.0, 1.0, smallest], rtol=1e-7)
 
 
 def test_the_healthy_location_comes_first_only_where_it_is_likelier():

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
 from skarxlag.kernels.running_median import running_median
 
@@ -20,4 +21,4 @@ def test_running_medians_are_those_of_the_neighbours(n_values, beyond):
             else:
                 around = np.concatenate([values, values[::-1]])[places % (2 * n_values)]
             windows = np.lib.stride_tricks.sliding_window_view(around, 2 * half + 1)
-            np.testing.assert_array_equal(medians, np.median(windows, axis=1))
+            assert_array_equal(medians, np.median(windows, axis=1))

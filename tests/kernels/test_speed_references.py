@@ -5,50 +5,18 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import linalg
+from numpy.testing import assert_allclose
 
 from skarxlag.kernels import speed_references
 from skarxlag.kernels.healthy_limits import Limits, log_p_values
 from skarxlag.kernels.healthy_rows import Rows
 from skarxlag.kernels.speed_references import (
     SAME_LOG_SPEED,
-    UNIT_DISTANCE,
     drift_learned,
     group_speeds,
-    speed_distance,
 )
 
 from .literal import generators, literal_motion, many_examples, some_examples
-
-
-def kriging(x, known, drift_free=False):
-    """Mean weights and variance of Brownian motion at x, by conditioning on the known values."""
-    # Brownian motion with an unknown start: differences from the first known value.
-    ends = known - known[0]
-
-    def covariance(a, b):
-        a, b = np.subtract.outer(a, 0.0), b
-        same = np.sign(a)[:, None] == np.sign(b)[None, :]
-        return np.where(same, np.minimum(np.abs(a)[:, None], np.abs(b)[None, :]), 0.0)
-
-    at = np.atleast_1d(x - known[0])
-    rest = ends[1:]
-    cross, own = covariance(at, rest), covariance(at, at)
-    inverse = linalg.inv(covariance(rest, rest)) if len(rest) else np.empty((0, 0))
-    return cross @ inverse, float(np.diag(own - cross @ inverse @ cross.T)[0])
-
-
-@pytest.mark.parametrize("x", [-0.5, 0.0, 0.05, 0.2, 0.31, 0.7, 1.4])
-@pytest.mark.parametrize("known", [[0.0], [0.0, 0.3], [0.0, 0.3, 0.7, 1.0]])
-def test_expectation_and_variance_are_those_of_brownian_motion(x, known):
-    known = np.array(known)
-    values = np.random.default_rng(0).normal(size=len(known))
-    at = speed_distance(np.array([x]), known)
-    weights, variance = kriging(x, known)
-    expected = values[0] + (weights @ (values[1:] - values[0])).sum()
-    np.testing.assert_allclose(at.interpolate(values), expected, atol=1e-12)
-    np.testing.assert_allclose(at.variance, variance / UNIT_DISTANCE, atol=1e-12)
-    np.testing.assert_allclose(at.beyond, x - np.clip(x, known[0], known[-1]))
 
 
 def test_a_group_spans_as_much_as_is_stated():
@@ -69,7 +37,7 @@ def test_drift_at_one_speed_is_9_percent_of_that_over_the_unit_distance():
     changes = np.sqrt([0.09, 1.09]).reshape(2, 1, 1)
     rows = Rows(one, one, changes, np.zeros((2, 0)))
     found = log_p_values(limits, rows, np.array([0.0, np.log(1.3)]), 1.0)
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-10)
+    assert_allclose(found[0], found[1], rtol=1e-10)
     assert found[0] < 0
 
 
@@ -85,9 +53,9 @@ def test_learned_drift_has_the_axes_of_the_means():
     # Between two speeds the prior holds for 0.4 of log speed, of which at least a fifth
     # counts.
     inside = means[1, 0] - (0.6 * means[0, 0] + 0.4 * means[2, 0])
-    np.testing.assert_allclose(found[1], inside / np.sqrt(0.2 * 0.3 / 0.5 / 0.4))
+    assert_allclose(found[1], inside / np.sqrt(0.2 * 0.3 / 0.5 / 0.4))
     outside = means[2, 1] - means[1, 1]
-    np.testing.assert_allclose(found[4], outside / np.sqrt(0.3 / 0.4))
+    assert_allclose(found[4], outside / np.sqrt(0.3 / 0.4))
 
 
 known_speeds = st.lists(st.integers(1, 60), min_size=1, max_size=5, unique=True).map(
@@ -104,7 +72,7 @@ def test_speeds_beside_known_ones(rng, known, places):
     factors = speed_references.drift_factor(at.variance)
     for row, x in enumerate(places):
         weights, variance, beyond = literal_motion(x, known)
-        np.testing.assert_allclose(interpolated[row], weights @ values, atol=1e-9)
+        assert_allclose(interpolated[row], weights @ values, atol=1e-9)
         assert at.variance[row] == pytest.approx(variance, abs=1e-9)
         assert at.beyond[row] == pytest.approx(beyond, abs=1e-12)
         assert factors[row] == pytest.approx(max(variance * math.log(1.3) / 0.4, 0.2))
@@ -122,18 +90,14 @@ def test_groups_of_speeds(numbers):
         else:
             groups.append([value])
     known, at = speed_references.group_speeds(np.array(log_speed))
-    np.testing.assert_allclose(
-        known, [math.fsum(g) / len(g) for g in groups], atol=1e-12
-    )
+    assert_allclose(known, [math.fsum(g) / len(g) for g in groups], atol=1e-12)
     assert all(
         value in groups[place] for value, place in zip(log_speed, at, strict=True)
     )
     middles = []
     for value, after in pairwise(known):
         middles += [value, (value + after) / 2]
-    np.testing.assert_allclose(
-        speed_references.speeds_to_try(known), [*middles, known[-1]]
-    )
+    assert_allclose(speed_references.speeds_to_try(known), [*middles, known[-1]])
 
 
 @some_examples
@@ -154,14 +118,14 @@ def test_means_of_groups(rng, n_speeds, n_groups, more):
             if group[i] == g
             for _ in range(numbers[i])
         ]
-        np.testing.assert_allclose(plain[g], np.mean(chosen, axis=0), atol=1e-12)
+        assert_allclose(plain[g], np.mean(chosen, axis=0), atol=1e-12)
         for s in range(n_speeds):
             own = [i for i in range(len(speed)) if group[i] == g and speed[i] == s]
             assert recorded[s, g] == bool(own)
             chosen = [values[i] for i in own for _ in range(numbers[i])] or [
                 np.zeros(2)
             ]
-            np.testing.assert_allclose(means[s, g], np.mean(chosen, axis=0), atol=1e-12)
+            assert_allclose(means[s, g], np.mean(chosen, axis=0), atol=1e-12)
 
 
 @some_examples
@@ -181,7 +145,7 @@ def test_references_at_speeds(rng, known, n_conditions):
                 scale = math.sqrt(max(moved * math.log(1.3) / 0.4, 0.2))
                 learned.append((means[place, c] - by @ means[rest, c]) / scale)
     found = speed_references.drift_learned(known, means, recorded)
-    np.testing.assert_allclose(found, learned, atol=1e-9)
+    assert_allclose(found, learned, atol=1e-9)
     for row, x in enumerate(log_speed):
         widest = 0.0
         for c in range(n_conditions):
@@ -189,7 +153,7 @@ def test_references_at_speeds(rng, known, n_conditions):
             by, moved, _ = literal_motion(x, known[own])
             expected = np.zeros(len(known))
             expected[own] = by
-            np.testing.assert_allclose(weights[row, :, c], expected, atol=1e-9)
+            assert_allclose(weights[row, :, c], expected, atol=1e-9)
             widest = max(widest, moved)
         assert variance[row] == pytest.approx(widest, abs=1e-9)
 

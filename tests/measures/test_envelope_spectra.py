@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from skarxlag import envelope_spectrum
 from skarxlag.measures.envelope_spectra import best_combs
@@ -32,4 +33,4 @@ def test_a_cage_counts_in_rows_of_two_of_its_turns(turns_of_cage, weight):
     contrast[[40, 80, 120, 160]] = 1.0
     orders = np.array([[0.4, 2.3, 5.4, 3.7]])
     scores = best_combs(contrast, turns_of_cage / 0.4, orders, 0.0, 0.03)["scores"]
-    np.testing.assert_allclose(scores, [weight, 0, 0], atol=1e-12)
+    assert_allclose(scores, [weight, 0, 0], atol=1e-12)

@@ -3,6 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from scipy.signal import butter, oaconvolve, resample_poly, sosfilt
 
 from skarxlag import (
@@ -317,7 +318,7 @@ def test_shares_of_the_other_kinds():
     windows[3].reshape(-1, 10)[:, :7] = 0.0
     quality, share = signal_quality(windows, return_share=True)
     assert quality[:4].tolist() == ["good", "constant", "not finite", "held"]
-    np.testing.assert_allclose(share[:4], [0, 1, 3 / 1200, 0.6], atol=1e-3)
+    assert_allclose(share[:4], [0, 1, 3 / 1200, 0.6], atol=1e-3)
 
 
 def silent_windows():
@@ -358,7 +359,7 @@ def test_what_is_wrong_reaches_verdicts_with_its_share():
     found = window_verdicts(diagnoser, new, sampling_rate=2000)
     assert found["verdict"].tolist() == ["good", "no signal", "no signal"]
     assert found["quality"].tolist() == ["good", "held", "hum"]
-    np.testing.assert_allclose(found["quality share"], [0, 0.75, 1], atol=2e-3)
+    assert_allclose(found["quality share"], [0, 0.75, 1], atol=2e-3)
     # Without a rate there is no hum, and a shaft may turn at that frequency.
     assert window_verdicts(diagnoser, new)["quality"].tolist() == [
         "good",

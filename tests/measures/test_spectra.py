@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import sklearn
+from numpy.testing import assert_array_equal
 
 from skarxlag import ARXLaguerre, ExtendedStatePIObserverBank, LogSpectra
 from skarxlag.kernels.measures import measure
@@ -15,7 +16,7 @@ def windows():
 
 def test_transform_is_the_kernel(windows):
     spectra = LogSpectra(spectrum_order=16).fit_transform(windows)
-    np.testing.assert_array_equal(spectra, measure(windows, NAMES, 128, 16))
+    assert_array_equal(spectra, measure(windows, NAMES, 128, 16))
 
 
 def test_groups_of_several_models_follow_each_other(windows):
@@ -23,7 +24,7 @@ def test_groups_of_several_models_follow_each_other(windows):
     both = LogSpectra().fit(innovations)
     for model in (0, 1):
         own = LogSpectra().fit_transform(innovations[:, model])
-        np.testing.assert_array_equal(
+        assert_array_equal(
             both.transform(innovations)[:, 3 * model : 3 * model + 3], own
         )
     assert both.get_feature_names_out(["a", "b"]).tolist() == [
@@ -62,10 +63,8 @@ def test_type_layout_and_threads(windows):
     single.flags.writeable = False
     spectra = LogSpectra().fit_transform(single)
     assert spectra.dtype == np.float32
-    np.testing.assert_array_equal(
-        LogSpectra().fit_transform(np.asfortranarray(single)), spectra
-    )
-    np.testing.assert_array_equal(LogSpectra(n_jobs=2).fit_transform(single), spectra)
+    assert_array_equal(LogSpectra().fit_transform(np.asfortranarray(single)), spectra)
+    assert_array_equal(LogSpectra(n_jobs=2).fit_transform(single), spectra)
 
 
 def test_a_state_that_is_not_possible_is_named(windows):

@@ -2,6 +2,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.linalg import block_diag
 from scipy.signal import lfilter
 
@@ -45,12 +46,10 @@ def test_pole_zero_is_plain_least_squares_on_lagged_samples(windows):
             outputs.append(y[k])
     expected = np.linalg.lstsq(np.array(rows), np.array(outputs), rcond=None)[0]
     model = ARXLaguerre(order=(n_y, n_u), pole=0.0, alpha=0.0).fit(windows)
-    np.testing.assert_allclose(model.coef_, [expected], rtol=1e-9)
+    assert_allclose(model.coef_, [expected], rtol=1e-9)
     error = np.array(outputs) - np.array(rows) @ expected
-    np.testing.assert_allclose(model.transform(windows).ravel(), error, atol=1e-10)
-    np.testing.assert_allclose(
-        model.noise_level_, [np.sqrt(np.mean(error**2))], rtol=1e-9
-    )
+    assert_allclose(model.transform(windows).ravel(), error, atol=1e-10)
+    assert_allclose(model.noise_level_, [np.sqrt(np.mean(error**2))], rtol=1e-9)
 
 
 @pytest.mark.parametrize("pole", [-0.5, 0.6])
@@ -67,7 +66,7 @@ def test_is_arx_on_prefiltered_data(windows, pole, order):
     n_kept = innovations.shape[1]
     lagged, output = lagged[:, -n_kept:], scaled[:, 0, -n_kept:]
     coef = np.linalg.lstsq(lagged.reshape(-1, 2 * order), output.ravel(), rcond=None)[0]
-    np.testing.assert_allclose(innovations, output - lagged @ coef, atol=1e-9)
+    assert_allclose(innovations, output - lagged @ coef, atol=1e-9)
 
 
 @pytest.mark.parametrize("forgetting_factor", [1.0, 0.7])
@@ -85,19 +84,16 @@ def test_fit_is_recursive_least_squares(windows, forgetting_factor):
             P = P - np.outer(P @ x, x @ P) / (1 + x @ P @ x)
             K = K + P @ x * (y - K @ x)
     model = ARXLaguerre(
-        order=orders,
-        pole=poles,
-        alpha=alpha,
-        forgetting_factor=forgetting_factor,
+        order=orders, pole=poles, alpha=alpha, forgetting_factor=forgetting_factor
     ).fit(windows)
-    np.testing.assert_allclose(model.coef_[0], K, rtol=1e-8)
+    assert_allclose(model.coef_[0], K, rtol=1e-8)
 
 
 def assert_same_models(one, other):
-    np.testing.assert_array_equal(one.classes_, other.classes_)
-    np.testing.assert_allclose(one.coef_, other.coef_, rtol=1e-8, atol=1e-10)
-    np.testing.assert_allclose(one.noise_level_, other.noise_level_, rtol=1e-8)
-    np.testing.assert_allclose(one.weights_, other.weights_, rtol=1e-12)
+    assert_array_equal(one.classes_, other.classes_)
+    assert_allclose(one.coef_, other.coef_, rtol=1e-8, atol=1e-10)
+    assert_allclose(one.noise_level_, other.noise_level_, rtol=1e-8)
+    assert_allclose(one.weights_, other.weights_, rtol=1e-12)
 
 
 @pytest.mark.parametrize("forgetting_factor", [1.0, 0.8])
@@ -125,7 +121,7 @@ def test_partial_fit_with_conditions_that_appear_later(
     for batch in np.split(np.arange(6), [2, 3, 5]):
         parts.partial_fit(windows[batch], labels[batch])
     assert_same_models(parts, whole)
-    np.testing.assert_allclose(
+    assert_allclose(
         parts.transform(windows), whole.transform(windows), rtol=1e-7, atol=1e-9
     )
 
@@ -133,9 +129,9 @@ def test_partial_fit_with_conditions_that_appear_later(
 def test_partial_fit_keeps_the_optimised_pole(windows):
     first = ARXLaguerre(order=4, pole="optimise").fit(windows[:3])
     parts = ARXLaguerre(order=4, pole="optimise").partial_fit(windows[:3])
-    np.testing.assert_array_equal(parts.poles_, first.poles_)
+    assert_array_equal(parts.poles_, first.poles_)
     parts.partial_fit(windows[3:])
-    np.testing.assert_array_equal(parts.poles_, first.poles_)
+    assert_array_equal(parts.poles_, first.poles_)
     assert_same_models(
         parts, ARXLaguerre(order=4, pole=list(first.poles_)).fit(windows)
     )
@@ -211,22 +207,22 @@ def test_known_system_with_two_inputs_is_recovered_in_noise():
     windows = np.stack([y, *u]).reshape(3, 20, 2000).swapaxes(0, 1)
     model = ARXLaguerre(order=(2, 2, 3), pole=0.0).fit(windows)
     expected = [[1.5, -0.7, 0.5, 0.3, -0.8, 0.0, 0.4]]
-    np.testing.assert_allclose(model.coef_, expected, atol=0.01)
+    assert_allclose(model.coef_, expected, atol=0.01)
     assert model.noise_level_[0] * y.std() == pytest.approx(0.2, rel=0.05)
 
 
 def test_bank_has_the_model_of_each_condition(windows):
     labels = np.array(list("bbacab"))
     bank = ARXLaguerre(order=4).fit(windows, labels)
-    np.testing.assert_array_equal(bank.classes_, ["a", "b", "c"])
+    assert_array_equal(bank.classes_, ["a", "b", "c"])
     for c, name in enumerate(bank.classes_):
         alone = ARXLaguerre(order=4).fit(windows[labels == name])
-        np.testing.assert_allclose(bank.coef_[c], alone.coef_[0], rtol=1e-12)
-        np.testing.assert_allclose(bank.noise_level_[c], alone.noise_level_[0])
+        assert_allclose(bank.coef_[c], alone.coef_[0], rtol=1e-12)
+        assert_allclose(bank.noise_level_[c], alone.noise_level_[0])
         own = ARXLaguerre(order=4, healthy=name).fit(windows, labels)
-        np.testing.assert_array_equal(own.classes_, [name])
-        np.testing.assert_allclose(own.coef_, bank.coef_[[c]], rtol=1e-12)
-    np.testing.assert_array_equal(bank.get_feature_names_out(), ["a", "b", "c"])
+        assert_array_equal(own.classes_, [name])
+        assert_allclose(own.coef_, bank.coef_[[c]], rtol=1e-12)
+    assert_array_equal(bank.get_feature_names_out(), ["a", "b", "c"])
 
 
 def test_optimised_pole_is_shared_by_the_bank_and_found_per_channel():
@@ -242,9 +238,9 @@ def test_optimised_pole_is_shared_by_the_bank_and_found_per_channel():
     windows = np.stack([y, u], axis=1)
     # 0.7 q^-1 = g L_0(q) at pole 0.
     model = ARXLaguerre(order=(1, 2), pole=[0.0, "optimise"]).fit(windows, [0, 1] * 10)
-    np.testing.assert_allclose(model.poles_, [0.0, 0.8], atol=0.02)
+    assert_allclose(model.poles_, [0.0, 0.8], atol=0.02)
     assert model.coef_.shape == (2, 3)
-    np.testing.assert_allclose(model.coef_, [[0.7, 1.0, -1.0]] * 2, atol=0.1)
+    assert_allclose(model.coef_, [[0.7, 1.0, -1.0]] * 2, atol=0.1)
 
 
 def test_state_space_reproduces_transform_literally(windows):
@@ -252,7 +248,7 @@ def test_state_space_reproduces_transform_literally(windows):
     model = ARXLaguerre(order=(3, 2), pole=(0.4, -0.6)).fit(windows, labels)
     space = model.state_space()
     blocks = [laguerre_matrices(3, 0.4), laguerre_matrices(2, -0.6)]
-    np.testing.assert_array_equal(space.A, block_diag(*[A for A, _ in blocks]))
+    assert_array_equal(space.A, block_diag(*[A for A, _ in blocks]))
     assert space.b_y.shape == (5,)
     assert space.b_u.shape == (5, 1)
     innovations = np.zeros((6, 2, 300))
@@ -262,9 +258,7 @@ def test_state_space_reproduces_transform_literally(windows):
             innovations[w, :, k] = y[k] - space.coef @ x
             x = space.A @ x + space.b_y * y[k] + space.b_u @ [u[k]]
     # The network with the pole -0.6 settles in 8 samples.
-    np.testing.assert_allclose(
-        model.transform(windows), innovations[..., 8:], atol=1e-11
-    )
+    assert_allclose(model.transform(windows), innovations[..., 8:], atol=1e-11)
 
 
 @pytest.mark.parametrize("free_run", [False, True])
@@ -288,7 +282,7 @@ def test_predicted_output_and_fit_percentage_by_a_literal_loop(windows, free_run
             )
         expected = (expected * scale + mean)[transient:]
         tail = y[transient:]
-        np.testing.assert_allclose(predicted[w, 0], expected, atol=1e-9)
+        assert_allclose(predicted[w, 0], expected, atol=1e-9)
         nrmse = np.linalg.norm(tail - expected) / np.linalg.norm(tail - tail.mean())
         assert percentage[w, 0] == pytest.approx(100 * (1 - nrmse), abs=1e-6)
 
@@ -320,7 +314,7 @@ def test_innovations_in_the_unit_of_the_sensor(windows):
     unit_rms = ARXLaguerre(order=4).fit(windows)
     physical = ARXLaguerre(order=4, unit_rms=False).fit(windows)
     scale = windows[:, 0].std(axis=-1)[:, np.newaxis, np.newaxis]
-    np.testing.assert_allclose(
+    assert_allclose(
         physical.transform(windows), unit_rms.transform(windows) * scale, rtol=1e-12
     )
 
@@ -334,20 +328,18 @@ def test_a_window_of_constant_output_is_ignored(windows, value):
     for pole in (0.3, "optimise"):
         expected = ARXLaguerre(order=3, pole=pole).fit(windows, labels)
         found = ARXLaguerre(order=3, pole=pole).fit(more, more_labels)
-        np.testing.assert_allclose(found.coef_, expected.coef_, rtol=1e-12)
-        np.testing.assert_allclose(
-            found.noise_level_, expected.noise_level_, rtol=1e-12
-        )
-    np.testing.assert_array_equal(found.transform(more)[1:], found.transform(windows))
+        assert_allclose(found.coef_, expected.coef_, rtol=1e-12)
+        assert_allclose(found.noise_level_, expected.noise_level_, rtol=1e-12)
+    assert_array_equal(found.transform(more)[1:], found.transform(windows))
 
 
 def test_only_constant_windows_give_a_model_that_predicts_nothing():
     for pole in (0.3, "optimise"):
         model = ARXLaguerre(order=3, pole=pole).fit(np.full((2, 20), 7.0))
-        np.testing.assert_array_equal(model.coef_, 0)
-        np.testing.assert_array_equal(model.noise_level_, 0)
-        np.testing.assert_array_equal(model.transform(np.full((2, 20), 7.0)), 0)
-        np.testing.assert_array_equal(model.fit_percentage(np.full((2, 20), 7.0)), 100)
+        assert_array_equal(model.coef_, 0)
+        assert_array_equal(model.noise_level_, 0)
+        assert_array_equal(model.transform(np.full((2, 20), 7.0)), 0)
+        assert_array_equal(model.fit_percentage(np.full((2, 20), 7.0)), 100)
 
 
 def test_partial_fit_goes_on_as_fit_began():
@@ -382,7 +374,7 @@ def test_two_orders_are_those_of_the_output_and_of_all_inputs():
         0.4,
         0.4,
     ]
-    np.testing.assert_array_equal(found[0].coef_, found[1].coef_)
+    assert_array_equal(found[0].coef_, found[1].coef_)
     assert ARXLaguerre(order=(2, 5)).fit(X[:, 0]).orders_.tolist() == [2]
     with pytest.raises(ValueError, match=r"order == .*, or 2, one for each channel"):
         ARXLaguerre(order=(2, 5, 5)).fit(X[:, :2])

@@ -2,6 +2,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 from skarxlag import ExtendedStatePIObserverBank
 from skarxlag.kernels import observer
@@ -26,9 +27,9 @@ def test_transform_is_the_kernel(make, innovations):
         power, gain = bank_levels(
             innovations[:, model], 0.3, bank.kp_, bank.ki_, bank.bounds_, 0.05
         )
-        np.testing.assert_array_equal(groups[:, 3 * model], power)
-        np.testing.assert_array_equal(groups[:, 3 * model + 1], gain)
-        np.testing.assert_array_equal(groups[:, 3 * model + 2], gain - power)
+        assert_array_equal(groups[:, 3 * model], power)
+        assert_array_equal(groups[:, 3 * model + 1], gain)
+        assert_array_equal(groups[:, 3 * model + 2], gain - power)
     names = bank.get_feature_names_out(["a", "b"]).tolist()
     assert names[:4] == ["a_power", "a_switching_gain", "a_steadiness", "b_power"]
 
@@ -42,7 +43,7 @@ def test_every_member_is_certified(pole, n_members, innovations):
         for gains in zip(linear.kp_, linear.ki_, strict=True)
     ]
     radii = np.abs(np.linalg.eigvals(loops)).max(axis=1)
-    np.testing.assert_allclose(radii, np.exp(-np.pi / 2 / n_members), rtol=1e-6)
+    assert_allclose(radii, np.exp(-np.pi / 2 / n_members), rtol=1e-6)
     bank = ExtendedStatePIObserverBank(pole=pole, n_members=n_members).fit(innovations)
     assert (bank.bounds_ > 0).all()
     for m in range(n_members):
@@ -66,12 +67,7 @@ def test_saturation_limits_the_bounds(innovations):
 @pytest.mark.parametrize("make", BANKS)
 @pytest.mark.parametrize(
     ("parameter", "value"),
-    [
-        ("pole", 1.0),
-        ("n_members", 1),
-        ("bandwidth", 0.0),
-        ("bandwidth", np.inf),
-    ],
+    [("pole", 1.0), ("n_members", 1), ("bandwidth", 0.0), ("bandwidth", np.inf)],
 )
 def test_parameters_out_of_range_are_named(make, parameter, value, innovations):
     with pytest.raises(ValueError, match=parameter):
@@ -104,10 +100,8 @@ def test_type_layout_and_threads(make, innovations):
     single.flags.writeable = False
     groups = make().fit_transform(single)
     assert groups.dtype == np.float32
-    np.testing.assert_array_equal(
-        make().fit_transform(np.asfortranarray(single)), groups
-    )
-    np.testing.assert_array_equal(make(n_jobs=2).fit_transform(single), groups)
+    assert_array_equal(make().fit_transform(np.asfortranarray(single)), groups)
+    assert_array_equal(make(n_jobs=2).fit_transform(single), groups)
 
 
 @pytest.mark.parametrize("make", BANKS)

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.signal import lfilter
 
 from skarxlag import ExtendedStatePIObserver, PIObserver
-from skarxlag.models.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
 
 
 @pytest.fixture
@@ -21,8 +22,8 @@ def transfer_function(observer, signals):
 def test_power_is_the_rms_of_the_filtered_innovations(innovations):
     observer = PIObserver(pole=0.4, kp=0.3, ki=0.06).fit(innovations)
     error = transfer_function(observer, innovations)
-    np.testing.assert_allclose(observer.observe(innovations).error, error, atol=1e-11)
-    np.testing.assert_allclose(
+    assert_allclose(observer.observe(innovations).error, error, atol=1e-11)
+    assert_allclose(
         observer.transform(innovations), np.sqrt(np.mean(error**2, axis=-1)), rtol=1e-10
     )
 
@@ -32,10 +33,8 @@ def test_fault_estimate_is_the_sum_of_the_errors_so_far(innovations):
     estimate = lfilter(
         [0, observer.ki], [1, -1], transfer_function(observer, innovations)
     )
-    np.testing.assert_allclose(
-        observer.observe(innovations).fault_estimate, estimate, atol=1e-11
-    )
-    np.testing.assert_array_equal(
+    assert_allclose(observer.observe(innovations).fault_estimate, estimate, atol=1e-11)
+    assert_array_equal(
         observer.get_feature_names_out(["a", "b", "c"]),
         ["a_power", "b_power", "c_power"],
     )
@@ -43,11 +42,11 @@ def test_fault_estimate_is_the_sum_of_the_errors_so_far(innovations):
 
 def test_plain_windows_are_innovations_of_one_model(innovations):
     observer = PIObserver().fit(innovations[:, 0])
-    np.testing.assert_array_equal(
+    assert_array_equal(
         observer.transform(innovations[:, 0]),
         PIObserver().fit_transform(innovations[:, :1]),
     )
-    np.testing.assert_array_equal(observer.get_feature_names_out(), ["power"])
+    assert_array_equal(observer.get_feature_names_out(), ["power"])
     with pytest.raises(ValueError, match="fitted on windows of shape"):
         observer.transform(innovations)
 
@@ -61,7 +60,7 @@ def test_extended_observer_without_nonlinearity_is_the_linear_one(innovations):
             extended = ExtendedStatePIObserver(
                 ki_a=0.06 / gain, ki_b=0.5, gain=gain, saturation=0.0, **settings
             )
-            np.testing.assert_allclose(
+            assert_allclose(
                 extended.fit_transform(innovations),
                 expected,
                 rtol=1e-9,
@@ -151,9 +150,7 @@ def test_certified_observer_stays_bounded(amplitude):
 def test_small_faults_see_the_small_signal_gain():
     innovations = 1e-9 * np.random.default_rng(0).normal(size=(2, 300))
     extended = ExtendedStatePIObserver(evaluation="power").fit_transform(innovations)
-    np.testing.assert_allclose(
-        extended, PIObserver(ki=0.05).fit_transform(innovations), rtol=1e-6
-    )
+    assert_allclose(extended, PIObserver(ki=0.05).fit_transform(innovations), rtol=1e-6)
 
 
 @pytest.mark.parametrize("size", [0.05, -0.5, 5.0])
@@ -176,18 +173,18 @@ def test_trajectories_agree_with_their_definitions(innovations):
     }  # fmt: skip
     e = paths.error[1, 2]
     S = np.array([slope * e[k] + e[k] - e[max(k - 1, 0)] for k in range(len(e))])
-    np.testing.assert_allclose(paths.sliding_surface[1, 2], S, atol=1e-12)
+    assert_allclose(paths.sliding_surface[1, 2], S, atol=1e-12)
     K, gains = np.sqrt(np.mean(S**2)), []
     for size in np.abs(S):
         K = K * np.exp(step * np.sign(size - K))
         gains.append(K)
-    np.testing.assert_allclose(paths.switching_gain[1, 2], gains, rtol=1e-9)
+    assert_allclose(paths.switching_gain[1, 2], gains, rtol=1e-9)
     r = [K * np.clip(s / (layer * K), -1, 1) for K, s in zip(gains, S, strict=True)]
-    np.testing.assert_allclose(paths.residual[1, 2], r, atol=1e-9)
+    assert_allclose(paths.residual[1, 2], r, atol=1e-9)
     sharp = (
         observer.set_params(boundary_layer=0.0).fit(innovations).observe(innovations)
     )
-    np.testing.assert_allclose(sharp.residual[1, 2], gains * np.sign(S), rtol=1e-9)
+    assert_allclose(sharp.residual[1, 2], gains * np.sign(S), rtol=1e-9)
     tail = gains[len(gains) // 2 :]
     observer.set_params(evaluation="switching_gain")
     assert observer.fit_transform(innovations)[1, 2] == pytest.approx(
@@ -205,9 +202,7 @@ def test_switching_gain_is_the_median_of_the_surface_on_a_long_window():
     X = np.random.default_rng(0).normal(size=(2, 100_000))
     observer = PIObserver(evaluation="switching_gain", adaptation_step=0.01).fit(X)
     surface = np.abs(observer.observe(X).sliding_surface)
-    np.testing.assert_allclose(
-        observer.transform(X)[:, 0], np.median(surface, axis=1), rtol=0.03
-    )
+    assert_allclose(observer.transform(X)[:, 0], np.median(surface, axis=1), rtol=0.03)
 
 
 def test_switching_gain_shrugs_strikes_off_and_power_does_not():
@@ -229,7 +224,7 @@ def test_whiteness_is_lowest_for_white_innovations_whatever_their_size():
     ):
         level = observer.fit_transform(X)
         assert (level[:, 0] < 0.5 * level[:, 1]).all()
-        np.testing.assert_allclose(level[:, 2], level[:, 0], rtol=1e-6)
+        assert_allclose(level[:, 2], level[:, 0], rtol=1e-6)
 
 
 BAD = {

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 _PACKAGE = Path(__file__).parents[2] / "skarxlag"
 #: Compiled loops, not what they compute.
-_NOT_NUMERIC = {"__init__", "compiled"}
+_NOT_NUMERIC = {"__init__", "arrays", "compiled"}
 #: Files of the modules that are changed, by name.
 SOURCES = {
     path.stem: path

@@ -44,14 +44,14 @@ def resolve(name):
     """Object of the package behind a dotted name; kernels are modules."""
     head, *rest = name.split(".")
     if head == "kernels":
-        found = import_module(f"skarxlag.kernels.{rest[0]}")
+        public = import_module(f"skarxlag.kernels.{rest[0]}")
         rest = rest[1:]
     else:
         assert head in skarxlag.__all__
-        found = getattr(skarxlag, head)
+        public = getattr(skarxlag, head)
     for part in rest:
-        found = getattr(found, part)
-    return found
+        public = getattr(public, part)
+    return public
 
 
 def slugs(page):
@@ -77,10 +77,10 @@ def test_section_names_status_functions_and_tests(label):
     functions = re.findall(r"`([^`]+)`", item(section, "Computed by"))
     assert functions or status == "not used"
     for name, _, arguments in (each.partition("(") for each in functions):
-        found = resolve(name)
-        assert callable(found)
+        computed_by = resolve(name)
+        assert callable(computed_by)
         named = arguments.rstrip(")").split(", ") if arguments else []
-        assert set(named) <= set(inspect.signature(found).parameters)
+        assert set(named) <= set(inspect.signature(computed_by).parameters)
     tests = re.findall(r"`(\w+)` \(`([\w/.]+)`\)", item(section, "Tested by"))
     assert len(tests) == section.count("`tests/") > 0
     for function, file in tests:
@@ -95,8 +95,8 @@ def test_overview_has_every_table_and_figure():
     for kind, last in (("Table", 9), ("Figure", 19)):
         labels = re.findall(rf"^\| {kind}s? ([\d, -]+) \|", overview, flags=re.M)
         spans = [part.split("-") for label in labels for part in label.split(", ")]
-        found = [n for span in spans for n in range(int(span[0]), int(span[-1]) + 1)]
-        assert sorted(found) == list(range(1, last + 1))
+        listed = [n for span in spans for n in range(int(span[0]), int(span[-1]) + 1)]
+        assert sorted(listed) == list(range(1, last + 1))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.paper import test_errata_tables as tables
+from .printed import WRONG_AVERAGES, differing_cells
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "paper" / "errata.md").read_text("utf-8")
@@ -50,8 +50,8 @@ def numbers(section):
 
 
 def test_numbers_run_through_the_page():
-    found = [number for section in SECTIONS for number in numbers(section)]
-    assert found == list(range(1, len(found) + 1))
+    listed = [number for section in SECTIONS for number in numbers(section)]
+    assert listed == list(range(1, len(listed) + 1))
 
 
 @pytest.mark.parametrize("section", SECTIONS, ids=lambda section: section[:3])
@@ -63,17 +63,17 @@ def test_entry_is_complete_and_its_tests_exist(section):
     labels = re.findall(r"^- (\w+): \S", section, flags=re.M)
     if len(numbers(section)) == 1:
         assert labels in (
-            wanted := ["Printed", "Problem", "Instead"],
-            [*wanted, "Doubt"],
+            required := ["Printed", "Problem", "Instead"],
+            [*required, "Doubt"],
         )
 
 
 def test_stated_counts_are_those_of_the_entries():
-    found = [
+    statements = [
         STATEMENT.search(section) for section in SECTIONS for _ in numbers(section)
     ]
-    assert counts("severity") == Counter(each[1] for each in found)
-    assert counts("check") == Counter(each[2] for each in found)
+    assert counts("severity") == Counter(each[1] for each in statements)
+    assert counts("check") == Counter(each[2] for each in statements)
 
 
 def test_listed_averages_are_those_that_the_rows_contradict():
@@ -86,12 +86,10 @@ def test_listed_averages_are_those_that_the_rows_contradict():
         table, method, crack = where.split(", ")
         key = (table.lower().replace(" ", ""), method, int(crack.removesuffix(" mm")))
         listed[key] = tuple(map(float, figures))
-    assert listed == tables.WRONG_AVERAGES
+    assert listed == WRONG_AVERAGES
 
 
 def test_listed_cells_are_those_that_differ():
     (section,) = (each for each in SECTIONS if "Cells with two values" in each)
     listed = cells(section)
-    assert listed == [
-        list(map(str, cell.values())) for cell in tables.differing_cells()
-    ]
+    assert listed == [list(map(str, cell.values())) for cell in differing_cells()]

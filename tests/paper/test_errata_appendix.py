@@ -114,7 +114,7 @@ def test_no_time_is_finite_for_a_first_order_reading_of_a_3_either():
     # S' = -(S + |S|^kappa S): w = |S|^-kappa obeys w' = kappa (w + 1), finite at every
     # time.
     kappa, start, end = 1.5, 2.0, 6.0
-    found = solve_ivp(
+    solution = solve_ivp(
         lambda t, S: -(S + np.abs(S) ** kappa * S),
         (0, end),
         [start],
@@ -122,7 +122,7 @@ def test_no_time_is_finite_for_a_first_order_reading_of_a_3_either():
         atol=1e-12,
     )
     w = (start**-kappa + 1) * np.exp(kappa * end) - 1
-    assert found.y[0, -1] == pytest.approx(w ** (-1 / kappa), rel=1e-5)
+    assert solution.y[0, -1] == pytest.approx(w ** (-1 / kappa), rel=1e-5)
     assert w ** (-1 / kappa) > 0
 
 

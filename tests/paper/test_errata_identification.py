@@ -12,13 +12,13 @@ def test_motor_currents_need_the_transpose_and_the_derivative_by_angle():
     # differences.
     speed, step = 20.0, 1e-5
     shift = 2 * np.pi / 3 * np.array([[0, 1, 2], [2, 0, 1], [1, 2, 0]])
-    own, R = np.eye(3) + 0.2, 0.3 * np.eye(6)
+    self_inductance, R = np.eye(3) + 0.2, 0.3 * np.eye(6)
 
     def mutual(t):
         return 0.6 * np.cos(speed * t + shift)
 
     def inductance(M):
-        return np.block([[own, M], [M.T, own]])
+        return np.block([[self_inductance, M], [M.T, self_inductance]])
 
     def current(t):
         return np.sin(7 * t + np.arange(6.0))
@@ -37,7 +37,7 @@ def test_motor_currents_need_the_transpose_and_the_derivative_by_angle():
 
     right = currents_derivative(inductance(M), speed * by_angle)
     np.testing.assert_allclose(right, slope, atol=1e-6)
-    without_transpose = np.block([[own, M], [M, own]])
+    without_transpose = np.block([[self_inductance, M], [M, self_inductance]])
     for printed in (
         currents_derivative(without_transpose, speed * by_angle),
         currents_derivative(inductance(M), speed * (speed * by_angle)),

@@ -13,6 +13,24 @@ from skarxlag import (
     ThresholdLadder,
     make_alpio,
 )
+from skarxlag.plotting import condition_styles
+
+#: Colours of the first conditions.
+COLORS = [style["color"] for style in condition_styles(range(8)).values()]
+
+
+def heights(display):
+    """Heights of the thresholds by label."""
+    return {
+        label: line.get_ydata()[0] for label, line in display.threshold_lines_.items()
+    }
+
+
+def assert_same_lines(one, other):
+    """Compare the lines of two axes."""
+    for a, b in zip(one.lines, other.lines, strict=True):
+        np.testing.assert_array_equal(a.get_xydata(), b.get_xydata())
+        assert a.get_color() == b.get_color() and a.get_label() == b.get_label()
 
 
 @pytest.fixture

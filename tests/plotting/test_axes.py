@@ -2,6 +2,8 @@ import sys
 
 import matplotlib
 import pytest
+from matplotlib import pyplot
+from matplotlib.figure import Figure
 
 from skarxlag.plotting import (
     IdentificationDisplay,
@@ -10,34 +12,40 @@ from skarxlag.plotting import (
     ThresholdLadderDisplay,
 )
 
-#: How to draw each display on new axes.
-DRAW = {
-    "identification": lambda: IdentificationDisplay([1, 2], [1, 1]).plot(),
-    "residual": lambda: ResidualDisplay([1, 2], level=1).plot(),
-    "ladder": lambda: ThresholdLadderDisplay(["a"], [1.0]).plot(),
-    "speeds": lambda: SpeedAccuracyDisplay(
-        ["a"], ["a"], train_rpm=1, test_rpm=[2]
-    ).plot(),
+DISPLAYS = {
+    "identification": IdentificationDisplay([1, 2], [1, 1]),
+    "residual": ResidualDisplay([1, 2], level=1),
+    "ladder": ThresholdLadderDisplay(["a"], [1.0]),
+    "speeds": SpeedAccuracyDisplay(["a"], ["a"], train_rpm=1, test_rpm=[2]),
 }
+every_display = pytest.mark.parametrize("display", DISPLAYS.values(), ids=DISPLAYS)
 
 
-@pytest.mark.parametrize("draw", DRAW.values(), ids=DRAW)
-def test_new_axes_come_from_pyplot(draw):
-    from matplotlib import pyplot
-
+@every_display
+def test_new_axes_come_from_pyplot(display):
     before = matplotlib.get_backend()
     pyplot.switch_backend("agg")
     try:
-        assert draw().figure_ is pyplot.gcf()
-        assert draw().figure_ is pyplot.gcf() and len(pyplot.get_fignums()) == 2
+        assert display.plot().figure_ is pyplot.gcf()
+        assert display.plot().figure_ is pyplot.gcf() and len(pyplot.get_fignums()) == 2
     finally:
         pyplot.close("all")
         pyplot.switch_backend(before)
 
 
-@pytest.mark.parametrize("draw", DRAW.values(), ids=DRAW)
-def test_missing_matplotlib_is_named_with_its_command(monkeypatch, draw):
+@every_display
+def test_given_axes_are_drawn_into_each_time(display):
+    n_axes = 2 if isinstance(display, IdentificationDisplay) else 1
+    for _ in range(2):
+        axes = Figure().subplots(n_axes, squeeze=False)[:, 0]
+        assert display.plot(axes if n_axes > 1 else axes[0]).axes_.tolist() == [*axes]
+        assert display.ax_ is axes[0] and display.figure_ is axes[0].figure
+        assert all(ax.lines for ax in axes)
+
+
+@every_display
+def test_missing_matplotlib_is_named_with_its_command(monkeypatch, display):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)
     with pytest.raises(ImportError, match=r"pip install 'skarxlag\[plot\]'"):
-        draw()
+        display.plot()

@@ -4,7 +4,7 @@ import pytest
 from skarxlag import FaultOrderClassifier, make_alpio, make_fault_order_classifier
 from skarxlag.plotting import EnvelopeSpectrumDisplay
 
-from ..decisions.test_fault_orders import RATE, row
+from ..bearing_rows import RATE, row
 
 
 @pytest.fixture(scope="module")

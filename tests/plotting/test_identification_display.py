@@ -5,20 +5,20 @@ from sklearn.metrics import r2_score
 
 from skarxlag import ARXLaguerre, make_alpio
 from skarxlag.plotting import IdentificationDisplay
-from skarxlag.plotting._style import NEUTRAL, PALETTE
+
+from .conftest import COLORS, assert_same_lines
+
+DRAW = IdentificationDisplay.from_estimator
 
 
 def test_lines_carry_output_prediction_and_error(bank, rig, axes):
     window = 7 + 100 * rig.X[15]
-    display = IdentificationDisplay.from_estimator(
-        bank, window, model="worn", axes=axes
-    )
+    display = DRAW(bank, window, model="worn", axes=axes)
     prediction = bank[0].predict_output(window[np.newaxis])[0, 1]
     output = window[-len(prediction) :]
     np.testing.assert_array_equal(display.output_line_.get_ydata(), output)
     np.testing.assert_array_equal(display.prediction_line_.get_ydata(), prediction)
     np.testing.assert_array_equal(display.error_line_.get_ydata(), output - prediction)
-    assert list(display.axes_) == list(axes) and display.figure_ is axes[0].figure
     # Output less prediction is the innovation, in the unit of the sensor.
     innovations = bank[0].transform(window[np.newaxis])[0, 1]
     error = display.error_line_.get_ydata() / np.std(window)
@@ -26,28 +26,23 @@ def test_lines_carry_output_prediction_and_error(bank, rig, axes):
 
 
 def test_estimator_and_predictions_draw_the_same(bank, rig, axes):
-    given = {
+    options = {
         "condition": "worn",
         "conditions": ["good", "worn"],
-        "sampling_rate": 1000.0,
+        "sampling_rate": 1e3,
     }
-    one = IdentificationDisplay.from_estimator(bank, rig.X[15], axes=axes, **given)
+    one = DRAW(bank, rig.X[15], axes=axes, **options)
     prediction = bank[0].predict_output(rig.X[15:16])[0, 0]
-    other = IdentificationDisplay(
-        rig.X[15, -len(prediction) :],
-        prediction,
-        model="good",
-        **given,
-    ).plot(axes=Figure().subplots(2))
+    output = rig.X[15, -len(prediction) :]
+    other = IdentificationDisplay(output, prediction, model="good", **options)
+    other.plot(axes=Figure().subplots(2))
     for first, second in zip(one.axes_, other.axes_, strict=True):
-        for a, b in zip(first.lines, second.lines, strict=True):
-            np.testing.assert_array_equal(a.get_xydata(), b.get_xydata())
-            assert a.get_color() == b.get_color() and a.get_label() == b.get_label()
+        assert_same_lines(first, second)
         assert first.get_xlabel() == second.get_xlabel()
 
 
 def test_fit_is_that_of_the_model_and_stands_in_the_legend(bank, rig, axes):
-    display = IdentificationDisplay.from_estimator(bank, rig.X[3], axes=axes)
+    display = DRAW(bank, rig.X[3], axes=axes)
     # The transient is a small part of the window; beyond it both see the same samples.
     error = display.output - display.prediction
     spread = display.output - display.output.mean()
@@ -61,51 +56,35 @@ def test_fit_is_that_of_the_model_and_stands_in_the_legend(bank, rig, axes):
 
 
 def test_model_of_the_healthy_condition_is_the_default(bank, rig, axes):
-    assert (
-        IdentificationDisplay.from_estimator(bank, rig.X[0], axes=axes).model == "good"
-    )
+    assert DRAW(bank, rig.X[0], axes=axes).model == "good"
     alpio = make_alpio(healthy="worn").fit(rig.X, rig.y)
-    assert (
-        IdentificationDisplay.from_estimator(alpio, rig.X[0], axes=axes).model == "worn"
-    )
+    assert DRAW(alpio, rig.X[0], axes=axes).model == "worn"
     identify = ARXLaguerre().fit(rig.X, rig.y)
-    display = IdentificationDisplay.from_estimator(
-        identify, rig.X[0], model="worn", axes=axes
-    )
-    np.testing.assert_array_equal(
-        display.prediction, identify.predict_output(rig.X[:1])[0, 1]
-    )
+    display = DRAW(identify, rig.X[0], model="worn", axes=axes)
+    prediction = identify.predict_output(rig.X[:1])[0, 1]
+    np.testing.assert_array_equal(display.prediction, prediction)
     assert display.conditions == ["good", "worn"]
 
 
 def test_windows_with_inputs_show_their_output(rig, axes):
-    windows = np.stack(
-        [rig.X, np.random.default_rng(1).normal(size=rig.X.shape)], axis=1
-    )
-    display = IdentificationDisplay.from_estimator(
-        ARXLaguerre().fit(windows, rig.y), windows[0], axes=axes
-    )
+    noise = np.random.default_rng(1).normal(size=rig.X.shape)
+    windows = np.stack([rig.X, noise], axis=1)
+    display = DRAW(ARXLaguerre().fit(windows, rig.y), windows[0], axes=axes)
     np.testing.assert_array_equal(display.output, rig.X[0, -len(display.output) :])
 
 
-def test_condition_and_order_give_the_colour(axes):
-    draw = IdentificationDisplay
-    signals = [1.0, 2.0, 0.0], [1.0, 1.0, 1.0]
-    assert draw(*signals).plot(axes=axes).error_line_.get_color() == NEUTRAL
-    assert (
-        draw(*signals, condition="b").plot(axes=axes).error_line_.get_color()
-        == PALETTE[0]
-    )
-    display = draw(*signals, condition="b", conditions=["a", "b"]).plot(axes=axes)
-    assert (
-        display.error_line_.get_color()
-        == display.output_line_.get_color()
-        == PALETTE[1]
-    )
-    with pytest.raises(
-        ValueError, match=r"conditions == \['a'\], expected each condition once"
-    ):
-        draw(*signals, condition="b", conditions=["a"]).plot(axes=axes)
+@pytest.mark.parametrize(
+    ("options", "color"),
+    [
+        ({}, "#7a7a7a"),
+        ({"condition": "b"}, COLORS[0]),
+        ({"condition": "b", "conditions": ["a", "b"]}, COLORS[1]),
+    ],
+)
+def test_condition_and_order_give_the_colour(axes, options, color):
+    display = IdentificationDisplay([1.0, 2.0, 0.0], np.ones(3), **options).plot(axes)
+    lines = (display.error_line_, display.output_line_)
+    assert [line.get_color() for line in lines] == [color, color]
 
 
 def test_time_axis(axes):
@@ -120,7 +99,9 @@ def test_time_axis(axes):
 
 
 def test_what_cannot_be_shown_is_refused(bank, rig):
-    with pytest.raises(
-        ValueError, match=r"model == 'bent', expected a model .* \['good', 'worn'\]"
-    ):
-        IdentificationDisplay.from_estimator(bank, rig.X[0], model="bent")
+    message = r"model == 'bent', expected a model .* \['good', 'worn'\]"
+    with pytest.raises(ValueError, match=message):
+        DRAW(bank, rig.X[0], model="bent")
+    message = r"conditions == \['a'\], expected each condition once"
+    with pytest.raises(ValueError, match=message):
+        IdentificationDisplay([1.0], [1.0], condition="b", conditions=["a"])

@@ -5,7 +5,7 @@ from skarxlag import bearing_orders, make_alpio, make_diagnoser
 from skarxlag.bearings import SKF_6205
 from skarxlag.plotting import OrderSpectrumDisplay
 
-from ..distances.test_orders import RATE, stretches
+from ..impacts import RATE, stretches
 
 
 @pytest.fixture(scope="module")

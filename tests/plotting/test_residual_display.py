@@ -11,18 +11,15 @@ from skarxlag import (
     make_diagnoser,
 )
 from skarxlag.plotting import ResidualDisplay
-from skarxlag.plotting._style import PALETTE, ink
 
+from .conftest import COLORS, assert_same_lines, heights
 
-def heights(display):
-    return {
-        label: line.get_ydata()[0] for label, line in display.threshold_lines_.items()
-    }
+DRAW = ResidualDisplay.from_estimator
 
 
 def test_residual_of_a_bank_and_its_thresholds(ax, bank, rig):
     window = rig.X[15]
-    display = ResidualDisplay.from_estimator(bank, window, ax=ax)
+    display = DRAW(bank, window, ax=ax)
     innovations = bank[0].transform(window[np.newaxis])
     trajectories = bank[1].observe(innovations)
     np.testing.assert_array_equal(
@@ -39,9 +36,7 @@ def test_residual_of_a_bank_and_its_thresholds(ax, bank, rig):
         r"$\Delta$ good": bank[2].isolation_thresholds_[0] * scale,
     }
     assert heights(display) == pytest.approx(expected, rel=1e-12)
-    worn = ResidualDisplay.from_estimator(
-        bank, window, model="worn", ax=Figure().subplots()
-    )
+    worn = DRAW(bank, window, model="worn", ax=Figure().subplots())
     np.testing.assert_array_equal(worn.line_.get_ydata(), trajectories.residual[0, 1])
     expected = {r"$\Delta$ worn": bank[2].isolation_thresholds_[1] * scale}
     assert heights(worn) == pytest.approx(expected, rel=1e-12)
@@ -52,51 +47,43 @@ def test_residual_of_a_bank_and_its_thresholds(ax, bank, rig):
 
 def test_power_shows_the_error(ax, rig):
     alpio = make_alpio(healthy="good").fit(rig.X, rig.y)
-    display = ResidualDisplay.from_estimator(alpio, rig.X[0], model="worn", ax=ax)
+    display = DRAW(alpio, rig.X[0], model="worn", ax=ax)
     error = alpio[1].observe(alpio[0].transform(rig.X[:1])).error[0, 1]
     np.testing.assert_array_equal(display.residual, error)
     assert display.level == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-12)
 
 
 def test_one_residual_has_all_rungs(ax, ladder, rig):
-    display = ResidualDisplay.from_estimator(ladder, rig.X[0], ax=ax)
+    display = DRAW(ladder, rig.X[0], ax=ax)
     decide = ladder[-1]
     assert display.model == "good"
-    assert (
-        list(display.isolation_thresholds) == decide.rungs_.tolist() == ["good", "worn"]
-    )
-    assert list(display.isolation_thresholds.values()) == [
-        *decide.isolation_thresholds_,
-        np.inf,
-    ]
+    assert decide.rungs_.tolist() == ["good", "worn"]
+    (threshold,) = decide.isolation_thresholds_
+    assert display.isolation_thresholds == {"good": threshold, "worn": np.inf}
     # The healthy rung ends at Gamma, the highest nowhere: neither is drawn twice.
     assert heights(display) == {r"$\Gamma$": decide.detection_threshold_}
     assert decide.isolation_thresholds_[0] == decide.detection_threshold_
 
 
 def test_detector_has_its_threshold(ax, detector, rig):
-    display = ResidualDisplay.from_estimator(
-        detector, rig.X[0], condition="good", ax=ax
-    )
+    display = DRAW(detector, rig.X[0], condition="good", ax=ax)
     assert heights(display) == {r"$\Gamma$": detector[-1].detection_threshold_}
-    assert display.line_.get_color() == PALETTE[0]
+    assert display.line_.get_color() == COLORS[0]
 
 
 def test_estimator_and_predictions_draw_the_same(bank, rig, ax):
-    given = {"condition": "worn", "conditions": ["worn", "good", "bent"]}
-    one = ResidualDisplay.from_estimator(bank, rig.X[15], model="good", ax=ax, **given)
+    options = {"condition": "worn", "conditions": ["worn", "good", "bent"]}
+    one = DRAW(bank, rig.X[15], model="good", ax=ax, **options)
     other = ResidualDisplay(
         one.residual,
         level=one.level,
         detection_threshold=one.detection_threshold,
         isolation_thresholds=one.isolation_thresholds,
         model="good",
-        **given,
+        **options,
     ).plot(ax=Figure().subplots())
-    assert len(one.ax_.lines) == len(other.ax_.lines) == 7
-    for a, b in zip(one.ax_.lines, other.ax_.lines, strict=True):
-        np.testing.assert_array_equal(a.get_xydata(), b.get_xydata())
-        assert a.get_color() == b.get_color() and a.get_label() == b.get_label()
+    assert len(one.ax_.lines) == 7
+    assert_same_lines(one.ax_, other.ax_)
 
 
 def test_thresholds_stand_on_both_sides_in_the_colours_of_their_conditions(ax):
@@ -107,18 +94,12 @@ def test_thresholds_stand_on_both_sides_in_the_colours_of_their_conditions(ax):
         isolation_thresholds={"a": 1.2, "b": 3.0, "c": np.inf},
         condition="b",
     ).plot(ax=ax)
-    assert sorted(line.get_ydata()[0] for line in ax.lines[1:]) == [
-        -3,
-        -1.5,
-        -1.2,
-        1.2,
-        1.5,
-        3,
-    ]
+    drawn = sorted(line.get_ydata()[0] for line in ax.lines[1:])
+    assert drawn == [-3, -1.5, -1.2, 1.2, 1.5, 3]
     assert heights(display) == {r"$\Gamma$": 1.2, r"$\Delta$ b": 3.0}
-    assert display.threshold_lines_[r"$\Delta$ b"].get_color() == PALETTE[1]
-    assert display.threshold_lines_[r"$\Gamma$"].get_color() == ink()
-    assert display.line_.get_color() == PALETTE[1]
+    assert display.threshold_lines_[r"$\Delta$ b"].get_color() == COLORS[1]
+    assert display.threshold_lines_[r"$\Gamma$"].get_color() == "black"
+    assert display.line_.get_color() == COLORS[1]
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts == ["level of the window", r"$\Gamma$", r"$\Delta$ b"]
     assert ax.get_ylim() == pytest.approx((-3.24, 3.24))
@@ -126,41 +107,26 @@ def test_thresholds_stand_on_both_sides_in_the_colours_of_their_conditions(ax):
 
 def test_only_what_is_given_is_drawn(ax):
     display = ResidualDisplay([0.5, -0.5]).plot(ax=ax)
+    assert display.level_line_ is None and not display.threshold_lines_
+    assert len(ax.lines) == 1
     assert (
-        display.level_line_ is None
-        and not display.threshold_lines_
-        and len(ax.lines) == 1
+        display.line_.get_color() == "black" and ax.get_title(loc="left") == "residual"
     )
-    assert display.line_.get_color() == ink() and ax.get_title(loc="left") == "residual"
     zeros = ResidualDisplay([0.0, 0.0], model="a").plot(ax=Figure().subplots())
     assert zeros.ax_.get_title(loc="left") == "residual, model of a"
 
 
-@pytest.mark.slow
-def test_repeated_plots(ax):
-    display = ResidualDisplay([0.5, -0.5], condition=2).plot(ax=ax)
-    assert ax.get_title(loc="left") == "residual, window of 2"
-    other = Figure().subplots()
-    assert display.plot(ax=other).ax_ is other and display.figure_ is other.figure
-
-
 def test_what_cannot_be_shown_is_refused(bank, rig):
-    with pytest.raises(
-        ValueError, match=r"model == 'bent', expected a model .* \['good', 'worn'\]"
-    ):
-        ResidualDisplay.from_estimator(bank, rig.X[0], model="bent")
+    message = r"model == 'bent', expected a model .* \['good', 'worn'\]"
+    with pytest.raises(ValueError, match=message):
+        DRAW(bank, rig.X[0], model="bent")
     with pytest.raises(ValueError, match="Step before the decision: ARXLaguerre"):
-        ResidualDisplay.from_estimator(make_diagnoser().fit(rig.X, rig.y), rig.X[0])
-    with pytest.raises(
-        ValueError, match=r"conditions == \['good'\], .* \['good', 'worn'\]"
-    ):
-        ResidualDisplay.from_estimator(bank, rig.X[0], conditions=["good"])
-
-
-def test_conditions_that_repeat_are_refused():
-    with pytest.raises(
-        ValueError, match=r"conditions == .*'a', 'a'.* each condition once"
-    ):
+        DRAW(make_diagnoser().fit(rig.X, rig.y), rig.X[0])
+    message = r"conditions == \['good'\], .* \['good', 'worn'\]"
+    with pytest.raises(ValueError, match=message):
+        DRAW(bank, rig.X[0], conditions=["good"])
+    message = r"conditions == .*'a', 'a'.* each condition once"
+    with pytest.raises(ValueError, match=message):
         ResidualDisplay([1.0], conditions=["a", "a"])
 
 
@@ -169,7 +135,7 @@ def test_whiteness_has_no_trajectory(rig):
         ARXLaguerre(), PIObserver(evaluation="whiteness"), ThresholdLadder()
     )
     with pytest.raises(ValueError, match="evaluation == 'whiteness'"):
-        ResidualDisplay.from_estimator(white.fit(rig.X, rig.y), rig.X[0])
+        DRAW(white.fit(rig.X, rig.y), rig.X[0])
 
 
 def test_thresholds_are_drawn_from_the_lowest_to_the_highest(ax):

@@ -5,15 +5,11 @@ from sklearn.pipeline import make_pipeline
 
 from skarxlag import ARXLaguerre, PIObserver, ThresholdLadder
 from skarxlag.plotting import ThresholdLadderDisplay
-from skarxlag.plotting._style import PALETTE
 
+from .conftest import COLORS, assert_same_lines, heights
+
+DRAW = ThresholdLadderDisplay.from_estimator
 THREE = {"low": 1.0, "middle": 2.0, "high": np.inf}
-
-
-def heights(display):
-    return {
-        label: line.get_ydata()[0] for label, line in display.threshold_lines_.items()
-    }
 
 
 def shown_levels(display):
@@ -21,28 +17,25 @@ def shown_levels(display):
 
 
 def test_rungs_are_bands_and_verdicts_can_be_read_off(ladder, rig, ax):
-    display = ThresholdLadderDisplay.from_estimator(ladder, rig.X, rig.y, ax=ax)
+    display = DRAW(ladder, rig.X, rig.y, ax=ax)
     levels = ladder[:-1].transform(rig.X)[:, 0]
     for name in ("good", "worn"):
-        np.testing.assert_array_equal(
-            shown_levels(display)[name], levels[rig.y == name]
-        )
+        shown = shown_levels(display)[name]
+        np.testing.assert_array_equal(shown, levels[rig.y == name])
     decide = ladder[-1]
     assert heights(display) == {r"$\Gamma$": decide.detection_threshold_}
     assert list(display.bands_) == decide.rungs_.tolist()
     bounds = {
-        n: (b.get_y(), b.get_y() + b.get_height()) for n, b in display.bands_.items()
+        name: (band.get_y(), band.get_y() + band.get_height())
+        for name, band in display.bands_.items()
     }
-    assert bounds["good"][1] == pytest.approx(
-        decide.isolation_thresholds_[0], rel=1e-12
-    )
-    assert bounds["worn"][0] == pytest.approx(
-        decide.isolation_thresholds_[0], rel=1e-12
-    )
-    assert (bounds["good"][0], bounds["worn"][1]) == pytest.approx(ax.get_ylim())
+    (threshold,) = decide.isolation_thresholds_
+    bottom, top = ax.get_ylim()
+    assert bounds["good"] == pytest.approx((bottom, threshold), rel=1e-12)
+    assert bounds["worn"] == pytest.approx((threshold, top), rel=1e-12)
     verdict = [
-        next(n for n, (low, high) in bounds.items() if low < each <= high)
-        for each in levels
+        next(name for name, (low, high) in bounds.items() if low < level <= high)
+        for level in levels
     ]
     assert verdict == decide.predict(levels[:, np.newaxis]).tolist()
 
@@ -60,26 +53,21 @@ def test_powers_of_ten_are_labelled_with_plain_decimals(ax):
 def test_detection_shows_the_healthy_residual_and_gamma(
     bank, ladder, detector, rig, ax
 ):
-    for estimator, residual in ((bank, 0), (ladder, 0), (detector, 0)):
-        display = ThresholdLadderDisplay.from_estimator(
-            estimator, rig.X, rig.y, decision="detection", ax=Figure().subplots()
-        )
-        levels = estimator[:-1].transform(rig.X)[:, residual]
-        np.testing.assert_array_equal(
-            shown_levels(display)["worn"], levels[rig.y == "worn"]
-        )
+    for estimator in (bank, ladder, detector):
+        axes = Figure().subplots()
+        display = DRAW(estimator, rig.X, rig.y, decision="detection", ax=axes)
+        levels = estimator[:-1].transform(rig.X)[rig.y == "worn", 0]
+        np.testing.assert_array_equal(shown_levels(display)["worn"], levels)
         assert heights(display) == {r"$\Gamma$": estimator[-1].detection_threshold_}
         assert not display.bands_ and display.rival_line_ is None
-    default = ThresholdLadderDisplay.from_estimator(detector, rig.X, rig.y, ax=ax)
+    default = DRAW(detector, rig.X, rig.y, ax=ax)
     assert heights(default) == heights(display)
 
 
 def test_healthy_model_of_a_bank_need_not_be_the_first(rig, ax):
     bank = make_pipeline(ARXLaguerre(), PIObserver(), ThresholdLadder(healthy="worn"))
     bank.fit(rig.X, rig.y)
-    display = ThresholdLadderDisplay.from_estimator(
-        bank, rig.X, rig.y, decision="detection", ax=ax
-    )
+    display = DRAW(bank, rig.X, rig.y, decision="detection", ax=ax)
     assert display.conditions == ["worn", "good"]
     levels = bank[:-1].transform(rig.X)[:, 1]
     np.testing.assert_array_equal(
@@ -88,7 +76,7 @@ def test_healthy_model_of_a_bank_need_not_be_the_first(rig, ax):
 
 
 def test_bank_shows_own_and_rival_relative_to_all(bank, rig, ax):
-    display = ThresholdLadderDisplay.from_estimator(bank, rig.X, rig.y, ax=ax)
+    display = DRAW(bank, rig.X, rig.y, ax=ax)
     levels = bank[:-1].transform(rig.X)
     relative = levels / np.sqrt(levels[:, :1] * levels[:, 1:])
     for column, name in enumerate(["good", "worn"]):
@@ -114,11 +102,9 @@ def test_bank_shows_own_and_rival_relative_to_all(bank, rig, ax):
 
 def test_estimator_may_be_the_last_step_alone(bank, ladder, rig, ax):
     for pipeline in (bank, ladder):
-        whole = ThresholdLadderDisplay.from_estimator(pipeline, rig.X, rig.y, ax=ax)
+        whole = DRAW(pipeline, rig.X, rig.y, ax=ax)
         levels = pipeline[:-1].transform(rig.X)
-        last = ThresholdLadderDisplay.from_estimator(
-            pipeline[-1], -levels, rig.y, ax=Figure().subplots()
-        )
+        last = DRAW(pipeline[-1], -levels, rig.y, ax=Figure().subplots())
         np.testing.assert_array_equal(whole.levels, last.levels)
         assert heights(whole) == heights(last)
 
@@ -126,26 +112,24 @@ def test_estimator_may_be_the_last_step_alone(bank, ladder, rig, ax):
 def test_several_residuals_that_are_no_bank_are_combined(ax):
     levels = np.array([[3.0, 4.0, 0.0], [0.3, 0.4, 0.0]])
     decide = ThresholdLadder().fit(np.repeat(levels, 2, axis=0), list("aabb"))
-    display = ThresholdLadderDisplay.from_estimator(decide, levels, ["a", "b"], ax=ax)
+    display = DRAW(decide, levels, ["a", "b"], ax=ax)
     np.testing.assert_allclose(
         display.levels, np.array([5.0, 0.5]) / np.sqrt(3), rtol=1e-12
     )
 
 
 def test_estimator_and_predictions_draw_the_same(bank, rig, ax):
-    given = {"conditions": ["worn", "good"]}
-    one = ThresholdLadderDisplay.from_estimator(bank, rig.X, rig.y, ax=ax, **given)
+    conditions = ["worn", "good"]
+    one = DRAW(bank, rig.X, rig.y, ax=ax, conditions=conditions)
     other = ThresholdLadderDisplay(
         rig.y,
         one.levels,
         rivals=one.rivals,
         isolation_thresholds=one.isolation_thresholds,
-        **given,
+        conditions=conditions,
     ).plot(ax=Figure().subplots())
-    for a, b in zip(one.ax_.lines, other.ax_.lines, strict=True):
-        np.testing.assert_array_equal(a.get_xydata(), b.get_xydata())
-        assert a.get_color() == b.get_color() and a.get_label() == b.get_label()
-    assert one.lines_["worn"].get_color() == PALETTE[0]
+    assert_same_lines(one.ax_, other.ax_)
+    assert one.lines_["worn"].get_color() == COLORS[0]
 
 
 def test_order_places_and_colours(ax):
@@ -159,7 +143,7 @@ def test_order_places_and_colours(ax):
     assert np.all(np.diff(places) > 0)
     assert [label.get_text() for label in ax.get_xticklabels()] == list(THREE)
     colors = [line.get_color() for line in display.lines_.values()]
-    assert colors == list(PALETTE[:3])
+    assert colors == COLORS[:3]
     assert display.bands_["middle"].get_y() == 1.0
     assert display.bands_["middle"].get_height() == pytest.approx(1.0)
     legend = [text.get_text() for text in ax.get_legend().get_texts()]
@@ -168,49 +152,51 @@ def test_order_places_and_colours(ax):
         y, [3.0, 0.5, 1.5, 0.7], conditions=["high", "middle", "low"]
     ).plot(ax=Figure().subplots())
     assert list(turned.lines_) == ["high", "middle", "low"]
-    assert turned.lines_["high"].get_color() == PALETTE[0]
+    assert turned.lines_["high"].get_color() == COLORS[0]
 
 
 def test_conditions_without_windows_keep_their_colours(ax):
     display = ThresholdLadderDisplay(
         ["high"], [3.0], isolation_thresholds=THREE, detection_threshold=0.9
     ).plot(ax=ax)
-    assert (
-        list(display.lines_) == ["high"]
-        and display.lines_["high"].get_color() == PALETTE[2]
-    )
-    assert heights(display) == {
-        r"$\Gamma$": 0.9,
-        r"$\Delta$ low": 1.0,
-        r"$\Delta$ middle": 2.0,
-    }
+    assert list(display.lines_) == ["high"]
+    assert display.lines_["high"].get_color() == COLORS[2]
+    assert list(heights(display).values()) == [0.9, 1.0, 2.0]
     bank = ThresholdLadderDisplay(
         ["low"], [0.9], rivals=[1.1], isolation_thresholds=THREE
     ).plot(ax=Figure().subplots())
     assert heights(bank) == {r"$\Delta$ low": 1.0}
 
 
-def test_repeated_plots(ax):
-    display = ThresholdLadderDisplay(["a", "b"], [0.1, 0.2]).plot(ax=ax)
-    wide = Figure().subplots()
-    assert display.plot(ax=wide).ax_ is wide and display.figure_ is wide.figure
-    spread = ThresholdLadderDisplay(["a", "b"], [0.0, 2e3]).plot(ax=Figure().subplots())
-    assert spread.ax_.get_yscale() == "log"
+def test_levels_of_0_are_left_to_the_logarithmic_axis(ax):
+    display = ThresholdLadderDisplay(["a", "b"], [0.0, 2e3]).plot(ax=ax)
+    assert display.ax_.get_yscale() == "log"
 
 
-def test_wrong_parameters_are_refused(bank, detector, rig):
-    draw = ThresholdLadderDisplay
-    with pytest.raises(ValueError, match=r"conditions == \['b'\], .* all of \['a'\]"):
-        draw(["a"], [1.0], conditions=["b"])
-    with pytest.raises(
-        ValueError, match=r"decision == 'both', expected one of \('detection', 'iso"
-    ):
-        draw.from_estimator(bank, rig.X, rig.y, decision="both")
-    with pytest.raises(
-        ValueError, match=r"decision == 'isolation', expected one of \('detection',\)"
-    ):
-        draw.from_estimator(detector, rig.X, rig.y, decision="isolation")
-    with pytest.raises(
-        ValueError, match=r"Conditions in y: .*'bent'.*, expected models of the bank"
-    ):
-        draw.from_estimator(bank, rig.X[:1], ["bent"])
+@pytest.mark.parametrize(
+    ("name", "labels", "options", "message"),
+    [
+        (
+            "bank",
+            ["good"],
+            {"decision": "both"},
+            r"one of \('detection', 'isolation'\)",
+        ),
+        ("detector", ["good"], {"decision": "isolation"}, r"one of \('detection',\)"),
+        (
+            "bank",
+            ["bent"],
+            {},
+            "Conditions in y: .*'bent'.*, expected models of the bank",
+        ),
+        (
+            "bank",
+            ["good"],
+            {"conditions": ["worn"]},
+            r"conditions == \['worn'\], .* all",
+        ),
+    ],
+)
+def test_wrong_parameters_are_refused(request, rig, name, labels, options, message):
+    with pytest.raises(ValueError, match=message):
+        DRAW(request.getfixturevalue(name), rig.X[:1], labels, **options)

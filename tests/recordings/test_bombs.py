@@ -10,13 +10,14 @@ from skarxlag.recordings.files import read_recording
 from tests.recordings.blocks import recording_blocks
 
 #: 268 megabytes of samples, which every format may hold, and more than that.
-ALLOWED, TOO_MANY = 2**25, 2**25 + 2**22
+ALLOWED = 2**25
+TOO_MANY = ALLOWED + 2**22
 
 
 def text(path, n_samples):
-    with gzip.open(path, "wb", compresslevel=1) as file:
-        for _ in range(n_samples // 2**22):
-            file.write(b"0.000000\n" * 2**22)
+    """Lines of 1024 bytes. The end of the file states the length of its last member alone."""
+    member = gzip.compress((b"0" * 1023 + b"\n") * 2**15, compresslevel=1)
+    path.write_bytes(member * (8 * n_samples // 2**25))
 
 
 def archive(path, n_samples):
@@ -32,7 +33,8 @@ def archive(path, n_samples):
 
 
 def parquet(path, n_samples):
-    pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    pa = pytest.importorskip("pyarrow")
+    pq = pytest.importorskip("pyarrow.parquet")
     table = pa.table({"y": np.zeros(2**22)})
     with pq.ParquetWriter(path, table.schema) as file:
         for _ in range(n_samples // 2**22):
@@ -41,10 +43,8 @@ def parquet(path, n_samples):
 
 def feather(path, n_samples):
     pa = pytest.importorskip("pyarrow")
-    table, options = (
-        pa.table({"y": np.zeros(2**22)}),
-        pa.ipc.IpcWriteOptions(compression="zstd"),
-    )
+    table = pa.table({"y": np.zeros(2**22)})
+    options = pa.ipc.IpcWriteOptions(compression="zstd")
     with (
         pa.OSFile(str(path), "wb") as sink,
         pa.ipc.new_file(sink, table.schema, options=options) as file,

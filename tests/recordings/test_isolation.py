@@ -1,7 +1,6 @@
 """A reader that crashes, hangs or asks for too much memory costs one file."""
 
 import contextlib
-import gzip
 import os
 import signal
 import struct
@@ -30,37 +29,37 @@ def run(tmp_path):
     return path
 
 
-@pytest.fixture
-def program(monkeypatch):
-    """Replace the program that reads files by one that does what a test says."""
+class Fatal:
+    """Object that cannot be sent: the process ends after a part of the reply."""
 
-    def replace(text):
-        monkeypatch.setattr(_isolation, "_PROGRAM", text)
-        _isolation.end_readers()
+    def __reduce__(self):
+        os.abort()
 
-    yield replace
-    _isolation.end_readers()
+
+def crash(path):
+    os.abort()
+    yield
+
+
+def crash_within_a_reply(path):
+    yield [0.5] * 50
+    yield [bytes(2**20), Fatal()]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("prelude", ["", "sys.stdin.buffer.read(1);"])
-def test_a_crash_is_reported_and_the_next_file_is_read(
-    run, program, monkeypatch, prelude
-):
-    program(prelude + "import os; os.abort()")
+@pytest.mark.parametrize("function", [crash, crash_within_a_reply])
+def test_a_crash_is_reported_and_the_next_file_is_read(run, function):
     message = r"run.mat: its reader crashed \(exit status .*damaged"
     with pytest.raises(ValueError, match=message):
-        read_recording(run)
-    monkeypatch.undo()
+        list(_isolation.isolated(function, run))
     np.testing.assert_array_equal(read_recording(run)[0], Y)
 
 
-def test_a_crash_in_the_middle_of_the_samples(run, program):
-    program(
-        "import pickle; pickle.load(sys.stdin.buffer);"
-        "sys.stdout.buffer.write(pickle.dumps(([0.5] * 50, None))[:200])"
-    )
-    with pytest.raises(ValueError, match=r"run.mat: its reader crashed"):
+@pytest.mark.skipif(sys.platform == "win32", reason="a program that fails at once")
+def test_a_reader_that_does_not_start_is_reported(run, monkeypatch):
+    _isolation.end_readers()
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    with pytest.raises(ValueError, match=r"run.mat: its reader crashed \(exit status"):
         read_recording(run)
 
 
@@ -95,11 +94,9 @@ def test_a_reader_that_has_to_wait_is_not_called_damaged(run, monkeypatch):
     assert _isolation._idle[os.getpid()] is reader
     resume.join()
     reader.send_signal(signal.SIGSTOP)
-    with pytest.raises(
-        ValueError, match=r"run.mat: .* no answer in 1 s; is the disk or mach"
-    ) as e:
+    message = r"run.mat: .* no answer in 1 s; is the disk or machine busy\?$"
+    with pytest.raises(ValueError, match=message):
         read_recording(run)
-    assert "damaged" not in str(e.value)
 
 
 @pytest.mark.slow
@@ -170,13 +167,11 @@ def test_memory_is_bounded(tmp_path):
     dims = element(5, struct.pack("<ii", 2**16, 2**15))
     name = element(1, b"structed")
     fields = struct.pack("<HHI", 5, 4, 32) + element(1, b"field".ljust(32, b"\0"))
-    (tmp_path / "run.mat").write_bytes(
-        matlab_file(element(14, flags + dims + name + fields + element(14, flags)))
-    )
-    is_bounded = os.path.exists("/proc/self/statm")
-    message = (
-        "needs more memory than a file of its size may" if is_bounded else "damaged"
-    )
+    structs = element(14, flags + dims + name + fields + element(14, flags))
+    (tmp_path / "run.mat").write_bytes(matlab_file(structs))
+    message = "damaged"
+    if os.path.exists("/proc/self/statm"):
+        message = "needs more memory than a file of its size may"
     with pytest.raises(ValueError, match=rf"run.mat: .*{message}"):
         read_recording(tmp_path / "run.mat")
 
@@ -191,46 +186,12 @@ def test_matlab_files_that_unpack_to_gigabytes(tmp_path):
         read_recording(tmp_path / "run.mat")
 
 
-def test_archives_that_unpack_to_gigabytes(tmp_path, monkeypatch):
-    monkeypatch.setattr("skarxlag.recordings.formats._contents._ALWAYS_ALLOWED", 2**20)
-    np.savez_compressed(tmp_path / "run.npz", y=np.zeros(2**18))
-    message = r"run.npz: \d+ bytes would unpack to 2097280, "
-    with pytest.raises(ValueError, match=message):
-        read_recording(tmp_path / "run.npz")
-    np.savez_compressed(
-        tmp_path / "run.npz", y=np.random.default_rng(0).normal(size=2**18)
-    )
-    assert len(read_recording(tmp_path / "run.npz")[0]) == 2**18
-
-
-@pytest.mark.parametrize("n_samples", [None, 10_000])
-def test_texts_that_unpack_to_gigabytes(tmp_path, monkeypatch, n_samples):
-    monkeypatch.setattr("skarxlag.recordings.formats._contents._ALWAYS_ALLOWED", 2**20)
-    with gzip.open(tmp_path / "run.csv.gz", "wb") as file:
-        file.write(b"0\n" * 2**20)
-    with pytest.raises(ValueError, match=r"run.csv.gz: .*\d+ bytes would unpack to"):
-        for _ in recording_blocks(tmp_path / "run.csv.gz", n_samples):
-            pass
-
-
-def test_members_of_a_packed_text_are_counted_while_they_are_unpacked(
-    tmp_path, monkeypatch
-):
-    """The end of the file states the length of its last member alone."""
-    monkeypatch.setattr("skarxlag.recordings.formats._contents._ALWAYS_ALLOWED", 2**20)
-    member = gzip.compress(b"0\n" * 2**18)
-    (tmp_path / "run.csv.gz").write_bytes(member * 4)
-    message = r"run.csv.gz: \d+ bytes would unpack to 1\d{6},"
-    with pytest.raises(ValueError, match=message):
-        read_recording(tmp_path / "run.csv.gz")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("path", DAMAGED, ids=lambda path: path.name)
 def test_files_that_have_crashed_the_reader_or_never_ended(path, run, monkeypatch):
     """Found by altering some bytes of a good file; with some versions of SciPy they are read."""
     read_recording(run)
-    monkeypatch.setattr(_isolation, "_PATIENCE", 2)
+    monkeypatch.setattr(_isolation, "_PATIENCE", 1)
     with contextlib.suppress(ValueError):
         read_recording(path, channel="y")
     monkeypatch.undo()

@@ -14,9 +14,8 @@ Y = np.random.default_rng(0).normal(size=len(TIME))
 
 
 def pulses(rpm, pulses_per_revolution=1):
-    return (np.sin(2 * np.pi * pulses_per_revolution * rpm / 60 * TIME) > 0.95).astype(
-        float
-    )
+    angle = 2 * np.pi * pulses_per_revolution * rpm / 60 * TIME
+    return (np.sin(angle) > 0.95).astype(float)
 
 
 @pytest.fixture
@@ -47,12 +46,10 @@ def test_a_pulse_in_each_turn_is_the_default(folder):
 
 
 def test_a_log_of_recordings(folder):
-    (folder / "speeds.csv").write_text(
-        "Recording;RPM;note\na.npz;601,5;x\nb;899;\nc;5;\n"
-    )
-    listed = list_recordings(
-        table(folder, *(f"{n}.npz,{n},y,speeds.csv" for n in "ab"))
-    )
+    log = "Recording;RPM;note\na.npz;601,5;x\nb;899;\nc;5;\n"
+    (folder / "speeds.csv").write_text(log)
+    rows = [f"{name}.npz,{name},y,speeds.csv" for name in "ab"]
+    listed = list_recordings(table(folder, *rows))
     assert [entry.with_speed().rpm for entry in listed] == [601.5, 899]
 
 
@@ -60,19 +57,44 @@ def test_a_log_of_recordings(folder):
 def test_a_log_over_time(folder, is_date):
     """Speeds of the seconds that the recording lasts count; it lasts 4 seconds."""
     start = datetime(2026, 11, 22, 7, tzinfo=UTC) + timedelta(seconds=10)
-    lines = [
-        f"{(start + timedelta(seconds=t)).isoformat()},{y}"
-        for t, y in zip(TIME, Y, strict=True)
-    ]
+
+    def date(seconds):
+        return (start + timedelta(seconds=seconds)).isoformat()
+
+    lines = [f"{date(t)},{y}" for t, y in zip(TIME, Y, strict=True)]
     (folder / "run.csv").write_text("\n".join(["time,y", *lines]))
-    seconds = np.arange(-5.5, 8)
-    times = [
-        (start + timedelta(seconds=s)).isoformat() if is_date else s for s in seconds
-    ]
-    log = [f"{time},{900 + s}" for time, s in zip(times, seconds, strict=True)]
+    log = [f"{date(s) if is_date else s},{900 + s}" for s in np.arange(-5.5, 8)]
     (folder / "speeds.csv").write_text("\n".join(["time,rpm", *log]))
     (entry,) = list_recordings(table(folder, "run.csv,a,y,speeds.csv"))
     assert entry.with_speed().rpm == 902
+
+
+NO_SPEED = "speeds.csv: the log states no speed above 0"
+COLUMNS = "speeds.csv: the columns are .* expected rpm, and"
+
+
+@pytest.mark.parametrize(
+    ("log", "message"),
+    [
+        (None, "No such file"),
+        ("recording,speed\na,5\n", COLUMNS),
+        ("rpm,load\n5,5\n", COLUMNS),
+        ("recording,rpm\nb,5\n", NO_SPEED),
+        ("recording,rpm\na,-5\n", NO_SPEED),
+        ("recording,rpm\na,fast\n", NO_SPEED),
+        ("time,rpm\n9.5,600\n", NO_SPEED),
+        ("time,rpm\n2026-11-22,600\n", "does not state the date"),
+        ("recording,rpm\na,1.797\nb,985\n", "1.797', which means 1797 or"),
+        ("recording;rpm\na;1,797\n", "1,797', which means 1797 or"),
+    ],
+)
+def test_errors_of_a_log_name_the_entry(folder, log, message):
+    if log is not None:
+        (folder / "speeds.csv").write_text(log)
+    (entry,) = list_recordings(table(folder, "a.npz,a,y,speeds.csv"))
+    message = rf"table.csv, line 2: .*{message}"
+    with pytest.raises((ValueError, FileNotFoundError), match=message):
+        entry.with_speed()
 
 
 @pytest.mark.parametrize(
@@ -80,35 +102,12 @@ def test_a_log_over_time(folder, is_date):
     [
         ("tacho:none", "no channel 'none'; available: 'y', 'key'"),
         ("tacho:fs", "no channel 'fs'"),
-        ("speeds.csv", "No such file"),
         ("speeds.txt", "rpm is 'speeds.txt', expected a positive number"),
     ],
 )
-def test_errors_name_the_entry(folder, rpm, message):
-    error = (ValueError, FileNotFoundError)
-    with pytest.raises(error, match=rf"table.csv, line 2: .*{message}"):
-        list_recordings(table(folder, f"a.npz,a,y,{rpm}"))[0].with_speed()
-
-
-@pytest.mark.parametrize(
-    ("log", "message"),
-    [
-        ("recording,speed\na,5\n", "the columns are .* expected rpm, and"),
-        ("rpm,load\n5,5\n", "the columns are .* expected rpm, and"),
-        ("recording,rpm\nb,5\n", "the log states no speed above 0"),
-        ("recording,rpm\na,-5\n", "the log states no speed above 0"),
-        ("recording,rpm\na,fast\n", "the log states no speed above 0"),
-        ("recording,rpm\na,1.797\nb,985\n", "'1.797', which means 1797 or"),
-        ("recording;rpm\na;1,797\n", "'1,797', which means 1797 or"),
-        ("time,rpm\n9.5,600\n", "the log states no speed above 0"),
-        ("time,rpm\n2026-11-22,600\n", "does not state the date"),
-    ],
-)
-def test_wrong_logs_are_named(folder, log, message):
-    (folder / "speeds.csv").write_text(log)
-    (entry,) = list_recordings(table(folder, "a.npz,a,y,speeds.csv"))
+def test_sources_that_are_none(folder, rpm, message):
     with pytest.raises(ValueError, match=rf"table.csv, line 2: .*{message}"):
-        entry.with_speed()
+        list_recordings(table(folder, f"a.npz,a,y,{rpm}"))[0].with_speed()
 
 
 @pytest.mark.parametrize("other", ["112.125", "45.5", "0.875"])

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from skarxlag import read_recording
-from skarxlag.commands.watch_lines import _iso_date
+from skarxlag.commands.watch_lines import iso_date
 from skarxlag.recordings.files import recording_start
 
 pytestmark = pytest.mark.skipif(not hasattr(time, "tzset"), reason="Windows has no TZ")
@@ -50,6 +50,6 @@ def test_recordings_over_the_turn_of_clocks(tmp_path, zone, day, suffix):
 
 
 def test_times_of_verdicts_are_in_utc(zone):
-    assert _iso_date(1_792_893_600.5) == "2026-10-25T02:00:00.500+00:00"
-    seen = pd.Timestamp(_iso_date(None))
+    assert iso_date(1_792_893_600.5) == "2026-10-25T02:00:00.500+00:00"
+    seen = pd.Timestamp(iso_date(None))
     assert abs(seen - pd.Timestamp.now("UTC")) < pd.Timedelta(minutes=1)

@@ -30,9 +30,9 @@ from skarxlag.verdicts.limits import FEW_HEALTHY
 from skarxlag.verdicts.names import check_conditions, no_verdict
 from skarxlag.verdicts.windows import HOLD
 
-from ..decisions.test_fault_orders import classifier
-from ..decisions.test_fault_orders import row as signal_of
-from ..distances.test_orders import ORDERS, RATE, stretches
+from ..bearing_rows import classifier
+from ..bearing_rows import row as signal_of
+from ..impacts import ORDERS, RATE, stretches
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 SPEEDS = np.repeat([900.0, 1200.0], 100)
@@ -453,6 +453,41 @@ def test_rows_unlike_all_conditions_need_a_clear_comb(
     answer = judge.recording(table, log_probabilities(table))
     assert (answer["verdict"], answer["alarm"]) == (verdict, "-")
     assert (answer["share of white"], answer["share of coloured"]) == (1, 0)
+
+
+def test_a_rejected_window_shares_its_probabilities_with_an_unknown_condition(windows):
+    X, y = windows
+    diagnoser = make_diagnoser(healthy="white").fit(X, y)
+    known = make_known_conditions(false_rejection_rate=0.5).fit(X, y)
+    plain = window_verdicts(diagnoser, X)
+    table = window_verdicts(diagnoser, X, known=known)
+    p_value = table["p-value of nearest"]
+    is_rejected = p_value < 0.5
+    assert 0 < is_rejected.sum() < len(X)
+    share = (p_value / 0.5).where(is_rejected, 1.0)
+    columns = ["probability of coloured", "probability of white"]
+    np.testing.assert_allclose(table[columns], plain[columns].mul(share, axis=0))
+    unknown = table["probability of unknown condition"]
+    np.testing.assert_allclose(table[columns].sum(axis=1) + unknown, 1)
+
+
+@pytest.mark.parametrize(
+    ("is_alone", "evidence", "verdicts"),
+    [
+        (True, np.empty((3, 0)), ["healthy", "changed", "changed"]),
+        (
+            False,
+            np.log([[0.1, 0.9]] * 2 + [[0.9, 0.1]]),
+            ["white", "changed", "coloured"],
+        ),
+    ],
+)
+def test_means_of_windows_are_named_by_classifier_and_alarm(
+    diagnoser, detector, is_alone, evidence, verdicts
+):
+    judge = Judge(None if is_alone else diagnoser, detector=detector)
+    named = judge.named(evidence, np.ones(3), [False, True, True])
+    assert [one.verdict for one in named] == verdicts
 
 
 def test_half_of_the_windows_do_not_make_a_recording_unidentifiable(diagnoser):

@@ -87,7 +87,7 @@ def measures(estimate, true):
 
 def observers(seeds, n_samples):
     """Settling times at steps of three sizes, and noise of the estimate on a healthy bearing."""
-    found = []
+    rows = []
     for seed in seeds:
         healthy = identified(seed + OTHER, n_samples)
         rig = recordings(seed, n_samples)
@@ -100,8 +100,8 @@ def observers(seeds, n_samples):
             }
             for size in SIZES:
                 row[f"settling at {size:g}"] = settling(observer, size)
-            found.append(row)
-    return pd.DataFrame(found)
+            rows.append(row)
+    return pd.DataFrame(rows)
 
 
 def synthetic(seeds, n_samples):
@@ -111,7 +111,7 @@ def synthetic(seeds, n_samples):
     settled, and there once more with the fault added to the output before windows are
     centred.
     """
-    found = []
+    rows = []
     for seed in seeds:
         healthy = identified(seed + OTHER, n_samples)
         rig = recordings(seed, n_samples)
@@ -131,8 +131,8 @@ def synthetic(seeds, n_samples):
                 row["bias, centred windows"] = bias(
                     centred[:, :-1][:, last], fault.true[:, last]
                 )
-                found.append(row)
-    return pd.DataFrame(found)
+                rows.append(row)
+    return pd.DataFrame(rows)
 
 
 def bearing(seeds, n_samples):
@@ -142,7 +142,7 @@ def bearing(seeds, n_samples):
     root-mean-square of the estimate over that of the true signal, which is in the
     column "true".
     """
-    found = []
+    rows = []
     for seed in seeds:
         healthy = identified(seed + OTHER, n_samples)
         rig = recordings(seed, n_samples)
@@ -157,8 +157,8 @@ def bearing(seeds, n_samples):
                     moved = aligned(estimate[:, :-1], fault.true, row["delay"])
                     row["aligned error"] = normalised_error(*moved)
                     row["level"] = _rms(estimate) / row["true"]
-                    found.append(row)
-    return pd.DataFrame(found)
+                    rows.append(row)
+    return pd.DataFrame(rows)
 
 
 def gains(seeds, n_samples):
@@ -169,7 +169,7 @@ def gains(seeds, n_samples):
     """
     settings = [(KP, ki) for ki in KI] + [(DEAD_BEAT["kp"], DEAD_BEAT["ki"])]
     extended_gain = ExtendedStatePIObserver().gain
-    found = []
+    rows = []
     for seed in seeds:
         healthy = identified(seed + OTHER, n_samples)
         rig = recordings(seed, n_samples)
@@ -187,8 +187,8 @@ def gains(seeds, n_samples):
             }
             for name, observer in observers.items():
                 row = {"seed": seed, "kp": kp, "ki": ki, "observer": name}
-                found.append(row | _gain_row(observer, quiet, faults))
-    return pd.DataFrame(found)
+                rows.append(row | _gain_row(observer, quiet, faults))
+    return pd.DataFrame(rows)
 
 
 def _gain_row(observer, quiet, faults):

@@ -34,7 +34,7 @@ def compound(seeds, n_samples):
     condition in which the former has less confidence. The detector, on normal windows
     alone and in the sensor's unit, has alarms only.
     """
-    found = []
+    rows = []
     for seed in seeds:
         rig, fresh = (standard_rig(each, n_samples) for each in (seed, seed + FRESH))
         # The level alone, as in the paper: a ladder with the healthy rung only.
@@ -69,8 +69,8 @@ def compound(seeds, n_samples):
                             "tested at": speeds,
                             "condition": condition,
                         }
-                        found.append(case | _rates(verdicts, target, condition, at))
-    return pd.DataFrame(found)
+                        rows.append(case | _rates(verdicts, target, condition, at))
+    return pd.DataFrame(rows)
 
 
 def _verdicts(diagnoser, X):
@@ -95,6 +95,8 @@ def _rates(verdicts, target, condition, at):
         rates["named"] = percentage(np.isin(verdict, condition.split("-")))
         rates["confidence"] = percentage(confidence[rows])
         if condition in COMPOUND:
-            known = at & np.isin(target, KNOWN)
-            rates["AUC"] = roc_auc_score(rows[rows | known], -confidence[rows | known])
+            is_trained = at & np.isin(target, KNOWN)
+            rates["AUC"] = roc_auc_score(
+                rows[rows | is_trained], -confidence[rows | is_trained]
+            )
     return rates

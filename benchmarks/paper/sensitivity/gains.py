@@ -13,7 +13,7 @@ from benchmarks.paper.sensitivity.protocol import (
     standard_rig,
 )
 from skarxlag import ARXLaguerre, ExtendedStatePIObserver, PIObserver, ThresholdLadder
-from skarxlag.models.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
 
 KP = (-0.3, 0.0, 0.1, 0.3, 0.6, 1.2)
 KI = (0.0, 0.01, 0.05, 0.2, 0.6, 1.2)
@@ -65,7 +65,7 @@ def gains(seeds, n_samples):
     varies.
     """
     chosen = [(*setting, is_refused(setting[-1])) for setting in _settings()]
-    found = []
+    rows = []
     for seed in seeds:
         rig = standard_rig(seed, n_samples)
         for crack_mm in CRACKS:
@@ -82,7 +82,7 @@ def gains(seeds, n_samples):
                         levels[train], target[train]
                     )
                     score = percentage(ladder.predict(levels[~train]) == target[~train])
-                found.append(
+                rows.append(
                     {
                         "grid": grid,
                         **varied,
@@ -91,4 +91,4 @@ def gains(seeds, n_samples):
                         "accuracy": score,
                     }
                 )
-    return pd.DataFrame(found)
+    return pd.DataFrame(rows)

@@ -46,19 +46,21 @@ def lines(frame, path, *, x, scale="linear", split=None):
         for ax, (crack_mm, part) in zip(
             axes[0], frame.groupby("crack_mm"), strict=True
         ):
-            for name, own in part.groupby("diagnoser", sort=False):
+            for name, of_diagnoser in part.groupby("diagnoser", sort=False):
                 for kind, dash in zip(kinds, ("-", "--"), strict=False):
-                    rows = own if kind is None else own[own[split] == kind]
-                    found = _over_draws(rows, [x])
+                    rows = of_diagnoser
+                    if kind is not None:
+                        rows = rows[rows[split] == kind]
+                    spread = _over_draws(rows, [x])
                     where = (
-                        [ticks.index(each) for each in found.index]
+                        [ticks.index(each) for each in spread.index]
                         if even
-                        else found.index
+                        else spread.index
                     )
                     ax.errorbar(
                         where,
-                        found["mean"],
-                        found["std"],
+                        spread["mean"],
+                        spread["std"],
                         color=COLOURS[name],
                         marker=MARKERS[name],
                         markersize=4,
@@ -101,9 +103,11 @@ def bars(frame, path, *, panel, group, label):
     panels = frame.groupby(panel, sort=False)
     with saved_figure(path, 1, panels.ngroups, size=(8.5, 2.8), sharey=True) as axes:
         for ax, (title, part) in zip(axes[0], panels, strict=True):
-            found = _over_draws(part, [*group, "diagnoser"]).reset_index()
-            names = list(dict.fromkeys(found[group].astype(str).agg("\n".join, axis=1)))
-            for n, (name, rows) in enumerate(found.groupby("diagnoser", sort=False)):
+            spread = _over_draws(part, [*group, "diagnoser"]).reset_index()
+            names = list(
+                dict.fromkeys(spread[group].astype(str).agg("\n".join, axis=1))
+            )
+            for n, (name, rows) in enumerate(spread.groupby("diagnoser", sort=False)):
                 where = np.arange(len(rows)) + 0.27 * (n - 1)
                 style = {"color": COLOURS[name], "ecolor": GREY, "label": name}
                 ax.bar(where, rows["mean"], 0.25, yerr=rows["std"], **style)

@@ -44,7 +44,7 @@ def noise(seeds, n_samples):
 
     The signal-to-noise ratio is that of normal windows at the speeds of the test.
     """
-    found = []
+    rows = []
     for seed in seeds:
         rigs = {
             level: simulate_rig(
@@ -63,21 +63,24 @@ def noise(seeds, n_samples):
                     "noise (mV)": level,
                     "SNR (dB)": 10 * np.log10(power / (level / 1e3) ** 2),
                 }
-                known = accuracy(at_default, rig, crack_mm)
+                without_noise = accuracy(at_default, rig, crack_mm)
                 if rig is clean:
-                    same = known
+                    same = without_noise
                 else:
                     diagnoser = calibrated(make(healthy=HEALTHY), rig, crack_mm)
                     same = accuracy(diagnoser, rig, crack_mm)
-                for noise_then, score in (("the same", same), ("0.5 mV", known)):
+                for noise_then, score in (
+                    ("the same", same),
+                    ("0.5 mV", without_noise),
+                ):
                     scored = {"calibrated with": noise_then, "accuracy": score}
-                    found.append(case | setting | scored)
-    return pd.DataFrame(found)
+                    rows.append(case | setting | scored)
+    return pd.DataFrame(rows)
 
 
 def window_length(seeds, n_samples):
     """Window length; the recordings stay the same, so longer windows are fewer."""
-    found = []
+    rows = []
     for length in WINDOW_LENGTHS:
         for seed in seeds:
             rig = simulate_rig(
@@ -92,16 +95,16 @@ def window_length(seeds, n_samples):
             }
             for case, make in _cases([seed]):
                 diagnoser = calibrated(make(healthy=HEALTHY), rig, case["crack_mm"])
-                found.append(
+                rows.append(
                     case
                     | setting
                     | {"accuracy": accuracy(diagnoser, rig, case["crack_mm"])}
                 )
-    return pd.DataFrame(found)
+    return pd.DataFrame(rows)
 
 
 def _identification(seeds, n_samples, name, values):
-    found = []
+    rows = []
     for case, make in _cases(seeds):
         rig = standard_rig(case["seed"], n_samples)
         for value in values:
@@ -113,8 +116,8 @@ def _identification(seeds, n_samples, name, values):
             if observer is None or not is_refused(observer):
                 calibrated(diagnoser, rig, case["crack_mm"])
                 score = accuracy(diagnoser, rig, case["crack_mm"])
-            found.append(case | {name: value, "accuracy": score})
-    return pd.DataFrame(found)
+            rows.append(case | {name: value, "accuracy": score})
+    return pd.DataFrame(rows)
 
 
 def order(seeds, n_samples):
@@ -132,7 +135,7 @@ def pole(seeds, n_samples):
 
 def torque(seeds, n_samples):
     """The measured torque as an input, or the output alone."""
-    found = []
+    rows = []
     for case, make in _cases(seeds):
         rig = standard_rig(case["seed"], n_samples)
         alone = rig | {"data": rig.data[:, :1]}
@@ -143,13 +146,13 @@ def torque(seeds, n_samples):
             diagnoser = calibrated(make(healthy=HEALTHY), seen, case["crack_mm"])
             score = accuracy(diagnoser, seen, case["crack_mm"])
             crack = {"crack size": f"{case['crack_mm']:g} mm"}
-            found.append(case | crack | {"measured": label, "accuracy": score})
-    return pd.DataFrame(found)
+            rows.append(case | crack | {"measured": label, "accuracy": score})
+    return pd.DataFrame(rows)
 
 
 def speed(seeds, n_samples):
     """Accuracy by calibration and test speed, on recordings that are not in the calibration."""
-    found = []
+    rows = []
     for seed in seeds:
         rig = standard_rig(seed, n_samples)
         fresh = simulate_rig(
@@ -164,7 +167,7 @@ def speed(seeds, n_samples):
                 for rpm in TEST_RPM:
                     kept = rows_of(fresh, crack_mm, rpm=rpm)
                     hits = diagnoser.predict(fresh.data[kept]) == fresh.target[kept]
-                    found.append(
+                    rows.append(
                         case
                         | {
                             "calibrated at": train_rpm,
@@ -172,7 +175,7 @@ def speed(seeds, n_samples):
                             "accuracy": percentage(hits),
                         }
                     )
-    return pd.DataFrame(found)
+    return pd.DataFrame(rows)
 
 
 def crack_size(seeds, n_samples):
@@ -181,7 +184,7 @@ def crack_size(seeds, n_samples):
     All tests are on recordings that are not in the calibration; only faulty windows are
     scored, as the normal ones are the same for both sizes.
     """
-    found = []
+    rows = []
     for seed in seeds:
         rig = standard_rig(seed, n_samples)
         fresh = standard_rig(seed + FRESH, n_samples)
@@ -198,5 +201,5 @@ def crack_size(seeds, n_samples):
                     ):
                         hits = diagnoser.predict(fresh.data[kept]) == fresh.target[kept]
                         tested = {"tested at": at, "tested on": f"{crack_mm:g} mm"}
-                        found.append(case | tested | {"accuracy": percentage(hits)})
-    return pd.DataFrame(found)
+                        rows.append(case | tested | {"accuracy": percentage(hits)})
+    return pd.DataFrame(rows)

@@ -75,20 +75,18 @@ class Description:
 
     def _with_times(self, name):
         channel = self.channels[name]
-        if self.axis is None or not self.axis.covers(name, channel):
+        axis = self.times_of([name])
+        if axis is None or axis.name == name:
             return channel
-        rate = channel.sampling_rate or self.axis.sampling_rate
-        start = self.axis.start if channel.start is None else channel.start
+        rate = channel.sampling_rate or axis.sampling_rate
+        start = axis.start if channel.start is None else channel.start
         return replace(channel, sampling_rate=rate, start=start)
 
     def times_of(self, names: list[str]) -> TimeAxis | None:
         """Return the channel of times if one of the chosen channels is timed by it."""
-        axis = self.axis
-        is_timed = axis is not None and any(
-            name == axis.name or axis.covers(name, self.channels[name])
-            for name in names
-        )
-        return axis if is_timed else None
+        lengths = {self.channels[name].length for name in names}
+        is_timed = self.axis is not None and self.axis.length in lengths
+        return self.axis if is_timed else None
 
     def sampling_rate(
         self, names: list[str], stated_rate: float | None

@@ -49,12 +49,11 @@ def signal_blocks(
     agreed("lengths, in samples", lengths)
     rate = description.sampling_rate(names, stated_rate)
     axis = description.times_of(names)
-    read_names = list(names)
     times = None
-    if axis is not None and axis.name not in names:
-        read_names.append(axis.name)
+    read_names = names
     if axis is not None and is_usable(axis, rate) and (rate or stated_rate):
         times = EvenTimes(axis, rate or stated_rate)
+        read_names = list(dict.fromkeys([*names, axis.name]))
     start = 0
     for block in contents.read(read_names, n_samples):
         if not len(block[0]):

@@ -130,9 +130,8 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
         names = _names_in_comment(lines[n_comments - 1], separator, n_fields, decimal)
     has_header = names is not None
     names = distinct(names) if has_header else [str(i) for i in range(n_fields)]
-    units = {name: unit_in_name(name) or "" for name in names}
-    units |= zip(names, unit_line, strict=False)
-    units = {name: unit.strip("[]() ") for name, unit in units.items()}
+    fields = unit_line or [unit_in_name(name) or "" for name in names]
+    units = [field.strip("[]() ") for field in fields]
     n_above = n_lines_before[first] if first < len(rows) else len(body)
     return TextLayout(
         encoding,
@@ -142,7 +141,7 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
         n_head_lines=n_comments + n_above,
         n_ignored=max(len(above) - has_header - bool(unit_line), 0),
         names=names,
-        units={name: unit for name, unit in units.items() if unit},
+        units={name: unit for name, unit in zip(names, units, strict=True) if unit},
         advice=_AMBIGUOUS if comma == _UNCLEAR and not has_header else "",
     )
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._clock import Clock, changes
-from ._contents import Channel, ContentError, Contents
+from ._contents import ContentError, Contents
 from ._facts import RATE_TOLERANCE, SECONDS, letters, names_times, rounded
 from ._fields import number, seconds_of_date, unit_in_name
 
@@ -28,7 +28,7 @@ _SHORTEST = 100
 
 @dataclass(frozen=True)
 class TimeAxis:
-    """Channel of times.
+    """Channel of times. They are those of all channels of its length.
 
     Attributes
     ----------
@@ -52,10 +52,6 @@ class TimeAxis:
     start: float | None
     resolution: float
     unit: str | None
-
-    def covers(self, name: str, channel: Channel) -> bool:
-        """Return whether the times belong to another channel."""
-        return name != self.name and channel.length == self.length
 
 
 class EvenTimes:
@@ -139,24 +135,20 @@ def _axis(contents, name, n_probed=_N_PROBED):
     changed = changes(times)
     steps = np.diff(times[changed])
     is_constant = len(steps) == 0
-    rate = None
-    resolution = 0.0
-    tolerance = np.inf
-    if not is_constant:
-        if max(np.mean(steps > 0), np.mean(steps < 0)) < _ONE_WAY:
-            return None
-        resolution = float(np.abs(steps).min())
-        rate, tolerance = _rate_of_times(times, timed, changed)
+    if not is_constant and max(np.mean(steps > 0), np.mean(steps < 0)) < _ONE_WAY:
+        return None
+    rate, tolerance = _rate_of_times(times, timed, changed)
     if tolerance >= RATE_TOLERANCE and len(times) == n_probed < _N_COARSE:
         return _axis(contents, name, _N_COARSE)
     if is_constant:
         # A letter may stand for another quantity, such as a torque.
         if letters(name) == "t":
             return None
-        return TimeAxis(name, channel.length, None, None, resolution, None)
+        return TimeAxis(name, channel.length, None, None, 0.0, None)
     if tolerance > _COARSE_TOLERANCE:
         return None
     start = float(times[changed[0]] - changed[0] / rate) if is_date else None
+    resolution = float(np.abs(steps).min())
     return TimeAxis(name, channel.length, rate, start, resolution, unit)
 
 
@@ -167,6 +159,8 @@ def _rate_of_times(times, timed, changed):
     differs from the one before.
     """
     steps = np.diff(times[changed])
+    if len(steps) == 0:
+        return np.nan, np.inf
     n_between = np.diff(changed)
     usual = np.median(steps / n_between)
     resolution = np.abs(steps).min()

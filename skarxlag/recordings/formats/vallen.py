@@ -26,32 +26,28 @@ def contents(path: Path) -> Iterator[Contents]:
         }
 
         def read(names, n_samples):
-            n_samples = n_samples or max(channels[names[0]].length, 1)
-            records = [
+            streams = [
                 _records(database, name, channels[name].sampling_rate) for name in names
             ]
-            streams = [_rechunked(arrays, n_samples) for arrays in records]
-            yield from map(list, zip(*streams, strict=True))
+            if n_samples is None:
+                yield [np.concatenate(list(records)) for records in streams]
+            else:
+                blocks = [_rechunked(records, n_samples) for records in streams]
+                yield from map(list, zip(*blocks, strict=True))
 
         yield Contents(channels, read)
 
 
 def _rechunked(arrays, n_samples):
     """Yield arrays of equal length from arrays of any length."""
-    waiting = []
-    count = 0
+    waiting = np.empty(0)
     for array in arrays:
-        while len(array):
-            part = array[: n_samples - count]
-            waiting.append(part)
-            array = array[len(part) :]
-            count = count + len(part)
-            if count == n_samples:
-                yield np.concatenate(waiting)
-                waiting = []
-                count = 0
-    if count:
-        yield np.concatenate(waiting)
+        waiting = np.append(waiting, array)
+        while len(waiting) >= n_samples:
+            yield waiting[:n_samples]
+            waiting = waiting[n_samples:]
+    if len(waiting):
+        yield waiting
 
 
 def _records(database, name, rate):

@@ -1,12 +1,7 @@
-import sys
-from types import ModuleType
-
 import numpy as np
-import pytest
 from sklearn.utils import Bunch
 
 from benchmarks.cross_speed.rigs import (
-    find_rig,
     split_by_crack,
     windows_of,
 )
@@ -31,22 +26,6 @@ def test_split_by_crack_keeps_the_healthy_windows_in_each_part():
     assert small.target_names == ["ok", "a", "b"]
     assert large.recording.tolist() == ["v", "y", "z"]
     assert large.target_names == ["ok", "a"]
-
-
-def test_find_a_function_of_a_module(monkeypatch):
-    module = ModuleType("bench_of_mine")
-    module.my_rig = lambda window_length: window_length
-    monkeypatch.setitem(sys.modules, "bench_of_mine", module)
-    assert find_rig("bench_of_mine:my_rig")(7) == 7
-    with pytest.raises(ValueError, match="no function 'other'"):
-        find_rig("bench_of_mine:other")
-
-
-def test_a_rig_that_is_not_stored_is_named(tmp_path):
-    with pytest.raises(
-        FileNotFoundError, match=r"motor sound: .* has no folder of this rig"
-    ):
-        find_rig("motor sound", data_home=tmp_path)
 
 
 def test_recordings_are_cut_into_windows():

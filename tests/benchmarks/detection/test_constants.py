@@ -13,9 +13,9 @@ def test_wider_limits_flag_fewer_healthy_rows_and_miss_more_faults():
         faulty[::500] += 4
         recordings += [Recording(healthy, "N", speed), Recording(faulty, "I", speed)]
     rows = constants.score_rig(Rig("r", 20_000.0, recordings), "windows of 4800")
-    found = pd.DataFrame(rows)
-    assert set(found["trained at"]) == set(constants.IN_USE)
-    sums = found.groupby("factor")[["flagged at 0.05", "missed"]].sum()
+    counts = pd.DataFrame(rows)
+    assert set(counts["trained at"]) == set(constants.IN_USE)
+    sums = counts.groupby("factor")[["flagged at 0.05", "missed"]].sum()
     assert sums["flagged at 0.05"].is_monotonic_decreasing
     assert sums["missed"].is_monotonic_increasing and sums["missed"].iloc[-1] > 0
-    assert constants.report(found).startswith("9 factors")
+    assert constants.report(counts).startswith("9 factors")

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from benchmarks.quality import __main__ as command
-from benchmarks.quality import rigs, treatments
+from benchmarks.quality import treatments
 from benchmarks.recipe.rigs import Recording, Rig
 
 NOISE = np.random.default_rng(0).normal(size=(3, 12_000))
@@ -15,64 +14,28 @@ LENGTHS = {0.5: 2, 2.0: 1, None: 1}
 
 def test_rows_are_of_all_lengths_that_a_recording_has():
     treat = {"as recorded": lambda samples, rate: (samples, rate)}
-    found = pd.DataFrame(command.good_rows(RIG, LENGTHS, treat, most=2))
-    assert found.groupby("length").size().to_dict() == {"0.5 s": 4, "whole": 2}
-    assert found["seconds"].unique().tolist() == [0.5, 1.5]
-    assert set(found["quality"]) == {"good"}
+    rows = pd.DataFrame(command.good_rows(RIG, LENGTHS, treat, most=2))
+    assert rows.groupby("length").size().to_dict() == {"0.5 s": 4, "whole": 2}
+    assert rows["seconds"].unique().tolist() == [0.5, 1.5]
+    assert set(rows["quality"]) == {"good"}
 
 
 def test_every_damage_is_refused_in_every_row():
-    found = pd.DataFrame(command.damaged_rows(RIG, LENGTHS, treatments.DAMAGED))
-    assert (found["quality"] != "good").all()
-    assert found.groupby("treatment").size().tolist() == [9] * len(treatments.DAMAGED)
+    rows = pd.DataFrame(command.damaged_rows(RIG, LENGTHS, treatments.DAMAGED))
+    assert (rows["quality"] != "good").all()
+    assert rows.groupby("treatment").size().tolist() == [9] * len(treatments.DAMAGED)
 
 
 def test_no_ordinary_treatment_of_noise_is_refused():
     for group in treatments.ORDINARY.values():
-        found = pd.DataFrame(command.good_rows(RIG, LENGTHS, group, most=1))
-        assert (found["quality"] == "good").all()
+        rows = pd.DataFrame(command.good_rows(RIG, LENGTHS, group, most=1))
+        assert (rows["quality"] == "good").all()
 
 
 def test_shares_are_in_percent():
     facts = {"rig": "a", "group": "filter", "length": "whole"}
-    found = pd.DataFrame(
-        [facts | {"quality": each} for each in ("good", "good", "hum")]
-    )
-    table = command.refused(found, "rig", "group")
+    rows = pd.DataFrame([facts | {"quality": each} for each in ("good", "good", "hum")])
+    table = command.refused(rows, "rig", "group")
     assert table.to_numpy().tolist() == [["a", "33.4", "33.4"]]
-    table = command.refused(found[:2], "rig", "group")
+    table = command.refused(rows[:2], "rig", "group")
     assert table.to_numpy().tolist() == [["a", "0", "0"]]
-
-
-def test_the_tables_are_printed(tmp_path, capsys):
-    arguments = [
-        "--seconds",
-        "1",
-        "--output",
-        str(tmp_path),
-        "--data-home",
-        str(tmp_path),
-    ]
-    command.main(arguments)
-    printed = capsys.readouterr().out
-    assert "| simulated, 1 s | 0 |" in printed
-    good = pd.read_csv(tmp_path / "good.csv")
-    assert (good["quality"] == "good").all()
-
-
-def test_rigs_are_read_from_a_folder(tmp_path):
-    folder = tmp_path / "mfpt"
-    folder.mkdir()
-    facts = {
-        "acceleration": NOISE[0].astype(np.float32),
-        "sampling_rate": 8000.0,
-        "rpm": 900.0,
-    }
-    np.savez(folder / "inner_load1.npz", **facts)
-    (rig,) = rigs.all_rigs(tmp_path)
-    assert (rig.name, rig.sampling_rate, rig.recordings[0].rpm) == (
-        "MFPT",
-        8000.0,
-        900.0,
-    )
-    assert rig.recordings[0].samples == pytest.approx(NOISE[0], abs=1e-6)

@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 from scipy.signal import lfilter
 
-from benchmarks.recipe.constants import NAMES, report, score_rig
+from benchmarks.recipe.constants import NAMES, score_rig
 from benchmarks.recipe.rigs import Recording, Rig
 
 
@@ -31,13 +31,3 @@ def test_every_setting_is_scored_in_every_cell(scores):
     assert not accuracies.duplicated([*NAMES, "rows", "trained at"]).any()
     assert accuracies["right"].min() == 1
     assert set(calibrations["exponent"]) >= {8, 32, 64}
-
-
-def test_the_report_names_the_choice(scores):
-    other = [each.assign(rig="other") for each in scores]
-    both = [pd.concat(pair) for pair in zip(scores, other, strict=True)]
-    text = report(*both, real=["coloured noise", "other"])
-    assert text.startswith(
-        "10 settings were scored, and 10 exponents. Chosen: **model order 4"
-    )
-    assert "| other | 4" in text

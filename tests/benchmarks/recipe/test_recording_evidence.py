@@ -31,9 +31,9 @@ def test_the_answer_of_a_location_is_the_sum_of_its_conditions():
     decide = ConditionClassifier().fit(X, y)
     logs = np.log([0.3, 0.3, 0.3, 0.1])
     groups = ["inner", "inner", "outer"]
-    found = answer(logs, decide, groups, "inner")
-    assert found.right and found.confidence == pytest.approx(2 / 3)
-    assert found.loss == pytest.approx(-np.log(2 / 3))
+    inner = answer(logs, decide, groups, "inner")
+    assert inner.right and inner.confidence == pytest.approx(2 / 3)
+    assert inner.loss == pytest.approx(-np.log(2 / 3))
     wrong = answer(logs, decide, groups, "outer")
     assert not wrong.right and wrong.loss == pytest.approx(-np.log(1 / 3))
 
@@ -43,15 +43,15 @@ def test_the_other_rigs_choose_and_both_tests_of_a_rig_count():
     best["a"][str(CORRELATIONS[1])] = 0.5
     best["b"][str(CORRELATIONS[3])] = 0.2
     best["b"][SUM] = 0.0
-    found = pd.concat(
+    results = pd.concat(
         [
             answers("a", "same", best["a"]),
             answers("a", ANOTHER, best["a"], right=False),
             answers("b", "same", best["b"]),
         ]
     )
-    assert chosen_correlation(found) == CORRELATIONS[1]
-    shown = table(found).set_index(["test", "rig"])
+    assert chosen_correlation(results) == CORRELATIONS[1]
+    shown = table(results).set_index(["test", "rig"])
     assert shown["correlation"].dropna().tolist() == [
         CORRELATIONS[3],
         CORRELATIONS[1],
@@ -71,7 +71,7 @@ def test_recordings_at_other_speeds_get_an_answer_of_each_way():
     for each in recordings:
         if each.condition == "b":
             each.samples[:] = each.samples.cumsum()
-    found = frame(Rig("UESTC", 5_000.0, recordings))
+    results = frame(Rig("UESTC", 5_000.0, recordings))
     # Two speeds: all but one is one, so each pair is there twice, for each kind of rows.
-    assert len(found) == 3 * 8 * (1 + len(CORRELATIONS))
-    assert found["right"].all() and set(found) >= set(Answer._fields)
+    assert len(results) == 3 * 8 * (1 + len(CORRELATIONS))
+    assert results["right"].all() and set(results) >= set(Answer._fields)

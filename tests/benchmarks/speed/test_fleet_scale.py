@@ -42,7 +42,8 @@ def test_more_workers_wait_for_the_scheduler():
 
 
 @pytest.mark.slow
-def test_costs_are_measured():
+def test_costs_are_measured(monkeypatch):
+    monkeypatch.setattr(fleet_scale, "_IDLE", 0.2)
     costs = fleet_scale.measure(n_recordings=9, n_listed=20)
     assert costs.diagnosis.shape == (9,) and costs.diagnosis.min() > 0
     others = np.array(costs[1:])

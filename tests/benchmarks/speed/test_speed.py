@@ -1,6 +1,5 @@
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,12 +7,10 @@ import pytest
 from benchmarks.speed import (
     bearing,
     checks,
-    children,
     fleet,
     identification,
     monitor,
     peers,
-    processes,
     rows,
     scale,
     stretches,
@@ -27,13 +24,11 @@ from benchmarks.speed.timing import (
     spread,
     take_turns,
 )
-from skarxlag import ARXLaguerre, LogSpectra
-from skarxlag.core import validation
+from skarxlag import ARXLaguerre
 from skarxlag.kernels import arx_laguerre
 from skarxlag.kernels.scaling import root_mean_square
 from skarxlag.kernels.short_time import sort_columns
 
-README = Path(speed.__file__).parents[1] / "README.md"
 RNG = np.random.default_rng(0)
 
 
@@ -174,67 +169,45 @@ def test_normal_equations_find_the_system():
     np.testing.assert_allclose(ours.coef_[0], coef, atol=1e-3)
 
 
-ROWS = [
-    (rows.transforms, {"n_windows": 16}),
-    (rows.alpio_predict, {"n_windows": 16}),
-    (rows.extended_state_predict, {"n_windows": 16}),
-    (rows.diagnoser_predict, {"n_windows": 16}),
-    (rows.diagnoser_fit, {"n_windows": 16}),
-    (rows.grid_search, {"n_windows": 16, "n_gains": 2}),
-    (rows.two_threads, {"n_windows": 80}),
-    (identification.identification, {"n_samples": 80_000}),
-    (identification.pole_search, {"lengths": (1, 2)}),
-]
+SHORT = {"n_windows": 16, "n_samples": 200}
+STRETCHES = {"n_stretches": 3, "n_samples": 14_000}
+#: Functions with small sizes, and the number of their measurements without peers.
+ROWS = {
+    "transforms": (rows.transforms, SHORT, 4),
+    "alpio": (rows.alpio_predict, SHORT, 1),
+    "extended state": (rows.extended_state_predict, SHORT, 1),
+    "diagnoser": (rows.diagnoser_predict, SHORT, 1),
+    "diagnoser, fit": (rows.diagnoser_fit, SHORT, 0),
+    "grid search": (rows.grid_search, SHORT | {"n_gains": 2}, 2),
+    "two threads": (rows.two_threads, {"n_windows": 80, "n_samples": 200}, 1),
+    "identification": (identification.identification, {"n_samples": 80_000}, 1),
+    "pole search": (identification.pole_search, {"lengths": (1, 2)}, 2),
+    "checks": (checks.checks, SHORT, 6),
+    "monitor": (monitor.monitor, {"n_seconds": 2}, 2),
+    "sensors": (monitor.sensors, {"sensors": {2: (0.5, 2)}}, 2),
+    "stretches": (stretches.stretches, STRETCHES, 5),
+    "bearing": (bearing.bearing, STRETCHES, 3),
+}
 
 
-@pytest.mark.parametrize(("row", "sizes"), ROWS, ids=[row.__name__ for row, _ in ROWS])
-def test_rows_with_tiny_sizes(row, sizes):
-    n_samples = {} if "n_samples" in sizes else {"n_samples": 200}
-    lines = row(n_rounds=2, **sizes, **n_samples)
-    assert lines or (row is rows.diagnoser_fit and not peers.is_installed("aeon"))
+@pytest.mark.parametrize("name", ROWS)
+def test_a_measurement_has_a_positive_value(name):
+    measure, sizes, n_lines = ROWS[name]
+    lines = measure(n_rounds=2, **sizes)
+    assert len(lines) >= n_lines
     assert all(line["reached"] > 0 for line in lines)
     assert len(speed.table(lines)) == len(lines)
-    if row is rows.grid_search:
-        assert lines[1]["reached"] == 1  # one identification a fold
 
 
-def test_rows_of_checks():
-    lines = checks.checks(n_rounds=2, n_windows=16, n_samples=200)
+def test_a_grid_search_identifies_once_a_fold():
+    lines = rows.grid_search(n_rounds=2, n_gains=2, **SHORT)
+    assert lines[1]["reached"] == 1
+
+
+def test_steps_of_a_run_are_measured_for_each_number_of_recordings():
+    lines = scale.scale(counts=(2, 4))
     assert len(lines) == len(speed.table(lines)) == 6
-    alone, shares = lines[::3], [line for n, line in enumerate(lines) if n % 3 > 0]
-    assert all(0 < line["reached"] < 1 for line in shares)
-    # A row takes less time in a batch.
-    assert all(line["reached"] > 1 and line["at_most"] for line in alone)
-    assert [line.get("target") for line in lines] == [2, None, None] * 2
-
-
-def test_timed_functions_are_put_back_and_count_once():
-    original = validation.validate_innovations
-    X = np.random.default_rng(0).normal(size=(8, 100))
-    residual = LogSpectra().fit(X)
-    names = {"validate_innovations": validation, "validate_data": validation}
-    with checks.timed(names) as seconds:
-        assert validation.validate_innovations is not original
-        residual.transform(X)
-        residual.transform(X)
-    # One of them calls the other.
-    assert len(seconds) == 2 and min(seconds) > 0
-    assert validation.validate_innovations is original
-
-
-def test_rows_of_the_monitor():
-    lines = monitor.monitor(n_rounds=2, n_seconds=2)
-    n_rows = 3 if peers.is_installed("river") else 2
-    assert [line["reached"] > 0 for line in lines] == [True] * n_rows
-    assert "latency of a block of 1 s" in lines[1]["ours"]
-    assert len(speed.table(lines)) == n_rows
-
-
-def test_rows_of_several_sensors():
-    lines = monitor.sensors(n_rounds=2, sensors={2: (0.5, 2)})
-    assert all(line["reached"] > 0 and line["target"] == 1.5 for line in lines)
-    assert "sensors of 25.6 kHz: 2, blocks of 0.5 s" in lines[0]["what"]
-    assert "blocks of 2 s" in lines[1]["what"]
+    assert {line["peer"] for line in lines} == {"2, 4 recordings"}
 
 
 def test_features_for_river_hold_all_of_the_power_but_the_mean():
@@ -245,19 +218,18 @@ def test_features_for_river_hold_all_of_the_power_but_the_mean():
 
 def test_costs_of_a_fleet_follow_from_what_was_measured():
     seconds = {
-        "one": [2.0, 2.0],
+        "one": [2.0, 2],
         "two": [1.0, 1.25],
-        "product": [3.0, 3.0],
+        "product": [3, 3],
         "products": [1.5, 1.5],
     }
-    seconds = {side: np.array(each) for side, each in seconds.items()}
-    found = {
-        "seconds": seconds,
+    measured = {
+        "seconds": {side: np.array(rounds) for side, rounds in seconds.items()},
         "n_samples": 2_000_000,
         "bytes_out": 400,
         "bytes_back": 60.0,
     }
-    values = fleet.costs(found).set_index("what")["value"]
+    values = fleet.costs(measured).set_index("what")["value"]
     assert values.iloc[0] == "1,000,000"
     assert values["matrix products in two processes over one (spread)"] == "2.00 (0%)"
     # 10 000 sensors of 25 600 Hz at a million samples a second.
@@ -265,85 +237,6 @@ def test_costs_of_a_fleet_follow_from_what_was_measured():
     assert values["example, one recording a minute: cores"] == "4.3"
     # 10 000 recordings of 400 bytes, and 213 333 windows of 60 bytes.
     assert values["example, no pause: MB/s over the network"] == "16.80"
-
-
-def test_rows_of_stretches():
-    # Three turns at the least.
-    lines = stretches.stretches(n_rounds=2, n_stretches=3, n_samples=14_000)
-    assert len(lines) == len(speed.table(lines)) == 5
-    assert all(0 < line["reached"] < 1000 and line["spread"] >= 0 for line in lines)
-    assert [line["target"] for line in lines] == [8.0, None, None, None, None]
-    assert "3 stretches of 0.273438 s at 51.2 kHz" in lines[0]["what"]
-
-
-def test_rows_with_the_bearing():
-    lines = bearing.bearing(n_rounds=2, n_stretches=3, n_samples=14_000)
-    modules = bearing._PEERS.values()
-    assert len(lines) == 3 + sum(map(peers.is_installed, modules))
-    assert all(line["reached"] > 0 and line["spread"] >= 0 for line in lines)
-    assert "3 stretches of 0.273438 s at 51.2 kHz" in lines[0]["what"]
-    assert [line.get("target") for line in lines[2:]] == [1] * (len(lines) - 3) + [1.6]
-
-
-def test_rows_on_the_number_of_recordings():
-    lines = scale.scale(counts=(2, 4))
-    assert len(lines) == len(speed.table(lines)) == 6
-    assert all(
-        line["reached"] >= 0 and line["peer"] == "2, 4 recordings" for line in lines
-    )
-
-
-def test_rows_on_processes(monkeypatch):
-    numbers = iter([9.0, 3.0, 1.0, 5.0, 2.0])
-    monkeypatch.setattr(processes, "_run", lambda *arguments, cache: next(numbers))
-    cold, warm = processes._first_predictions(n_rounds=2, makers=("make_alpio",))
-    assert (cold["reached"], cold["target"]) == (4, 3)
-    assert (warm["reached"], warm["target"]) == (1.5, 0.6)
-    size = 20_000 * 1000 * 8 / 2**20
-    numbers = iter([size, 3 * size, 100.0, 200.0, 400.0])
-    lines = processes.memory(n_windows=3, window_length=1000)
-    assert [line["reached"] for line in lines] in ([1, 3, 100, 200, 400], [])
-
-
-def test_commands_are_compared_with_their_imports(monkeypatch):
-    seconds = {"python": 0.25, "imports": 2.0, "diagnose": 1.0, "info": 1.0}
-    seconds |= {"--version": 0.375, "--help": 0.5, "--unknown": 0.5, "fit": 0.5}
-
-    def python(*arguments, cache, status):
-        assert status == (
-            2 if "--unknown" in arguments else 1 if "fit" in arguments else 0
-        )
-        if "diagnose" in arguments and "--unknown" in arguments:
-            arguments = ["--unknown"]
-        if "diagnose" in arguments:
-            assert children.Path(arguments[-1]).stat().st_size > 40 * 1200 * 8
-        [name] = {*seconds} & {*arguments} or (
-            {"python"} if "pass" in arguments else {"imports"}
-        )
-        clock.append(clock[-1] + seconds[name])
-
-    clock = [0.0]
-    monkeypatch.setattr(processes, "run_python", python)
-    monkeypatch.setattr(processes, "_seconds_of_children", lambda: clock[-1])
-    monkeypatch.setattr(processes, "_first_predictions", list)
-    lines = processes.start_up(n_rounds=2)
-    assert [line["reached"] for line in lines] == [0.5, 0.5, 0.125, 0.25, 0.25, 0.25]
-    assert speed.missed_targets(lines) == []
-
-
-def test_children(tmp_path, capsys):
-    children.first_prediction("make_alpio")
-    assert float(capsys.readouterr().out.rpartition("seconds")[2]) > 0
-    if children.has_peak():
-        children.peak_of_predict("make_alpio", 500, 100)
-        children.peak_of_command(tmp_path, 500, 100)
-        children.peak_of_fit("make_alpio", tmp_path, 400, 100)
-        first, *others = capsys.readouterr().out.split("MiB ")[1:]
-        assert float(first.split()[0]) > -1 and all(
-            float(o.split()[0]) > -1 for o in others
-        )
-        assert (tmp_path / "windows").stat().st_size == 400 * 100 * 8
-        assert np.load(tmp_path / "long.npy").shape == (50_000,)
 
 
 @pytest.mark.slow
@@ -381,25 +274,3 @@ def test_table_and_what_was_missed():
         "c: 4, target at most 3",
     ]
     assert table["spread"].tolist() == ["", "3%", "", ""]
-
-
-def test_command_writes_the_chosen_rows(monkeypatch, tmp_path, capsys):
-    page = tmp_path / "page.md"
-    page.write_text("<!-- speed: begin -->\nold\n<!-- speed: end -->\n")
-    monkeypatch.setitem(
-        speed.ROWS, "memory", lambda: [{"what": "peak", "reached": 7.0}]
-    )
-    monkeypatch.setattr(peers, "missing_libraries", lambda: ["llsi"])
-    speed.main(["--only", "memory", "--write", str(page)])
-    text = page.read_text()
-    assert "| peak |" in text and "old" not in text and "G multiply-adds/s" in text
-    assert "Not installed, so left out: llsi." in text
-    assert "| peak |" in capsys.readouterr().out
-    with pytest.raises(SystemExit):
-        speed.main(["--only", "nothing"])
-
-
-def test_page_has_the_marks_and_names_every_row():
-    text = README.read_text(encoding="utf-8")
-    assert text.count("<!-- speed: begin -->") == text.count("<!-- speed: end -->") == 1
-    assert all(f"`{name}`" in text for name in speed.ROWS)

@@ -5,19 +5,17 @@ from sklearn.utils import Bunch
 
 from benchmarks.stretches import command
 from benchmarks.stretches.methods import (
-    FewStretches,
     LargestPeak,
     OrdersAlone,
     PyBearing,
     Stretches,
-    TooFew,
     WindowsVote,
 )
-from benchmarks.stretches.rigs import places
+from benchmarks.stretches.rigs import locations
 from skarxlag import bearing_orders, make_alpio
 from skarxlag.bearings import SKF_6205
 
-from ...distances.test_orders import RATE, strikes
+from ...impacts import RATE, strikes
 
 ORDERS = bearing_orders(SKF_6205)
 
@@ -69,75 +67,24 @@ def test_methods_name_conditions_at_the_other_speed(rig, make):
         [900, 700],
     ]
     assert (
-        pairs["accuracy"].min() >= 6 / 9 and (pairs["place"] >= pairs["accuracy"]).all()
+        pairs["accuracy"].min() >= 6 / 9
+        and (pairs["location"] >= pairs["accuracy"]).all()
     )
 
 
 @pytest.mark.parametrize("make", [LargestPeak, PyBearing])
-def test_rules_name_the_place_by_the_geometry(rig, make):
+def test_rules_name_the_location_by_the_geometry(rig, make):
     if make is PyBearing:
         pytest.importorskip("pybearing.analysis.envelope_analysis")
     pairs = pd.DataFrame(
-        command.speed_pairs(lambda: make(RATE, ORDERS), rig, of_place=True)
+        command.speed_pairs(lambda: make(RATE, ORDERS), rig, of_location=True)
     )
-    assert pairs["accuracy"].isna().all() and pairs["place"].min() >= 5 / 9
+    assert pairs["accuracy"].isna().all() and pairs["location"].min() >= 5 / 9
 
 
-def test_places_of_compound_faults_are_unknown():
+def test_locations_of_compound_faults_are_unknown():
     expected = ["inner", "outer", "ball", "healthy", None]
-    assert places(["IR5", "O", "B", "N", "IR-OR"]).tolist() == expected
-
-
-@pytest.mark.slow
-def test_command_writes_results_and_the_block_of_a_page(
-    rig, tmp_path, monkeypatch, capsys
-):
-    monkeypatch.setattr(command, "rigs_of_stretches", lambda name, *args: [(name, rig)])
-    page = tmp_path / "page.md"
-    page.write_text(
-        "<!-- stretches overview: begin -->\n<!-- stretches overview: end -->\n"
-    )
-    arguments = [
-        "--rig",
-        "SpectraQuest",
-        "--seconds",
-        "1",
-        "--output",
-        str(tmp_path),
-        "--write",
-    ]
-    methods = ["orders alone", "largest peak at the orders"]
-    command.main([*arguments, str(page), "--method", *methods])
-    out, err = capsys.readouterr()
-    assert (
-        "| SpectraQuest | orders alone |" in out
-        and "SpectraQuest | seed 0 | 1 s | orders alone: " in err
-    )
-    assert "| SpectraQuest | orders alone |" in page.read_text()
-    pairs = pd.read_csv(tmp_path / "pairs.csv")
-    assert len(pairs) == 4
-    command.main([*arguments, str(page), "--method", "orders alone"])
-    assert len(pd.read_csv(tmp_path / "pairs.csv")) == 4
-
-
-def test_training_on_few_stretches(rig):
-    first = rig.start < 3 * RATE
-    train = first & (rig.rpm == 900)
-    few = FewStretches(RATE, 2).fit(rig.data[train], rig.target[train], rig.rpm[train])
-    by_hand = np.concatenate(
-        [np.flatnonzero(train & (rig.target == c))[:2] for c in set(rig.target)]
-    )
-    by_hand.sort()
-    expected = Stretches(RATE).fit(
-        rig.data[by_hand], rig.target[by_hand], rig.rpm[by_hand]
-    )
-    levels = [
-        each.diagnoser.diagnose(rig.data[:4], rpm=rig.rpm[:4]).levels
-        for each in (few, expected)
-    ]
-    np.testing.assert_allclose(*levels)
-    with pytest.raises(TooFew):
-        FewStretches(RATE, 3).fit(rig.data[train], rig.target[train], rig.rpm[train])
+    assert locations(["IR5", "O", "B", "N", "IR-OR"]).tolist() == expected
 
 
 def test_tables_of_real_and_simulated_rigs_and_of_training():
@@ -149,7 +96,7 @@ def test_tables_of_real_and_simulated_rigs_and_of_training():
         ("simulated, 3 mm", 1.0, ours, 21, 0.7), ("simulated, 3 mm", 1.0, ours, 22, 1.0),
     ]  # fmt: skip
     pairs = pd.DataFrame(rows, columns=["rig", "seconds", "method", "seed", "accuracy"])
-    blocks = command.blocks(pairs.assign(place=1.0))
+    blocks = command.blocks(pairs.assign(location=1.0))
     assert list(blocks) == [
         f"stretches {name}" for name in ("overview", "training", "simulated")
     ]

@@ -5,7 +5,8 @@ import pytest
 from scipy.io import wavfile
 
 from skarxlag import read_recording
-from tests.recordings.blocks import recording_blocks
+
+from .reading import in_blocks, truncate
 
 soundfile = pytest.importorskip("soundfile")
 
@@ -14,17 +15,15 @@ Y, U = np.random.default_rng(0).integers(-1000, 1000, size=(2, 103)) / 1024
 
 
 @pytest.mark.parametrize("suffix", ["flac", "w64", "rf64", "aiff", "aif", "caf", "au"])
-@pytest.mark.parametrize("n_samples", [None, 10, 1000])
-def test_samples_and_rate(tmp_path, suffix, n_samples):
+def test_samples_and_rate(tmp_path, suffix):
     path = tmp_path / f"run.{suffix}"
     kind = "AIFF" if suffix == "aif" else None
-    soundfile.write(
-        path, np.stack([Y, U], axis=1), 48_000, subtype="PCM_16", format=kind
-    )
-    blocks, rates = zip(*recording_blocks(path, n_samples, channel=[1, 0]), strict=True)
-    np.testing.assert_array_equal(np.concatenate(blocks, axis=1), [U, Y])
-    assert set(rates) == {48_000}
-    assert max(block.shape[1] for block in blocks) <= (n_samples or 103)
+    both = np.stack([Y, U], axis=1)
+    soundfile.write(path, both, 48_000, subtype="PCM_16", format=kind)
+    for n_samples, longest in ((None, 103), (10, 10), (1000, 103)):
+        read = in_blocks(path, n_samples, channel=[1, 0])
+        np.testing.assert_array_equal(read[0], [U, Y])
+        assert read[1:] == (48_000, longest)
 
 
 @pytest.mark.parametrize("subtype", ["PCM_24", "PCM_32", "FLOAT", "DOUBLE"])
@@ -36,12 +35,13 @@ def test_widths_of_samples(tmp_path, suffix, subtype):
 
 
 def test_wav_of_24_bit_and_two_channels_in_parts(tmp_path):
+    path = tmp_path / "run.wav"
     samples = np.random.default_rng(0).uniform(-1, 1, size=(103, 2))
-    soundfile.write(tmp_path / "run.wav", samples, 51_200, subtype="PCM_24")
-    _, expected = wavfile.read(tmp_path / "run.wav")
-    blocks = [b for b, _ in recording_blocks(tmp_path / "run.wav", 10, channel=[0, 1])]
-    assert len(blocks) == 11
-    np.testing.assert_array_equal(np.concatenate(blocks, axis=1), expected.T / 2.0**31)
+    soundfile.write(path, samples, 51_200, subtype="PCM_24")
+    _, expected = wavfile.read(path)
+    signal, rate, longest = in_blocks(path, 10, channel=[0, 1])
+    np.testing.assert_array_equal(signal, expected.T / 2.0**31)
+    assert (rate, longest) == (51_200, 10)
 
 
 @pytest.mark.parametrize("suffix", ["flac", "w64", "rf64", "aiff", "caf", "au"])
@@ -49,8 +49,7 @@ def test_wav_of_24_bit_and_two_channels_in_parts(tmp_path):
 def test_truncated_files(tmp_path, suffix, kept):
     path = tmp_path / f"run.{suffix}"
     soundfile.write(path, np.random.default_rng(0).uniform(-1, 1, size=9000), 48_000)
-    whole = path.read_bytes()
-    path.write_bytes(whole[: int(kept if kept != 0.6 else 0.6 * len(whole))])
+    truncate(path, kept)
     # Without a header, libsndfile takes some suffixes for raw sound of no samples.
     with pytest.raises(ValueError, match=rf"run.{suffix}: .*(damaged|is empty)"):
         read_recording(path)

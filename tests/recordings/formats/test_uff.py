@@ -5,6 +5,8 @@ import pytest
 
 from skarxlag import list_channels, read_recording
 
+from .reading import truncate
+
 pyuff = pytest.importorskip("pyuff")
 
 # pyuff's writer of binary sets leaves a file open.
@@ -15,40 +17,27 @@ pytestmark = pytest.mark.filterwarnings(
 Y, U = np.random.default_rng(0).normal(size=(2, 103))
 
 
-def write(
-    path, data, *, binary=1, id1="NONE", node=1, direction=3, rate=51_200, func_type=1
-):
-    pyuff.UFF(str(path)).write_sets(
-        pyuff.prepare_58(
-            binary=binary,
-            func_type=func_type,
-            id1=id1,
-            rsp_node=node,
-            rsp_dir=direction,
-            ref_node=1,
-            ref_dir=1,
-            data=data,
-            x=np.arange(len(data)) / rate,
-            num_pts=len(data),
-            abscissa_spacing=1,
-            abscissa_min=0.0,
-            abscissa_inc=1 / rate,
-            ord_data_type=4,
-            abscissa_spec_data_type=17,
-            ordinate_spec_data_type=12,
-            ordinate_axis_units_lab="m/s^2",
-            orddenom_spec_data_type=0,
-            z_axis_spec_data_type=0,
-        ),
-        "add",
-    )
-    return path
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "run.uff"
+
+
+def write(path, data, *, rate=51_200, **facts):
+    record = {"binary": 1, "func_type": 1, "id1": "NONE", "rsp_node": 1, "rsp_dir": 3}
+    record |= {"ref_node": 1, "ref_dir": 1, "data": data, "num_pts": len(data)}
+    record |= {"x": np.arange(len(data)) / rate, "abscissa_spacing": 1}
+    record |= {"abscissa_min": 0.0, "abscissa_inc": 1 / rate, "ord_data_type": 4}
+    record |= {"abscissa_spec_data_type": 17, "ordinate_spec_data_type": 12}
+    record |= {"ordinate_axis_units_lab": "m/s^2", "orddenom_spec_data_type": 0}
+    record |= {"z_axis_spec_data_type": 0} | facts
+    pyuff.UFF(str(path)).write_sets(pyuff.prepare_58(**record), "add")
 
 
 @pytest.mark.parametrize("binary", [0, 1])
-@pytest.mark.parametrize("suffix", ["uff", "UNV"])
-def test_samples_rate_and_unit(tmp_path, binary, suffix):
-    path = write(tmp_path / f"run.{suffix}", Y, binary=binary, id1="drive end")
+@pytest.mark.parametrize("suffix", [".uff", ".UNV"])
+def test_samples_rate_and_unit(path, binary, suffix):
+    path = path.with_suffix(suffix)
+    write(path, Y, binary=binary, id1="drive end")
     write(path, U, binary=binary, id1="free end", rate=48_000)
     write(path, U, binary=binary, id1="spectrum", func_type=2)
     channels = list_channels(path)
@@ -61,16 +50,16 @@ def test_samples_rate_and_unit(tmp_path, binary, suffix):
     assert rate == 48_000
 
 
-def test_functions_that_repeat_their_description_go_by_position(tmp_path):
-    path = write(tmp_path / "run.uff", Y, node=7, direction=-2)
-    write(path, U, node=12, direction=3)
+def test_functions_that_repeat_their_description_go_by_position(path):
+    write(path, Y, rsp_node=7, rsp_dir=-2)
+    write(path, U, rsp_node=12)
     assert list_channels(path)["channel"].tolist() == ["0", "1"]
     np.testing.assert_array_equal(read_recording(path, channel="1")[0], U)
 
 
 @pytest.mark.parametrize("kept", [0, 100, 1200])
-def test_truncated_files(tmp_path, kept):
-    path = write(tmp_path / "run.uff", Y)
-    path.write_bytes(path.read_bytes()[:kept])
+def test_truncated_files(path, kept):
+    write(path, Y)
+    truncate(path, kept)
     with pytest.raises(ValueError, match=r"run.uff: "):
         read_recording(path)

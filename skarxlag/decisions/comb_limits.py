@@ -1,0 +1,264 @@
+"""Limits that healthy rows set for the scores of combs, and scores compared with them."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import gumbel_r
+
+from ..core.fault_locations import FAULTS
+
+#: Logarithm of speed up to which rows count as rows of the same speed.
+_SAME_SPEED = 0.05
+#: Log odds of two fault locations for each neper between the scores of recordings that
+#: are named, and the mean of these distances in nepers.
+_CONFIDENCE_NAMED = 10.0
+_MEAN_MARGIN = 1.6
+#: Gumbel distribution of the best score of healthy rows, location and scale in nepers:
+#: from 82 stretches of 1 s of three rigs, `python -m benchmarks.fault_orders --null`.
+#: Scores of longer rows scatter less. The second location is that above the mean scores
+#: of the same machine at other speeds.
+HEALTHY_LOCATION = 0.86
+OTHER_SPEED_LOCATION = 0.06
+HEALTHY_SCALE = 0.31
+#: Rows that `HEALTHY_SCALE` counts for when healthy rows of the machine are at hand.
+_PRIOR_ROWS = 10
+#: Score of a row without a comb if no healthy row is known.
+WITHOUT_COMB = 0.8
+#: p-values are above 0.
+LEAST_P = np.finfo(float).tiny
+
+
+class HealthyCombs(NamedTuple):
+    """Scores of combs in healthy rows.
+
+    Parameters
+    ----------
+    reference : ndarray of shape (3,)
+        Mean scores at ball, inner and outer race; 0 without rows.
+    best : ndarray of shape (n_rows,)
+        Largest scores above the reference, ascending.
+    speeds : ndarray of shape (n_rows,)
+        Speeds of the rows, ascending.
+    limit : float
+        Limit of the largest score above the reference at these speeds, in nepers.
+    """
+
+    reference: NDArray[Any]
+    best: NDArray[Any]
+    speeds: NDArray[Any]
+    limit: float
+
+    @property
+    def without_comb(self) -> NDArray[Any] | float:
+        """Scores of a row without a comb."""
+        return self.reference if len(self.best) > 0 else WITHOUT_COMB
+
+
+class ComparedCombs(NamedTuple):
+    """Scores of combs, compared with those of healthy rows.
+
+    Parameters
+    ----------
+    excess : ndarray of shape (n_rows, 3)
+        Scores above the reference at ball, inner and outer race, on the scale of the
+        limits.
+    limits : ndarray of shape (n_rows,)
+        Limits of the largest excess.
+    ranking : ndarray of int of shape (n_rows, 2)
+        Faults of the largest and of the second largest excess.
+    alarm : ndarray of bool of shape (n_rows,)
+        Whether the largest excess is above its limit.
+    is_close : ndarray of bool of shape (n_rows,)
+        Whether there is an alarm, but the second largest excess is too close to name
+        the largest.
+    p_value : ndarray of shape (n_rows,)
+        As `p_values_of_healthy` returns them.
+    score_limits : ndarray of shape (n_rows,)
+        Limits of the scores of the faults with the largest excess.
+    """
+
+    excess: NDArray[Any]
+    limits: NDArray[Any]
+    ranking: NDArray[np.intp]
+    alarm: NDArray[np.bool_]
+    is_close: NDArray[np.bool_]
+    p_value: NDArray[Any]
+    score_limits: NDArray[Any]
+
+
+def healthy_combs(
+    scores: NDArray[Any], speeds: NDArray[Any], rate: float
+) -> HealthyCombs:
+    """Learn reference and limit from healthy rows.
+
+    Parameters
+    ----------
+    scores : ndarray of shape (n_rows, 3)
+        Scores of ball, inner and outer race. No rows: the limit is that of other
+        machines.
+    speeds : ndarray of shape (n_rows,)
+        Speeds of the rows; NaN if a speed is not known.
+    rate : float
+        Share of healthy rows above the limit.
+
+    Returns
+    -------
+    HealthyCombs
+        Reference, scores, speeds and limit.
+    """
+    n_rows = len(scores)
+    reference = scores.mean(axis=0) if n_rows > 0 else np.zeros(len(FAULTS))
+    # A row is nearer to a mean that it is a part of.
+    best = (scores - reference).max(axis=1, initial=-np.inf)
+    best = np.sort(best * n_rows / max(n_rows - 1, 1))
+    speeds = np.sort(np.where(np.isnan(speeds), 1.0, speeds))
+    return HealthyCombs(reference, best, speeds, limit_of_healthy(best, rate))
+
+
+def compare_combs(
+    scores: NDArray[Any],
+    speeds: NDArray[Any],
+    healthy: HealthyCombs,
+    gain: float,
+    false_alarm_rate: float,
+    wrong_name_rate: float,
+) -> ComparedCombs:
+    """Compare scores of combs with those of healthy rows.
+
+    Parameters
+    ----------
+    scores : ndarray of shape (n_rows, 3)
+        Scores of ball, inner and outer race.
+    speeds : ndarray of shape (n_rows,)
+        Speeds of the rows; NaN if a speed is not known.
+    healthy : HealthyCombs
+        What healthy rows show.
+    gain : float
+        How much less the scores scatter than those of one row. It counts at the speeds
+        of healthy rows only, at which the reference is known.
+    false_alarm_rate, wrong_name_rate : float
+        As in `FaultOrderClassifier`.
+
+    Returns
+    -------
+    ComparedCombs
+        The comparison.
+    """
+    distances = np.abs(np.log(speeds[:, np.newaxis] / healthy.speeds))
+    # The distance of an unknown speed is NaN.
+    is_far = ~(distances.min(axis=1, initial=np.inf) <= _SAME_SPEED)
+    elsewhere = limit_elsewhere(healthy.limit, false_alarm_rate)
+    limits = np.where(is_far, elsewhere, healthy.limit)
+    certainty = np.where(is_far, 1.0, gain)
+    excess = (scores - healthy.reference) * certainty[:, np.newaxis]
+    ranking = excess.argsort(axis=1, kind="stable")[:, :-3:-1]
+    best, second = np.take_along_axis(excess, ranking, axis=1).T
+    alarm = best > limits
+    return ComparedCombs(
+        excess,
+        limits,
+        ranking,
+        alarm,
+        is_close=alarm & (best - second < least_margin(wrong_name_rate)),
+        p_value=p_values_of_healthy(best, healthy.best, is_far),
+        score_limits=healthy.reference[ranking[:, 0]] + limits / certainty,
+    )
+
+
+def least_margin(wrong_name_rate: float) -> float:
+    r"""Compute the difference of two scores above which the better one may be named.
+
+    Margins m of rows that are named have an exponential distribution with mean
+    :math:`\bar m`. The name is wrong with the probability :math:`1 / (1 + e^{k m})`.
+    The share of wrong names with a margin of at least :math:`m_0` is then at most
+    :math:`\ln(1 + e^{-k m_0}) / (k \bar m)`, which is solved for :math:`m_0`.
+
+    Parameters
+    ----------
+    wrong_name_rate : float
+        Share of wrong names.
+
+    Returns
+    -------
+    float
+        In nepers, at least 0.
+
+    Examples
+    --------
+    >>> [round(least_margin(rate), 2) for rate in (0.02, 0.002)]
+    [0.1, 0.34]
+    """
+    share = np.expm1(wrong_name_rate * _CONFIDENCE_NAMED * _MEAN_MARGIN)
+    return max(float(-np.log(share) / _CONFIDENCE_NAMED), 0.0)
+
+
+def limit_of_healthy(healthy: NDArray[Any], rate: float) -> float:
+    """Return the score whose p-value is the rate, see `p_values_of_healthy`.
+
+    Parameters
+    ----------
+    healthy : ndarray of shape (n_rows,)
+        Best scores of healthy rows, ascending. Empty: those of other machines.
+    rate : float
+        Share of healthy rows above the limit.
+
+    Returns
+    -------
+    float
+        In nepers.
+    """
+    n_rows = len(healthy)
+    if n_rows == 0:
+        return float(gumbel_r.isf(rate, HEALTHY_LOCATION, HEALTHY_SCALE))
+    n_above = int(rate * (n_rows + 1) + 1e-9)
+    if n_above >= 1:
+        return float(healthy[-min(n_above, n_rows)])
+    return float(healthy[-1] - _tail_scale(healthy) * np.log(rate * (n_rows + 1)))
+
+
+def limit_elsewhere(limit: float, rate: float) -> float:
+    """Return the score that healthy rows exceed at a rate at speeds without healthy rows."""
+    return max(limit, float(gumbel_r.isf(rate, OTHER_SPEED_LOCATION, HEALTHY_SCALE)))
+
+
+def p_values_of_healthy(
+    best: NDArray[Any], healthy: NDArray[Any], is_far: NDArray[np.bool_]
+) -> NDArray[Any]:
+    """Compute the share of healthy rows with a larger best score.
+
+    Above the best scores of all healthy rows, the share follows an exponential tail.
+
+    Parameters
+    ----------
+    best : ndarray of shape (n,)
+        Best scores.
+    healthy : ndarray of shape (n_rows,)
+        Best scores of healthy rows, ascending. Empty: those of other machines.
+    is_far : ndarray of bool of shape (n,)
+        Whether no healthy row had such a speed.
+
+    Returns
+    -------
+    ndarray of shape (n,)
+        In (0, 1].
+    """
+    n_rows = len(healthy)
+    if n_rows == 0:
+        return np.maximum(gumbel_r.sf(best, HEALTHY_LOCATION, HEALTHY_SCALE), LEAST_P)
+    n_above = n_rows - np.searchsorted(healthy, best)
+    beyond = np.maximum(best - healthy[-1], 0) / _tail_scale(healthy)
+    here = np.exp(-beyond) * (1 + n_above) / (1 + n_rows)
+    elsewhere = np.where(
+        is_far, gumbel_r.sf(best, OTHER_SPEED_LOCATION, HEALTHY_SCALE), 0.0
+    )
+    return np.maximum(np.maximum(here, elsewhere), LEAST_P)
+
+
+def _tail_scale(healthy):
+    """Return the root mean square of the Gumbel scales of these and of other machines."""
+    variances = [6 * np.var(healthy) / np.pi**2, HEALTHY_SCALE**2]
+    n_rows = [len(healthy), _PRIOR_ROWS]
+    return float(np.sqrt(np.average(variances, weights=n_rows)))

@@ -1,0 +1,78 @@
+"""Sentences on the combs of rows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sklearn.utils import Bunch
+
+from ..bearings import BearingLike
+from ..kernels.fault_orders import NEPER_IN_DB
+from ..measures.envelope_spectra import impact_orders
+from .comb_limits import ComparedCombs
+
+#: Faults in words, and orders of their impacts, in the order of `FAULTS`.
+_WORDS = "a rolling element", "the inner race", "the outer race"
+_ORDERS = "2 BSF", "BPFI", "BPFO"
+
+
+def comb_sentences(
+    matches: Bunch,
+    compared: ComparedCombs,
+    orders: NDArray[Any],
+    bearings: Sequence[BearingLike],
+    slip: float,
+) -> NDArray[np.object_]:
+    """Describe the strongest comb of each row in a sentence.
+
+    Parameters
+    ----------
+    matches : Bunch
+        As `CombSearch.match` returns it.
+    compared : ComparedCombs
+        Its scores, compared with those of healthy rows.
+    orders : ndarray of shape (n_bearings, 4)
+        As in `CombSearch`.
+    bearings : sequence of BearingLike
+        The bearings as the user gave them.
+    slip : float
+        As in `FaultOrderClassifier`.
+
+    Returns
+    -------
+    ndarray of str of shape (n_rows,)
+        The sentences, without a period.
+    """
+    nominal_orders = impact_orders(orders)
+    sentences = []
+    for row, (best, second) in enumerate(compared.ranking):
+        bearing = matches.bearings[row, best]
+        location = _WORDS[best]
+        if isinstance(bearings[bearing], str):
+            location += f" of {bearings[bearing]}"
+        elif len(bearings) > 1:
+            location += f" of bearing {bearing + 1}"
+        size = f"{NEPER_IN_DB * matches.scores[row, best]:.0f} dB"
+        factor = matches.factors[row, best]
+        order = nominal_orders[bearing, best] * factor
+        if not compared.alarm[row]:
+            limit = f"{NEPER_IN_DB * compared.score_limits[row]:.0f} dB"
+            sentence = (
+                "no comb exceeds its limit; the strongest is that of "
+                f"{location} with {size}, limit {limit}"
+            )
+        elif compared.is_close[row]:
+            other = _WORDS[second]
+            sentence = f"impacts of {size} fit {location} and {other} nearly as well"
+        else:
+            sentence = (
+                f"impacts at {order:.2f} orders ({_ORDERS[best]}), {location}, {size}, "
+                f"{100 * (factor - 1):+.1f} % from the nominal order"
+            )
+            if abs(np.log(factor)) > slip:
+                sentence += ", which is more than slip explains: check the speed and the bearing"
+        sentences.append(sentence)
+    return np.array(sentences, dtype=object)

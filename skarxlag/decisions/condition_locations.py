@@ -1,0 +1,121 @@
+"""Locations of conditions: as numbers, as names, and as answers to a question."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import count
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.fault_locations import FAULT_LOCATIONS, HEALTHY, location_of_label
+from ..core.state import expect
+
+
+class LocatedConditions(NamedTuple):
+    """Locations of conditions.
+
+    Parameters
+    ----------
+    numbers : ndarray of int of shape (n_conditions,)
+        Indices into :data:`skarxlag.core.fault_locations.FAULT_LOCATIONS`. Conditions
+        of other locations have larger numbers, one each.
+    healthy_index : int
+        Index of the healthy condition that counts for the alarm; -1 if there is none.
+    """
+
+    numbers: NDArray[np.int64]
+    healthy_index: int
+
+
+def locate_conditions(
+    conditions: Sequence[Any], locations: Mapping[Any, str] | None, healthy: Any
+) -> LocatedConditions:
+    """Return the locations of conditions, and the healthy condition.
+
+    Parameters
+    ----------
+    conditions : sequence of label
+        Conditions.
+    locations : mapping of label to str or None
+        Locations of conditions whose names do not say them.
+    healthy : label or None
+        The healthy condition. None: the conditions whose names say that they are
+        healthy, of which the first counts for the alarm.
+
+    Returns
+    -------
+    LocatedConditions
+        Numbers of locations, and the index of the healthy condition.
+
+    Raises
+    ------
+    ValueError
+        If `healthy` is none of the conditions.
+
+    Examples
+    --------
+    >>> locate_conditions(["IR2", "Normal", "worn"], {"worn": "ball"}, None)
+    LocatedConditions(numbers=array([1, 3, 0]), healthy_index=1)
+    """
+    stated = dict(locations or {})
+    by_name = {condition: location_of_label(condition) for condition in conditions}
+    if healthy is not None:
+        expected = f"one of the conditions in y: {conditions}"
+        expect(healthy in conditions, "healthy", healthy, expected)
+        stated[healthy] = HEALTHY
+        # A stated healthy condition is the only one, whatever other names say.
+        by_name = {
+            condition: None if location == HEALTHY else location
+            for condition, location in by_name.items()
+        }
+    names = [stated.get(condition, by_name[condition]) for condition in conditions]
+    healthy_index = names.index(HEALTHY) if HEALTHY in names else -1
+    if healthy is not None:
+        healthy_index = conditions.index(healthy)
+    return LocatedConditions(location_numbers(names), healthy_index)
+
+
+def location_numbers(names: Sequence[str | None]) -> NDArray[np.int64]:
+    """Return the numbers of locations; None is a location of its own."""
+    own_numbers = count(len(FAULT_LOCATIONS))
+    return np.array(
+        [
+            next(own_numbers) if name is None else FAULT_LOCATIONS.index(name)
+            for name in names
+        ]
+    )
+
+
+def location_names(numbers: NDArray[np.int64]) -> tuple[str | None, ...]:
+    """Return the names of locations; None for a condition that is a location of its own."""
+    return tuple(
+        FAULT_LOCATIONS[number] if number < len(FAULT_LOCATIONS) else None
+        for number in numbers.tolist()
+    )
+
+
+def location_answers(numbers: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
+    """Return locations counted from 0 without a gap, and that of healthy conditions.
+
+    Parameters
+    ----------
+    numbers : ndarray of int of shape (n_conditions,)
+        Numbers of locations.
+
+    Returns
+    -------
+    answers : ndarray of int of shape (n_conditions,)
+        As :func:`skarxlag.kernels.posterior.condition_log_probabilities` takes them.
+    healthy : int
+        The answer that stands for healthy conditions; -1 if there are none.
+
+    Examples
+    --------
+    >>> location_answers(np.array([1, 3, 5]))
+    (array([0, 1, 2]), 1)
+    """
+    present, answers = np.unique(numbers, return_inverse=True)
+    healthy = np.flatnonzero(present == FAULT_LOCATIONS.index(HEALTHY))
+    return answers, int(healthy[0]) if len(healthy) > 0 else -1

@@ -1,0 +1,175 @@
+"""Base of the classifiers of conditions, which learn from signals and their specimens."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+from sklearn.base import BaseEstimator
+from sklearn.utils import Bunch
+from sklearn.utils.metaestimators import available_if
+
+from ..core.base import SignalEstimator
+from ..core.capabilities import offers
+from ..core.diagnosing_classifier import DiagnosingClassifier
+from ..core.state import uses_fitted
+from ..core.validation import validate_innovations
+
+
+class SignalClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
+    """Classifier of conditions from innovations or plain rows.
+
+    A subclass sets its fitted attributes in `_learn`. It returns the results of
+    `diagnose` from `_diagnosed`, those of `join` from `_joined`, and the estimator
+    whose spectra adapt from `_adaptive_part`.
+    """
+
+    #: Metadata routing passes these without `set_fit_request`.
+    __metadata_request__fit: ClassVar = {
+        "rpm": True,
+        "sample_weight": True,
+        "specimen": True,
+    }
+
+    def fit(
+        self,
+        X: ArrayLike,
+        y: ArrayLike | None = None,
+        rpm: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+        specimen: ArrayLike | None = None,
+    ) -> Self:
+        """Learn conditions and limits from labelled rows.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
+            Innovations or plain rows. `FaultOrderClassifier` takes those of one model.
+        y : array-like of shape (n_rows,) or None, default=None
+            Condition of each row. None only for `FaultOrderClassifier`, which then
+            names the locations of faults.
+        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
+            Nominal speed of each row in revolutions per minute. None: the speed is not
+            known. `FaultOrderClassifier` needs it with `y`, unless it learns
+            `conditions` or searches the speed.
+        sample_weight : array-like of shape (n_rows,) or None, default=None
+            How many rows each one stands for, at least 0; combs count the next integer.
+            None: one each.
+        specimen : array-like of shape (n_rows,) or None, default=None
+            Identifier of the specimen, such as the bearing, of each row. None: each
+            condition is one specimen.
+
+        Returns
+        -------
+        classifier
+            The fitted classifier.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is missing or out of its range, a weight is negative, a speed
+            is not above 0, a row has less revolutions than its orders need, a stated
+            healthy condition is not in `y`, or `specimen` does not have an identifier
+            for each row.
+        """
+        X, y = validate_innovations(self, X, y, reset=True)
+        self._check_parameters()
+        self._learn(X, y, rpm, sample_weight, specimen)
+        return self
+
+    @uses_fitted
+    def diagnose(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
+        """Compute all that is known of each row from one set of measures.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
+            Rows.
+        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
+            Their nominal speeds, as in `fit`. None: not known; a `FaultOrderClassifier`
+            without `conditions` needs them, or searches the speed.
+
+        Returns
+        -------
+        Bunch
+            ``verdict``, ``probability`` and ``score``: the results of `predict`,
+            `predict_proba` and `decision_function`. ``alarm``, if there is a healthy
+            condition, or combs decide alone: whether healthy rows deviate as much at
+            the stated false-alarm rate only.
+
+            With learned conditions also ``levels``, the residuals of shape (n_rows,
+            n_classes); ``log_probability`` of shape (n_rows, n_classes + 1), that of
+            the conditions and, in the last column, of an unknown one; ``recorded``, the
+            probability of a recorded specimen; and ``row_evidence``, of which `join`
+            takes the mean over the rows of a recording.
+
+            `FaultOrderClassifier` adds ``p_value``, the result of `p_values`;
+            ``contrasts`` and ``rpm``, as its `match` returns them; and ``evidence``, a
+            sentence with the order and the location of the best comb, its contrast in
+            dB, and the difference from the nominal order, which slip and an error of
+            the speed cause together. If it exceeds `slip`, the sentence asks to check
+            the speed and the bearing. With `conditions`, ``comb`` is the probability of
+            a fault by combs alone, NaN for rows whose combs are not used. Without,
+            ``named`` is the verdict, or "not identifiable" if a comb exceeds the limit,
+            but the second location is too close, see `wrong_name_rate`; and
+            ``refusal`` is empty, or why a row has no verdict but equal probabilities:
+            its speed is not plausible, or it has less than two revolutions.
+        """
+        X, _ = validate_innovations(self, X, reset=False, any_length=True)
+        return self._diagnosed(X, rpm)
+
+    @uses_fitted
+    def join(self, evidence: ArrayLike, n_rows: ArrayLike = 1.0) -> Bunch:
+        """Diagnose recordings by the mean evidence of their rows.
+
+        The log probabilities of locations by combs count as often as the effective
+        number of rows (`skarxlag.kernels.evidence.effective_number`).
+
+        Parameters
+        ----------
+        evidence : array-like of shape (n_recordings, n_values)
+            Means of ``row_evidence``, which `diagnose` returns with learned conditions:
+            natural logarithms of the residuals of each class and of the factor on the
+            drift, followed by log probabilities of combs, if there is a bearing.
+        n_rows : float or array-like of shape (n_recordings,), default=1.0
+            Number of rows, or the sum of their weights, above 0.
+
+        Returns
+        -------
+        Bunch
+            ``log_probability``, ``probability``, ``verdict``, ``score`` and
+            ``recorded``, as `diagnose` returns them.
+        """
+        return self._joined(np.asarray(evidence), np.asarray(n_rows))
+
+    @available_if(lambda classifier: offers(classifier._adaptive_part(), "adapt"))
+    def adapt(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
+        """Adapt the spectra of the conditions to rows of a new speed.
+
+        Orders of a bearing are the same at every speed.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
+            Rows at the new speed.
+        y : array-like of shape (n_rows,)
+            Their conditions, among `classes_`. Usually all rows are healthy.
+        rpm : float, array-like of shape (n_rows,), default=None
+            The new speed, as in `fit`.
+
+        Returns
+        -------
+        classifier
+            This classifier, for use at the new speed.
+        """
+        X, y = validate_innovations(self, X, y, reset=False, any_length=True)
+        self._adaptive_part().adapt(X, y, **({} if rpm is None else {"rpm": rpm}))
+        return self
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        # Made for signals of machines: on arbitrary features it need not separate
+        # anything.
+        tags.classifier_tags.poor_score = True
+        return tags
