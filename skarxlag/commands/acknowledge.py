@@ -2,7 +2,7 @@
 
 import argparse
 
-from ..persistence.models import load_monitor_state
+from ..persistence.monitor_states import load_monitor_state
 from .messages import CommandError, as_command_error, say
 from .watch_stream import acknowledgement, is_latched
 

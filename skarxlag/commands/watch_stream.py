@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 
 from ..monitoring import ConditionMonitor
-from ..persistence.models import load_monitor_state, save_monitor_state
+from ..persistence.monitor_states import load_monitor_state, save_monitor_state
 from ..recordings.rates import rates_agree
 from ..verdicts.windows import HOLD
 from .messages import (
@@ -86,7 +86,7 @@ class SensorStream:
             )
         self.source = source or SensorSource(args, model, self._rate, self.say)
         states_speed = args.rpm or args.rpm_column or self.source.is_folder
-        if model.can.needs_rpm and not states_speed:
+        if model.capabilities.needs_rpm and not states_speed:
             raise UsageError(
                 f"argument --rpm: needed, {args.model} was fitted at "
                 f"{listed(model.train_rpm)} rpm"
