@@ -50,7 +50,12 @@ def test_rate(write, suffix, rate):
 
 
 NAMES = ["t", "Time", "TIMESTAMP", "time (s)", "Zeit [s]", "seconds"]
-UNITS = {"ms": 1e3, "µs": 1e6, "us": 1e6, "ns": 1e9, "min": 1 / 60, "h": 1 / 3600}
+UNITS = {
+    **dict.fromkeys(("s", "sec", "second", "seconds"), 1.0),
+    **{"ms": 1e3, "µs": 1e6, "μs": 1e6, "us": 1e6, "ns": 1e9},
+    **dict.fromkeys(("min", "minute", "minutes"), 1 / 60),
+    **dict.fromkeys(("h", "hours"), 1 / 3600),
+}
 
 
 @pytest.mark.parametrize(
