@@ -34,9 +34,9 @@ from .models.observers import ExtendedStatePIObserver as ExtendedStatePIObserver
 from .models.observers import PIObserver as PIObserver
 from .monitoring import ConditionMonitor as ConditionMonitor
 from .persistence.models import load_diagnoser as load_diagnoser
-from .persistence.models import load_monitor_state as load_monitor_state
 from .persistence.models import save_diagnoser as save_diagnoser
-from .persistence.models import save_monitor_state as save_monitor_state
+from .persistence.monitor_states import load_monitor_state as load_monitor_state
+from .persistence.monitor_states import save_monitor_state as save_monitor_state
 from .recordings.files import iter_windows as iter_windows
 from .recordings.files import list_channels as list_channels
 from .recordings.files import read_recording as read_recording

@@ -8,19 +8,19 @@ ORDERS = {"inner": 5.4, "outer": 3.6}
 
 
 def strikes(order, rpm, seed, n_samples=RATE, slip=0.01):
-    """Rings of a resonance in noise, `order` times a turn; rpm is one number or one a sample.
+    """Rings of a resonance in noise, `order` times a revolution; rpm is one number or one a sample.
 
     A fault of the inner ring turns through the load's zone with the shaft.
     """
     rng = np.random.default_rng(seed)
-    turns = np.cumsum(np.full(n_samples, rpm) / (60 * RATE))
-    angle = turns * order
+    revolutions = np.cumsum(np.full(n_samples, rpm) / (60 * RATE))
+    angle = revolutions * order
     jitter = np.cumsum(1 + slip * rng.normal(size=int(angle[-1]) + 2)) - rng.random()
     train = np.zeros(n_samples)
     at = np.searchsorted(angle, jitter[(jitter > 0) & (jitter < angle[-1])])
     train[at] = 10
     if order == ORDERS["inner"]:
-        train *= 1 + np.cos(2 * np.pi * turns)
+        train *= 1 + np.cos(2 * np.pi * revolutions)
     return lfilter([1], [1, -1.2, 0.8], train) + rng.normal(size=n_samples)
 
 

@@ -84,12 +84,12 @@ CONTRACT = parametrize_with_checks(CHECKED)
 )
 def test_scikit_learn_contract(estimator, check):
     check(estimator)
-    RAN[str(estimator)] += 1
+    RAN[name_of(estimator)] += 1
 
 
 def test_every_check_ran_and_none_was_skipped(request):
     planned = Counter(
-        str(item.callspec.params["estimator"])
+        name_of(item.callspec.params["estimator"])
         for item in request.session.items
         if getattr(item, "originalname", "") == "test_scikit_learn_contract"
         and item.path == request.path

@@ -55,8 +55,10 @@ def settings_left_out(rigs):
         ]
         right = np.zeros((len(SETTINGS), len(faulty)))
         for column, recording in enumerate(faulty):
-            turn = 60 * recording.rate / recording.rpm
-            parts = contrast_parts(recording.samples, turn, recording.rate)
+            samples_per_revolution = 60 * recording.rate / recording.rpm
+            parts = contrast_parts(
+                recording.samples, samples_per_revolution, recording.rate
+            )
             for row, (weights, cage, slip) in enumerate(SETTINGS):
                 contrast = np.array(weights) / sum(weights) @ parts
                 scores = fault_comb(contrast, recording.orders, 0.1, slip, cage).scores

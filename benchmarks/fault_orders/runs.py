@@ -4,7 +4,7 @@
     docs/fault_orders.md
 
 The runs are those of ``python -m benchmarks.monitoring``. Their snapshots of a tenth of
-a second hold 2.5 to 3 turns of the shaft. The first tenth of a run is taken for
+a second hold 2.5 to 3 revolutions of the shaft. The first tenth of a run is taken for
 healthy; the rest goes through `ConditionMonitor`, which gathers the combs of the
 snapshots.
 """

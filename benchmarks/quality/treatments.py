@@ -136,8 +136,8 @@ def _sine(samples, rate):
 
 
 def _harmonics(samples, rate):
-    turn = 2 * np.pi * 25 * np.arange(len(samples)) / rate
-    return sum(np.sin(h * turn + h**2) / h for h in range(1, 6)), rate
+    angle = 2 * np.pi * 25 * np.arange(len(samples)) / rate
+    return sum(np.sin(h * angle + h**2) / h for h in range(1, 6)), rate
 
 
 #: Treatments after which no recording can be diagnosed.

@@ -25,8 +25,9 @@ from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.speed.rows import coloured_windows, rate
 from benchmarks.speed.timing import matrix_product, ratio, take_turns
 from skarxlag import make_diagnoser, save_diagnoser
-from skarxlag.commands.diagnosis import Workers, diagnose_file, run_tasks
+from skarxlag.commands.diagnosis import diagnose_file
 from skarxlag.commands.models import SavedModel
+from skarxlag.commands.workers import Workers, run_tasks
 from skarxlag.recordings.listing import list_files
 
 WINDOW_LENGTH = 1200

@@ -2,9 +2,9 @@
 
 import argparse
 
-from ..persistence.models import load_monitor_state
+from ..persistence.monitor_states import load_monitor_state
 from .messages import CommandError, as_command_error, say
-from .watch_stream import acknowledgement
+from .watch_stream import acknowledgement, is_latched
 
 
 def run(args: argparse.Namespace) -> int:
@@ -12,7 +12,7 @@ def run(args: argparse.Namespace) -> int:
     with as_command_error():
         states = {path: load_monitor_state(path)[0] for path in args.states}
         for path, state in states.items():
-            if state.get("latched") is not True:
+            if not is_latched(state):
                 raise CommandError(f"{path}: there is no latched alarm")
         for path in states:
             acknowledgement(path).touch()

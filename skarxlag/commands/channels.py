@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from ..recordings.entries import ListedRecording
-from ..recordings.files import chosen_channels
 from .messages import printable
 
 #: Ways to write a unit, in lower case.
@@ -20,45 +19,66 @@ _SAME_UNIT = {
 }
 
 
-def fitted_channels(recordings: Sequence[ListedRecording]) -> dict[str, Any]:
+#: Name and unit of each channel of a recording.
+Channels = Sequence[tuple[str, str | None]]
+
+
+def fitted_channels(
+    recordings: Sequence[ListedRecording], channels: Sequence[Channels]
+) -> dict[str, Any]:
     """Return facts of a model: its channels as they were stated, their names, and the unit.
 
     The names are those in the first recording for each way in which channels are
     stated. Of several channels, they are separated by semicolons. The unit is None if
     recordings state several.
+
+    Parameters
+    ----------
+    recordings : sequence of ListedRecording
+        The recordings.
+    channels : sequence of sequence of tuple
+        Name and unit of each channel of each recording.
     """
-    # The first recording replaces later ones that state their channels alike.
-    first = {str(recording.channel): recording for recording in reversed(recordings)}
-    units = set(units_of(recordings))
+    names: dict[str, str] = {}
+    for recording, named in zip(recordings, channels, strict=True):
+        names.setdefault(str(recording.channel), _joined(named))
+    units = units_of(channels)
     return {
         "channels": np.atleast_1d(recordings[0].channel or []).tolist(),
-        "channel_names": sorted(
-            {_joined(channels) for channels in map(_channels, first.values())}
-        ),
-        "unit": units.pop() if len(units) == 1 else None,
+        "channel_names": sorted({*names.values()}),
+        "unit": units[0] if len(units) == 1 else None,
     }
 
 
-def units_of(recordings: Sequence[ListedRecording]) -> list[str]:
+def units_of(channels: Sequence[Channels]) -> list[str]:
     """Return the different units of the first channels; none if the first recording states none."""
+    first = [unit for (_, unit), *_ in channels]
+    if first[0] is None:
+        return []
     units: dict[str, str] = {}
-    for recording in recordings:
-        unit = _channels(recording)[0][1]
-        if unit is None and not units:
-            return []
+    for unit in first:
         if unit is not None:
             units.setdefault(plain_unit(unit), printable(unit))
     return list(units.values())
 
 
-def _channels(recording):
-    return chosen_channels(
-        recording.path, channel=recording.channel, dtype=recording.dtype
-    )
+def are_compared(facts: dict[str, Any], stated: Any) -> bool:
+    """Return whether the channels of a recording are compared with those of a model.
+
+    Parameters
+    ----------
+    facts : dict
+        Of the model.
+    stated : str, list of str or None
+        Channels of the recording as they were stated.
+    """
+    is_same = [*np.atleast_1d(stated)] == facts.get("channels")
+    has_names = bool(facts.get("channel_names")) and not is_same
+    return has_names or facts.get("unit") is not None
 
 
 def channel_remarks(
-    channels: Sequence[tuple[str, str | None]], facts: dict[str, Any], asked: Any
+    channels: Channels, facts: dict[str, Any], stated: Any
 ) -> Iterator[str]:
     """Yield remarks on channels or units that are not those of a model.
 
@@ -68,12 +88,12 @@ def channel_remarks(
         Names and units of the channels that are read.
     facts : dict
         Of the model.
-    asked : str, list of str or None
+    stated : str, list of str or None
         Channels as they were stated, None if they were not.
     """
     names = _joined(channels)
     fitted = facts.get("channel_names") or []
-    if fitted and names not in fitted and not _is_like(channels, facts, asked):
+    if fitted and names not in fitted and not _is_like(channels, facts, stated):
         yield f"The channel is {names}, but the model was fitted on {' or '.join(fitted)}."
     unit = channels[0][1]
     fitted_unit = facts.get("unit")
@@ -85,17 +105,18 @@ def channel_remarks(
         )
 
 
-def _is_like(channels, facts, asked):
+def _is_like(channels, facts, stated):
     """Return whether nothing shows that channels are others than those of the model."""
-    stated = facts.get("channels") or []
+    patterns = facts.get("channels") or []
     names = [name for name, _ in channels]
     # A bracket is part of a name such as x[0].
-    patterns = [pattern.replace("[", "[[]") for pattern in stated]
-    if len(stated) == len(names) and all(map(fnmatchcase, names, patterns)):
+    escaped = [pattern.replace("[", "[[]") for pattern in patterns]
+    if len(patterns) == len(names) and all(map(fnmatchcase, names, escaped)):
         return True
     # Files with one channel each may call it as they like.
     fitted = "; ".join(facts["channel_names"]).split("; ")
-    return asked is None and (not stated or any(map(str.isdecimal, [*names, *fitted])))
+    has_position = any(map(str.isdecimal, [*names, *fitted]))
+    return stated is None and (not patterns or has_position)
 
 
 def channels_of_model(facts: dict[str, Any]) -> list[list[str]]:

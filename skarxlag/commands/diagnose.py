@@ -3,19 +3,23 @@
 import argparse
 import sys
 from contextlib import nullcontext
+from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import pandas as pd
 
 from .._version import __version__
 from ..core.files import write_atomically
+from ..recordings.entries import ListedRecording
 from . import results
 from .arguments import refuse
-from .bearing_orders import BearingOrders
-from .diagnosis import diagnose_all
+from .diagnosis import Diagnosis, diagnose_file
 from .files import is_report, result_paths
 from .journal import Journal
-from .messages import as_command_error, counted
-from .models import SavedModel
+from .messages import Progress, as_command_error, counted
+from .models import RecordingModel, SavedModel, bearing_model
+from .workers import executors, run_tasks
 
 _ALARM = 3
 #: Recordings that are listed before a remark.
@@ -54,10 +58,66 @@ def run(args: argparse.Namespace) -> int:
     return 1 if len(failed) else 0
 
 
+def diagnose_all(
+    args: argparse.Namespace,
+    recordings: list[ListedRecording],
+    model: RecordingModel,
+    journal: Journal | None,
+) -> list[Diagnosis]:
+    """Return diagnoses of recordings. Errors in one recording do not affect the others."""
+    diagnoses: list[Any] = [None] * len(recordings)
+    waiting = []
+    progress = Progress(len(recordings), args)
+
+    def finish(place, diagnosis, note=""):
+        diagnoses[place] = diagnosis
+        verdict = diagnosis.error or diagnosis.verdict["verdict"]
+        progress.step(f"{recordings[place].name}: {verdict}{note}", diagnosis.details())
+
+    # Missing files are reported before the first file is read.
+    for place, recording in enumerate(recordings):
+        if not recording.path.is_file():
+            finish(place, Diagnosis.failed(recording, "no such file"))
+            continue
+        earlier = None if journal is None else journal.result(recording)
+        if earlier is None:
+            waiting.append(place)
+        else:
+            finish(place, earlier, " (from an earlier run)")
+    with executors(args) as workers:
+        # Each of a few recordings gets several threads.
+        n_threads = max(workers.count() // max(len(waiting), 1), 1)
+        n_threads = 1 if args.dask or args.processes else n_threads
+        tasks = []
+        for place in waiting:
+            # A worker of a cluster may run in another folder.
+            path = recordings[place].path.absolute()
+            recording = replace(recordings[place], path=path)
+            tasks.append(
+                partial(diagnose_file, recording, model.load, args.resample, n_threads)
+            )
+        for number, outcome in run_tasks(tasks, workers):
+            place = waiting[number]
+            diagnosis = _checked(recordings[place], outcome)
+            if journal is not None:
+                journal.add(recordings[place], diagnosis)
+            finish(place, diagnosis)
+    return diagnoses
+
+
+def _checked(recording, outcome):
+    """Return the result of a worker, or that the recording failed if it is none."""
+    if isinstance(outcome, Diagnosis) and outcome.is_whole:
+        return outcome
+    if not isinstance(outcome, Exception):
+        outcome = f"a worker returned a {type(outcome).__name__} that is no result"
+    return Diagnosis.failed(recording, outcome)
+
+
 def _model(args):
     """Load the model and check that the other arguments fit it."""
     if args.model is None:
-        return BearingOrders(args.bearing)
+        return bearing_model(args.bearing)
     model = SavedModel(args.model)
     if model.healthy is None:
         refuse(

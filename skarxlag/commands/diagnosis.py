@@ -1,52 +1,33 @@
-"""Diagnoses of recordings on threads, on processes or on a cluster, which survive dead workers.
-
-A worker process that dies takes all tasks with it that it has in hand, so the cause is
-not known. Each of them is tried again, alone, when all others are done.
-
-`joblib.Parallel` and `Client.get_executor` of Dask are not used: both wait without end
-for a task that kills its workers, or whose result is lost.
-"""
+"""Diagnosis of one recording: its samples, its rows, and the verdict on them."""
 
 from __future__ import annotations
 
-import argparse
-import asyncio
-import multiprocessing
-import threading
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    Future,
-    ThreadPoolExecutor,
-    wait,
-)
-from contextlib import AbstractContextManager, contextmanager, suppress
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from functools import partial
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
+import numpy as np
 import pandas as pd
-from joblib import effective_n_jobs, parallel_config
-from joblib.externals.loky import get_reusable_executor
+from joblib import parallel_config
+from numpy.typing import NDArray
 
-from ..recordings.listing import ListedRecording
+from ..core.speeds import SPEED_FACTOR
+from ..core.validation import output_of_windows
+from ..recordings.entries import ListedRecording, OpenRecording
+from ..recordings.rates import NO_RATE
 from ..verdicts.names import no_verdict
-from .messages import CommandError, Progress, require
+from ..verdicts.windows import joined_tables
+from .channels import are_compared, plain_unit
+from .messages import CommandError
+from .models import RecordingModel
+from .remarks import recording_remarks
+from .velocity import velocity_rms
+from .workers import cancelled
 
 #: Entries of the verdict on a recording that the commands need.
 _ENTRIES = {"verdict", "probability", "alarm", "windows"}
-#: Tasks in hand for each worker, so that no worker waits for the next; and trials of a
-#: task alone.
-_AHEAD, _TRIALS = 2, 2
-#: Seconds without any result after which the workers are checked. Dask recomputes a
-#: result that died with its worker, but only after 30 s
-#: (distributed.comm.timeouts.connect).
-_LOOK_SECONDS = 60
-_CONNECT_SECONDS, _WORKER_SECONDS = 10, 30
-#: Set while a run ends, because a thread cannot be stopped from outside.
-cancelled: threading.Event = threading.Event()
+#: Error on a recording of unknown speed.
+_NO_SPEED = "rpm is missing; expected --rpm, a column, or the file to state it"
 
 
 @dataclass(frozen=True)
@@ -121,10 +102,10 @@ def diagnose_file(
     try:
         before = file_state(recording)
         with parallel_config("threading", n_jobs=n_threads):
-            found = load().diagnose(recording, resample)
+            diagnosis = diagnose(load(), recording, resample)
         if file_state(recording) != before:
             return Diagnosis.failed(recording, "the file changed while it was read")
-        return replace(found, file=before)
+        return replace(diagnosis, file=before)
     except (OSError, ValueError, ImportError, MemoryError, CommandError) as error:
         return Diagnosis.failed(recording, error)
 
@@ -137,185 +118,104 @@ def file_state(recording: ListedRecording) -> tuple[int, ...]:
     return status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
-def diagnose_all(
-    args: argparse.Namespace, recordings: list[ListedRecording], model, journal
-):
-    """Return diagnoses of recordings. Errors in one recording do not affect the others.
+class RowBlock(NamedTuple):
+    """Rows of a recording that follow each other.
 
-    The model is a `RecordingModel`. The journal is a `Journal` or None.
+    Attributes
+    ----------
+    start : ndarray of int of shape (n_rows,)
+        Position of the first sample of each row.
+    X : ndarray of shape (n_rows[, n_channels], n_samples)
+        The rows.
+    rpm : float, ndarray of shape (n_rows, n_samples), or None
+        Their speed, or those at each sample; None if it is not known.
     """
-    diagnoses, waiting = [None] * len(recordings), []
-    progress = Progress(len(recordings), args)
 
-    def finish(place, diagnosis, note=""):
-        diagnoses[place] = diagnosis
-        verdict = diagnosis.error or diagnosis.verdict["verdict"]
-        progress.step(f"{recordings[place].name}: {verdict}{note}", diagnosis.details())
-
-    # Missing files are reported before the first file is read.
-    for place, recording in enumerate(recordings):
-        if not recording.path.is_file():
-            finish(place, Diagnosis.failed(recording, "no such file"))
-        elif journal is not None and (known := journal.result(recording)) is not None:
-            finish(place, known, " (from an earlier run)")
-        else:
-            waiting.append(place)
-    with executors(args) as workers:
-        # Each of a few recordings gets several threads.
-        n_threads = max(workers.count() // max(len(waiting), 1), 1)
-        n_threads = 1 if args.dask or args.processes else n_threads
-        # A worker of a cluster may run in another folder.
-        own = [replace(each, path=each.path.absolute()) for each in recordings]
-        further = model.load, args.resample, n_threads
-        tasks = [partial(diagnose_file, own[place], *further) for place in waiting]
-        for number, outcome in run_tasks(tasks, workers):
-            place = waiting[number]
-            if not (isinstance(outcome, Diagnosis) and outcome.is_whole):
-                lie = f"a worker returned a {type(outcome).__name__} that is no result"
-                reason = outcome if isinstance(outcome, Exception) else lie
-                outcome = Diagnosis.failed(recordings[place], reason)
-            if journal is not None:
-                journal.add(recordings[place], outcome)
-            finish(place, outcome)
-    return diagnoses
+    start: NDArray[Any]
+    X: NDArray[Any]
+    rpm: Any
 
 
-@dataclass(frozen=True)
-class Workers:
-    """Workers of one kind.
+def diagnose(
+    model: RecordingModel, recording: ListedRecording, resample: bool = False
+) -> Diagnosis:
+    """Diagnose a recording, block by block.
 
     Parameters
     ----------
-    submit : callable
-        Starts a task and returns its future, which raises BrokenExecutor if the worker
-        dies.
-    count : callable
-        Returns the number of tasks that run at a time.
-    check : callable
-        Raises an error if no further result can come.
+    model : RecordingModel
+        The model.
+    recording : ListedRecording
+        The recording.
+    resample : bool, default=False
+        Whether it is brought to the sampling rate of the model.
+
+    Raises
+    ------
+    FileNotFoundError, ImportError, ValueError, CommandError
+        If the recording cannot be read, or does not fit the model.
     """
-
-    submit: Callable[[Any], Future[Any]]
-    count: Callable[[], int]
-    check: Callable[[], object] = lambda: None
-
-
-def run_tasks(
-    tasks: Sequence[Callable[[], Any]], workers: Workers
-) -> Iterator[tuple[int, Any]]:
-    """Yield the position and the result of each task, as they are finished.
-
-    The result of a task that failed each time, because its worker died or returned no
-    result, is an Exception with the reason.
-    """
-    failed = []
-    for task, future in _finished(enumerate(tasks), workers):
-        if future.exception() is None:
-            yield task[0], future.result()
-        else:
-            failed.append(task)
-    for task in failed:
-        for _ in range(_TRIALS):
-            ((_, future),) = _finished([task], workers)
-            if (error := future.exception()) is None:
-                break
-        died, reason = (
-            isinstance(error, BrokenExecutor),
-            f"{type(error).__name__}: {error}",
-        )
-        failure = RuntimeError("every process that read it died" if died else reason)
-        yield task[0], failure if error else future.result()
-
-
-def _finished(tasks, workers):
-    """Yield tasks with their positions, and futures. A few tasks are in hand at a time."""
-    waiting, running = deque(tasks), {}
-    while waiting or running:
-        while waiting and len(running) < _AHEAD * max(workers.count(), 1):
-            task = waiting.popleft()
-            running[workers.submit(task[1])] = task
-        done, _ = wait(running, timeout=_LOOK_SECONDS, return_when=FIRST_COMPLETED)
-        if not done:
-            workers.check()
-        for future in sorted(done, key=lambda each: running[each][0]):
-            yield running.pop(future), future
+    opened = model.open(recording, resample)
+    has_profile = opened.entry.profile is not None
+    is_compared = are_compared(model.facts, recording.channel)
+    unit = plain_unit(opened.channels[0][1] or "") if is_compared else None
+    judge = model.judge
+    starts = []
+    results = []
+    mean_speeds = []
+    velocities = []
+    for block in row_blocks(model, opened):
+        if cancelled.is_set():
+            raise KeyboardInterrupt
+        if judge is None:
+            judge = model.judge_of(block.X[0], block.rpm, opened.sampling_rate)
+        starts.append(block.start)
+        results.append(judge.window_results(block.X, block.rpm))
+        if has_profile:
+            mean_speeds.append(block.rpm.mean(axis=1))
+        output = output_of_windows(block.X)
+        velocities.append(velocity_rms(output.ravel(), opened.sampling_rate, unit))
+    windows, evidence = joined_tables(results)
+    windows.insert(0, "start", np.concatenate(starts))
+    if has_profile:
+        windows.insert(1, "rpm", np.concatenate(mean_speeds))
+    verdict = judge.recording(windows, evidence)
+    if velocities[0] is not None:
+        # Blocks are of equal length, except for the last, which may be too short.
+        stated = [velocity for velocity in velocities if velocity is not None]
+        verdict["velocity_rms_mm_s"] = float(np.sqrt(np.mean(np.square(stated))))
+    remarks = recording_remarks(
+        model, opened, recording.channel, is_compared, windows, verdict
+    )
+    return Diagnosis(verdict, windows, opened.sampling_rate, [*remarks])
 
 
-def executors(args: argparse.Namespace) -> AbstractContextManager[Workers]:
-    """Return a context that starts the workers that the arguments ask for."""
-    if args.dask is not None:
-        return _cluster(args.dask)
-    # A worker of multiprocessing.Pool cannot start processes.
-    can_start = not multiprocessing.current_process().daemon
-    kind = _processes if args.processes and can_start else _threads
-    return kind(effective_n_jobs(args.n_jobs))
+def row_blocks(model: RecordingModel, opened: OpenRecording) -> Iterator[RowBlock]:
+    """Yield the rows of an open recording with their speeds, block by block."""
+    if model.window_length is None:
+        yield _whole_recording(model, opened)
+        return
+    rate = opened.sampling_rate or model.sampling_rate
+    n_before = 0
+    for X in model.windows(opened):
+        start = np.arange(n_before, n_before + len(X)) * model.window_length
+        yield RowBlock(start, X, opened.entry.speeds(start, X.shape[-1], rate))
+        n_before += len(X)
 
 
-@contextmanager
-def _threads(n_workers):
-    executor = ThreadPoolExecutor(n_workers)
-    try:
-        yield Workers(executor.submit, lambda: n_workers)
-    finally:
-        cancelled.set()
-        executor.shutdown(cancel_futures=True)
-        cancelled.clear()
-
-
-@contextmanager
-def _processes(n_workers):
-    executor = partial(get_reusable_executor, max_workers=n_workers)
-
-    def submit(task):
-        with suppress(BrokenExecutor):
-            return executor().submit(task)
-        # loky replaces a pool that has broken.
-        return executor().submit(task)
-
-    try:
-        yield Workers(submit, lambda: n_workers)
-    except BaseException:
-        executor().shutdown(kill_workers=True)
-        raise
-
-
-@contextmanager
-def _cluster(address):
-    require("distributed", "--dask", "distributed")
-    from distributed import Client, KilledWorker
-    from distributed.comm import CommClosedError
-
-    try:
-        client = Client(address, timeout=_CONNECT_SECONDS)
-        client.wait_for_workers(1, timeout=_WORKER_SECONDS)
-    except (OSError, TimeoutError, ValueError) as error:
-        missing = "no scheduler that has workers answers there"
-        raise CommandError(f"--dask {address}: {missing} ({error})") from error
-
-    async def result(future):
-        try:
-            return await future
-        except KilledWorker as error:
-            raise BrokenExecutor(str(error)) from error
-
-    def submit(task):
-        future = client.submit(task, pure=False)
-        return asyncio.run_coroutine_threadsafe(
-            result(future), client.loop.asyncio_loop
-        )
-
-    def check():
-        if not any(client.processing().values()):
-            raise CommandError(
-                f"--dask {address}: no worker is working; their logs say why"
-            )
-
-    with client:
-        try:
-            yield Workers(submit, lambda: sum(client.nthreads().values()), check)
-        except Exception as error:
-            if client.status == "running" and not isinstance(error, CommClosedError):
-                raise
-            raise CommandError(
-                f"--dask {address}: the scheduler was lost ({error})"
-            ) from error
+def _whole_recording(model, opened):
+    """Return a recording as one row, without the part of a run-up that is slow."""
+    (X,) = model.windows(opened)
+    entry = opened.entry
+    if opened.sampling_rate is None:
+        raise ValueError(f"{entry.name}: {NO_RATE}")
+    if entry.rpm is None:
+        raise ValueError(f"{entry.name}: {_NO_SPEED}")
+    rpm = entry.speeds([0], X.shape[-1], opened.sampling_rate)
+    if entry.profile is None:
+        return RowBlock(np.array([0]), X, rpm)
+    # A run-up may begin at rest, and a run-down end there.
+    fast = np.flatnonzero(SPEED_FACTOR * rpm[0] >= rpm.max())
+    first = fast[0]
+    end = fast[-1] + 1
+    return RowBlock(np.array([first]), X[..., first:end], rpm[:, first:end])

@@ -4,21 +4,20 @@ import argparse
 import warnings
 from collections.abc import Iterator
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from joblib import parallel_config
+from numpy.typing import NDArray
+from sklearn.utils import Bunch
 
 from ..core.capabilities import capabilities, requests
 from ..core.speeds import LEAST_REVOLUTIONS
 from ..diagnosers import make_detector, make_diagnoser, make_known_conditions
 from ..persistence.models import save_diagnoser
-from ..recordings.entries import ListedRecording
-from ..recordings.files import list_channels
-from ..recordings.formats._contents import choose_channels
 from ..recordings.rows import speeds_of_samples
-from .channels import fitted_channels, units_of
+from .channels import Channels, fitted_channels, units_of
 from .fit_conditions import (
     choose_kind,
     healthy_condition,
@@ -37,114 +36,206 @@ from .refused_rows import (
 )
 
 
+class TrainingRows(NamedTuple):
+    """Rows of the recordings that are used for training.
+
+    Attributes
+    ----------
+    rig : Bunch
+        All rows, as `cut_recordings` returns them, without their samples.
+    chosen : ndarray of bool
+        Which of them are used.
+    X : ndarray of shape (n_rows, ...)
+        Samples of those.
+    y : ndarray of shape (n_rows,)
+        Their conditions.
+    metadata : dict
+        Their speeds and specimens, by the parameters of `fit`; None if not stated.
+    word : str
+        Word for the rows: windows or stretches.
+    kind : str
+        Kind of the diagnoser.
+    healthy : str or None
+        The healthy condition; None if there is none.
+    reason : str
+        Why it is that one.
+    left_out : list of str
+        Reports of rows that cannot be used.
+    """
+
+    rig: Bunch
+    chosen: NDArray[np.bool_]
+    X: NDArray[Any]
+    y: NDArray[Any]
+    metadata: dict[str, Any]
+    word: str
+    kind: str
+    healthy: str | None
+    reason: str
+    left_out: list[str]
+
+    @property
+    def slowest(self) -> float | None:
+        """Slowest speed; None if none is stated."""
+        rpm = self.metadata["rpm"]
+        return None if rpm is None else rpm.min()
+
+
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
-    recordings = args.listed
-    choose_kind(args, recordings)
-    rig, rows = training_rows(args, recordings)
+    choose_kind(args, args.listed)
+    rows = _training_rows(args)
+    report_progress(args, f"{len(rows.X)} {rows.word}: fitting")
+    rate = float(rows.rig.sampling_rate)
+    with as_command_error(), parallel_config("threading", n_jobs=args.n_jobs):
+        models, notes = _fitted(args, rows, rate)
+        # Locations of faults that no recording shows are conditions, too.
+        conditions = capabilities(models["diagnoser"]).conditions or [rows.healthy]
+        conditions = sorted(conditions, key=lambda name: name != rows.healthy)
+        counts = _counts(conditions, rows)
+        _save(args, models, rows, conditions, counts)
+    n_samples = rows.X.shape[-1]
+    reason = why_no_orders(n_samples, rate, rows.slowest)
+    if rows.kind == "stretches" and reason:
+        notes.append(f"Note: {reason}")
+    if rows.word == "windows" and not cuts_windows(args):
+        notes.append(why_windows(rows.rig, n_samples, SECONDS, REVOLUTIONS))
+    print(rows.rig.DESCR, *rows.left_out, _size(rows, rate), sep="\n")
+    print(counts.to_string())
+    channels = rows.rig.channels
+    notes = [*_roles(channels[0], args.outputs or 1), *_units(channels), *notes]
+    print(f"Healthy: {rows.healthy or 'none'} ({rows.reason})", *notes, sep="\n")
+    if rows.healthy is not None:
+        limiting = models.get("detector", models["diagnoser"])
+        print(
+            f"Limits for a false-alarm rate of {args.false_alarm_rate:g} from "
+            f"{limits_basis(limiting, rows.word)}"
+        )
+    print(f"Saved {rows.kind} to {args.output}")
+    return 0
+
+
+def _training_rows(args):
+    """Read the recordings, and choose the rows that can be used."""
+    rig, word = training_rows(args, args.listed)
     check_speeds_of_recordings(args.table, rig)
-    kind = args.diagnoser or ("stretches" if rows == "stretches" else "diagnoser")
+    kind = args.diagnoser or ("stretches" if word == "stretches" else "diagnoser")
     chosen = rows_at_speeds(args, rig)
-    least_revolutions = LEAST_REVOLUTIONS if rows == "stretches" else 0
+    least_revolutions = LEAST_REVOLUTIONS if word == "stretches" else 0
     speeds, errors = speeds_of_samples(rig, least_revolutions)
     chosen &= errors == ""
     healthy, reason = healthy_condition(args, kind, rig, chosen)
     if kind == "detector":
         chosen &= rig.target == healthy
-    n_outputs = args.outputs or 1
-    chosen, left_out = leave_out_silent(args.table, rig, rows, chosen, n_outputs)
+    chosen, left_out = leave_out_silent(
+        args.table, rig, word, chosen, args.outputs or 1
+    )
+    refused = errors[errors != ""]
+    if len(refused):
+        n_refused = counted(len(refused), word.removesuffix("s"))
+        left_out = [f"{n_refused} left out: {refused[0]}", *left_out]
     # The windows may take half of the memory, so they are not copied without need.
     X = rig.pop("data")
     X = X if chosen.all() else X[chosen]
+    has_specimens = any(recording.specimen for recording in args.listed)
+    metadata = {
+        "rpm": None if speeds is None else speeds[chosen],
+        "specimen": rig.specimen[chosen] if has_specimens else None,
+    }
     y = rig.target[chosen]
-    rpm = None if speeds is None else speeds[chosen]
-    has_specimens = any(recording.specimen for recording in recordings)
-    specimen = rig.specimen[chosen] if has_specimens else None
-    metadata = {"rpm": rpm, "specimen": specimen}
-    rate = float(rig.sampling_rate)
-    report_progress(args, f"{len(X)} {rows}: fitting")
-    with as_command_error(), parallel_config("threading", n_jobs=args.n_jobs):
-        diagnoser = of_outputs(args, _make(args, kind, healthy, rate))
-        if kind == "detector":
-            notes = _fit_quietly(diagnoser, X, None, metadata)
-            companions = {}
-        else:
-            notes = _fit_quietly(diagnoser, X, y, metadata)
-            companions = _companions(args, X, y, metadata, healthy, notes)
-        # Locations of faults that no recording shows are conditions, too.
-        conditions = sorted(
-            capabilities(diagnoser).conditions or [healthy],
-            key=lambda name: name != healthy,
-        )
-        counts = _counts(conditions, y, rig.recording[chosen], specimen, rows)
-        save_diagnoser(
-            diagnoser,
-            args.output,
-            **companions,
-            **fitted_channels(recordings),
-            diagnoser=kind,
-            rows=rows,
-            conditions=conditions,
-            healthy=healthy,
-            train_rpm=training_speeds(rig, chosen),
-            sampling_rate=rate,
-            n_channels=1 if X.ndim == 2 else X.shape[1],
-            window_length=X.shape[-1],
-            n_windows=counts[rows].tolist(),
-            n_recordings=counts["recordings"].tolist(),
-            false_alarm_rate=args.false_alarm_rate,
-            bearing=args.bearing,
-            saved=datetime.now(UTC).strftime("%Y-%m-%d"),
-        )
-    slowest = None if rpm is None else rpm.min()
-    if kind == "stretches" and (why := why_no_orders(X.shape[-1], rate, slowest)):
-        notes.append(f"Note: {why}")
-    if rows == "windows" and not cuts_windows(args):
-        notes.append(why_windows(rig, X.shape[-1], SECONDS, REVOLUTIONS))
-    print(rig.DESCR)
-    if (errors != "").any():
-        n_refused = counted(np.sum(errors != ""), rows.removesuffix("s"))
-        print(f"{n_refused} left out: {errors[errors != ''][0]}")
-    print(*left_out, _size(X.shape[-1], rows, rate, slowest), sep="\n")
-    print(counts.to_string())
-    notes = [*_roles(recordings[0], n_outputs), *_units(recordings), *notes]
-    print(f"Healthy: {healthy or 'none'} ({reason})", *notes, sep="\n")
-    if healthy is not None:
-        basis = limits_basis(companions.get("detector", diagnoser), rows)
-        print(
-            f"Limits for a false-alarm rate of {args.false_alarm_rate:g} from {basis}"
-        )
-    print(f"Saved {kind} to {args.output}")
-    return 0
+    return TrainingRows(
+        rig, chosen, X, y, metadata, word, kind, healthy, reason, left_out
+    )
 
 
-def _counts(conditions, y, recording, specimen, rows):
+def _fitted(args, rows, rate):
+    """Return the fitted models by their names in the file, and notes on them."""
+    diagnoser = of_outputs(args, _make(args, rows.kind, rows.healthy, rate))
+    if rows.kind == "detector":
+        notes = _fit_quietly(diagnoser, rows.X, None, rows.metadata)
+        return {"diagnoser": diagnoser}, notes
+    notes = _fit_quietly(diagnoser, rows.X, rows.y, rows.metadata)
+    models = {"diagnoser": diagnoser}
+    if len(set(rows.y)) > 1:
+        model = of_outputs(args, make_known_conditions())
+        try:
+            _fit_quietly(model, rows.X, rows.y, rows.metadata)
+            if left_out := sorted(set(rows.y) - set(model.classes_)):
+                raise ValueError(
+                    f"fewer than two windows at one speed of {', '.join(left_out)}"
+                )
+            models["known_conditions"] = model
+        except ValueError as error:
+            notes.append(f"The verdict 'unknown condition' is not possible: {error}")
+    if rows.healthy is not None:
+        model = of_outputs(args, _make(args, "detector"))
+        is_healthy = rows.y == rows.healthy
+        of_healthy = {
+            name: None if values is None else values[is_healthy]
+            for name, values in rows.metadata.items()
+        }
+        try:
+            _fit_quietly(model, rows.X[is_healthy], None, of_healthy)
+            models["detector"] = model
+        except ValueError as error:
+            notes.append(f"No healthy limits: {error}")
+    return models, notes
+
+
+def _save(args, models, rows, conditions, counts):
+    """Save the models with the facts that the commands use."""
+    companions = {name: models[name] for name in models if name != "diagnoser"}
+    save_diagnoser(
+        models["diagnoser"],
+        args.output,
+        **companions,
+        **fitted_channels(args.listed, rows.rig.channels),
+        diagnoser=rows.kind,
+        rows=rows.word,
+        conditions=conditions,
+        healthy=rows.healthy,
+        train_rpm=training_speeds(rows.rig, rows.chosen),
+        sampling_rate=float(rows.rig.sampling_rate),
+        n_channels=1 if rows.X.ndim == 2 else rows.X.shape[1],
+        window_length=rows.X.shape[-1],
+        n_windows=counts[rows.word].tolist(),
+        n_recordings=counts["recordings"].tolist(),
+        false_alarm_rate=args.false_alarm_rate,
+        bearing=args.bearing,
+        saved=datetime.now(UTC).strftime("%Y-%m-%d"),
+    )
+
+
+def _counts(conditions, rows):
     """Return a table of recordings and rows, and specimens if stated, of each condition."""
-    counts = pd.Series(recording).groupby(y).agg(["nunique", "count"])
+    recording = pd.Series(rows.rig.recording[rows.chosen])
+    counts = recording.groupby(rows.y).agg(["nunique", "count"])
     counts = counts.reindex(conditions, fill_value=0)
-    counts = counts.set_axis(["recordings", rows], axis=1)
+    counts = counts.set_axis(["recordings", rows.word], axis=1)
+    specimen = rows.metadata["specimen"]
     if specimen is not None:
-        n_specimens = pd.Series(specimen).groupby(y).nunique()
+        n_specimens = pd.Series(specimen).groupby(rows.y).nunique()
         counts.insert(0, "specimens", n_specimens.reindex(conditions, fill_value=0))
     return counts
 
 
-def _size(n_samples, rows, rate, slowest):
+def _size(rows, rate):
     """Describe a row in samples, seconds and, if a speed is stated, revolutions."""
+    n_samples = rows.X.shape[-1]
     seconds = n_samples / rate
-    size = f"{rows.capitalize()} of {n_samples} samples, {seconds:.3g} s at {rate:g} Hz"
+    size = f"{rows.word.capitalize()} of {n_samples} samples, {seconds:.3g} s at {rate:g} Hz"
+    slowest = rows.slowest
     if slowest is None:
         return size
     return f"{size}, {seconds * slowest / 60:.3g} revolutions at {slowest:g} rpm"
 
 
-def _roles(recording: ListedRecording, n_outputs: int) -> Iterator[str]:
+def _roles(channels: Channels, n_outputs: int) -> Iterator[str]:
     """Yield which of several channels are outputs, and a note on inputs of the same unit."""
-    if not isinstance(recording.channel, list) or len(recording.channel) < 2:
+    if len(channels) < 2:
         return
-    channels = list_channels(recording.path, dtype=recording.dtype)
-    units = channels.set_index("channel")["unit"]
-    names = choose_channels(list(units.index), recording.channel)
+    names = [name for name, _ in channels]
+    units = dict(channels)
     outputs = names[:n_outputs]
     inputs = names[n_outputs:]
     yield f"Outputs: {', '.join(outputs)}. Inputs: {', '.join(inputs) or 'none'}"
@@ -157,9 +248,9 @@ def _roles(recording: ListedRecording, n_outputs: int) -> Iterator[str]:
         )
 
 
-def _units(recordings):
+def _units(channels):
     """Yield a note on recordings of different units."""
-    units = units_of(recordings)
+    units = units_of(channels)
     if len(units) > 1:
         yield (
             f"Note: the recordings have the units {', '.join(units)}. They must be one "
@@ -195,32 +286,3 @@ def _fit_quietly(model, X, y, metadata):
     ) as warned:
         model.fit(X, y, **requested)
     return [f"Note: {warning.message}" for warning in warned]
-
-
-def _companions(args, X, y, metadata, healthy, notes):
-    """Return the fitted known conditions and healthy limits; the notes say why one is missing."""
-    companions: dict[str, Any] = {}
-    if len(set(y)) > 1:
-        model = of_outputs(args, make_known_conditions())
-        try:
-            _fit_quietly(model, X, y, metadata)
-            if left_out := sorted(set(y) - set(model.classes_)):
-                raise ValueError(
-                    f"fewer than two windows at one speed of {', '.join(left_out)}"
-                )
-            companions["known_conditions"] = model
-        except ValueError as error:
-            notes.append(f"The verdict 'unknown condition' is not possible: {error}")
-    if healthy is not None:
-        model = of_outputs(args, _make(args, "detector"))
-        is_healthy = y == healthy
-        of_healthy = {
-            name: None if values is None else values[is_healthy]
-            for name, values in metadata.items()
-        }
-        try:
-            _fit_quietly(model, X[is_healthy], None, of_healthy)
-            companions["detector"] = model
-        except ValueError as error:
-            notes.append(f"No healthy limits: {error}")
-    return companions

@@ -62,19 +62,20 @@ def _line(name, value):
 def limits(model: SavedModel) -> list[str]:
     """Return sentences on what a model cannot do."""
     facts = model.facts
-    can = model.can
-    names_faults = can.conditions is not None
-    has_limit = bool(model.train_rpm) and names_faults and can.alarm
-    has_limit &= can.n_healthy is None or can.n_healthy >= LEAST_HEALTHY
+    described = model.capabilities
+    names_faults = described.conditions is not None
+    n_healthy = described.n_healthy
+    has_limit = bool(model.train_rpm) and names_faults and described.alarm
+    has_limit &= n_healthy is None or n_healthy >= LEAST_HEALTHY
     cases = {
         "It distinguishes healthy from faulty and names no fault.": not names_faults,
         "It names the most similar of its conditions, also for any other fault.": names_faults,
         "Its detection threshold holds at its training speeds.": has_limit,
         "It has no detection threshold, so it raises no alarm.": (
-            names_faults and not can.alarm
+            names_faults and not described.alarm
         ),
         "At other speeds, it may raise false alarms.": (
-            len(can.speeds) < 2 and not names_faults
+            len(described.speeds) < 2 and not names_faults
         ),
         "The sampling rate of recordings cannot be checked.": (
             model.sampling_rate is None
@@ -86,7 +87,7 @@ def limits(model: SavedModel) -> list[str]:
         n_healthy = facts["n_windows"][0]
         rate = facts["false_alarm_rate"]
         sentences += too_few_rows(
-            f"{n_healthy} healthy {model.rows}", n_healthy, rate / can.n_outputs
+            f"{n_healthy} healthy {model.rows}", n_healthy, rate / described.n_outputs
         )
     return sentences
 
@@ -94,7 +95,10 @@ def limits(model: SavedModel) -> list[str]:
 def _order_limits(model):
     """Yield below which speed a stretch is too short for order spectra, or that it always is."""
     if not compares_orders(model.diagnoser):
-        if model.facts["diagnoser"] == "stretches" and not model.can.is_stretch:
+        if (
+            model.facts["diagnoser"] == "stretches"
+            and not model.capabilities.is_stretch
+        ):
             yield "It compares no order spectra, because its stretches are too short."
     elif model.sampling_rate is not None and model.window_length is not None:
         lowest = 60 * LEAST_REVOLUTIONS * model.sampling_rate / model.window_length

@@ -1,37 +1,30 @@
-"""Diagnosers for the commands, and the model in a file that diagnoses recordings."""
+"""Models that diagnose recordings: one in a file, or the pipeline of a bearing."""
 
 import argparse
 import operator
 import os
-from collections.abc import Iterator
-from contextlib import suppress
-from dataclasses import replace
+from collections.abc import Callable, Iterator
 from functools import lru_cache, partial
 from hashlib import sha256
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
+from sklearn.base import clone
 
 from .. import diagnosers
-from ..core.capabilities import capabilities, unfolded_steps
-from ..decisions.fault_orders import FaultOrderClassifier
+from ..core.capabilities import Capabilities, capabilities
+from ..core.fault_locations import FAULTS, HEALTHY
 from ..decisions.fusion import SensorFusion
 from ..persistence.models import load_diagnoser
-from ..recordings.files import chosen_channels
-from ..recordings.listing import ListedRecording
-from ..recordings.rates import rates_agree, resampled_blocks, unit_advice
+from ..recordings.entries import ListedRecording, OpenRecording
+from ..recordings.rates import rates_agree, unit_advice
 from ..recordings.windows import block_length, cut_blocks
 from ..verdicts.judge import Judge
-from ..verdicts.names import CHANGED
-from .channels import channel_remarks, channels_of_model
+from .channels import channels_of_model
 from .messages import CommandError, as_command_error, counted, listed, printable
-from .recording_rows import RecordingModel, RecordingRows
-from .refused_rows import compares_orders, why_no_orders
-from .remarks import NO_COMB, verdict_remarks
+from .remarks import NO_COMB
 
 #: Titles and makers of the diagnosers that `evaluate` compares, in the order of its
 #: tables.
@@ -49,214 +42,282 @@ def of_outputs(args: argparse.Namespace, model: Any) -> Any:
     return SensorFusion(estimator=model, n_outputs=args.outputs)
 
 
+class RecordingModel:
+    """Model that diagnoses recordings.
+
+    Parameters
+    ----------
+    diagnoser : Pipeline
+        The diagnoser. Without a judge, it is fitted to each recording, which is one row.
+    facts : dict
+        Facts by the names of `save_diagnoser`, as far as they are known.
+    judge : Judge or None
+        The diagnoser with its healthy limits and its known conditions.
+    takes_rpm : bool
+        Whether it takes the speed of a recording.
+    heading : str
+        Description in one line.
+    identity : str
+        Text that differs between models.
+    load : callable
+        Returns the model in a worker.
+
+    Attributes
+    ----------
+    conditions : list of label
+        Conditions that it names, the healthy one first.
+    healthy : label or None
+        The healthy condition; None if it is not known.
+    train_rpm : list of float
+        Training speeds; empty if they are not known.
+    sampling_rate : float or None
+        In Hz; None if it is not known.
+    window_length : int or None
+        Samples in a row; None if a recording is one row.
+    usual_channels : list of list of str
+        Ways to state its channels, the best first.
+    summary : dict
+        The model and its facts, as results state them.
+    """
+
+    def __init__(
+        self,
+        diagnoser: Any,
+        facts: dict[str, Any],
+        judge: Judge | None,
+        *,
+        takes_rpm: bool,
+        heading: str,
+        identity: str,
+        load: Callable[[], "RecordingModel"],
+    ) -> None:
+        self.diagnoser: Any = diagnoser
+        self.facts: dict[str, Any] = facts
+        self.judge: Judge | None = judge
+        self.takes_rpm: bool = takes_rpm
+        self.heading: str = heading
+        self.identity: str = identity
+        self.load: Callable[[], RecordingModel] = load
+        self.summary: dict[str, Any] = facts
+        self.conditions: list[Any] = facts["conditions"]
+        self.healthy: Any = facts["healthy"]
+        self.train_rpm: list[float] = facts.get("train_rpm") or []
+        self.sampling_rate: float | None = facts.get("sampling_rate")
+        self.window_length: int | None = facts.get("window_length")
+        #: Samples that are read at a time; None if a recording is one row.
+        self._n_read: int | None = None
+        if self.window_length is not None:
+            self._n_read = block_length(self.window_length)
+        self.usual_channels: list[list[str]] = channels_of_model(facts)
+
+    def open(self, recording: ListedRecording, resample: bool = False) -> OpenRecording:
+        """Open a recording, with the channels of the model if none are stated.
+
+        A file that has no more channels than the model needs none to be stated. With
+        `resample`, the recording is brought to the sampling rate of the model.
+        """
+        return recording.open(
+            self._n_read,
+            channels=self.channel_choices(recording),
+            reads_speed=self.takes_rpm,
+            resample=self.sampling_rate if resample else None,
+        )
+
+    def channel_choices(self, recording: ListedRecording) -> list[Any]:
+        """Return ways to state the channels of a recording, the best first."""
+        if recording.channel is not None:
+            return [recording.channel]
+        usual = [names if len(names) > 1 else names[0] for names in self.usual_channels]
+        return [*usual, None]
+
+    def windows(self, opened: OpenRecording) -> Iterator[NDArray[Any]]:
+        """Yield the rows of an open recording, block by block."""
+        if self.window_length is None:
+            return (signal[np.newaxis] for signal in opened.blocks)
+        return cut_blocks(opened.blocks, opened.entry.name, self.window_length)
+
+    def fitted(self, row: NDArray[Any], sampling_rate: float | None) -> Any:
+        """Return the diagnoser, which is fitted to the row unless it was trained."""
+        if self.judge is not None:
+            return self.diagnoser
+        diagnoser = clone(self.diagnoser)
+        diagnoser.set_params(decide__sampling_rate=sampling_rate)
+        return diagnoser.fit(row[np.newaxis])
+
+    def judge_of(
+        self, row: NDArray[Any], rpm: Any, sampling_rate: float | None
+    ) -> Judge:
+        """Return a judge that is fitted to a row, for a model without one."""
+        # Its limits hold at the speed of the row that it is fitted to.
+        return Judge(
+            self.fitted(row, sampling_rate),
+            conditions=self.conditions,
+            train_rpm=[np.mean(rpm)],
+        )
+
+
+def bearing_model(bearing: str) -> RecordingModel:
+    """Return the model that names fault locations by the orders of a bearing.
+
+    Parameters
+    ----------
+    bearing : str
+        The bearing, as `skarxlag.bearings.bearing_orders` takes it.
+    """
+    conditions = [HEALTHY, *FAULTS]
+    # The sampling rate of each recording replaces this one.
+    diagnoser = diagnosers.make_fault_order_classifier(
+        bearing=bearing, sampling_rate=1.0
+    )
+    return RecordingModel(
+        diagnoser,
+        {"bearing": bearing, "conditions": conditions, "healthy": HEALTHY},
+        None,
+        takes_rpm=True,
+        heading=(
+            f"No model: fault locations by the orders of bearing {bearing}. {HEALTHY} "
+            f"means that no comb exceeds the limit of other healthy machines. {NO_COMB}"
+        ),
+        identity=f"bearing {bearing}",
+        load=partial(bearing_model, bearing),
+    )
+
+
 class SavedModel(RecordingModel):
-    """Diagnoser in a file, with its healthy limits, its known conditions and its facts.
+    """Model in a file, with its healthy limits, its known conditions and its facts.
 
     Facts that are missing from the file are read from the fitted steps. They are None
     if they are not known.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+
+    Attributes
+    ----------
+    path : path-like
+        The file.
+    capabilities : Capabilities
+        Description of the diagnoser.
+    known_conditions, detector : estimator or None
+        The models that were saved with the diagnoser.
+    n_channels : int
+        Channels of a row.
+    rows : str
+        Word for the rows: windows or stretches.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         with as_command_error():
-            self.diagnoser, facts = load_diagnoser(path)
-            self.identity = sha256(Path(path).read_bytes()).hexdigest()
-        self.path, self.can = path, capabilities(self.diagnoser)
-        self.takes_rpm = self.can.takes_rpm
-        self.known = facts.pop("known_conditions", None)
-        self.detector = facts.pop("detector", None)
-        self.load = partial(
-            _cached_model, os.path.abspath(path), os.stat(path).st_mtime_ns
-        )
-        self.judge = self._judge(facts)
-        read = {
-            "diagnoser": type(self.diagnoser).__name__,
-            "conditions": self.judge.conditions,
-            "healthy": self.judge.healthy,
-            "train_rpm": self.judge.train_rpm or None,
-            "sampling_rate": self.judge.sampling_rate,
-            "window_length": self.can.window_length,
-            "n_channels": self.can.n_channels,
-        }
-        self.facts = read | {
-            name: value for name, value in facts.items() if value is not None
-        }
-        if self.known is not None:
-            self.facts["false_rejection_rate"] = capabilities(self.known).stated_rate
-        self.conditions, self.healthy = self.judge.conditions, self.judge.healthy
-        self.window_length, self.n_channels = (
-            self.facts["window_length"],
-            self.facts["n_channels"],
-        )
-        self.sampling_rate, self.train_rpm = (
-            self.judge.sampling_rate,
-            self.judge.train_rpm,
-        )
-        self.summary = {"file": printable(path)} | self.facts
-        self.rows = "stretches" if self.can.is_stretch else "windows"
-        self.usual_channels = channels_of_model(self.facts)
-
-    def _judge(self, facts):
-        names = ("conditions", "train_rpm", "sampling_rate")
-        stated = {name: facts[name] for name in names if facts.get(name)}
-        stated["has_healthy"] = facts.get("healthy", "") is not None
-        if self.can.healthy is not None:
-            by_health = partial(operator.ne, self.can.healthy)
-            stated.setdefault("conditions", sorted(self.can.conditions, key=by_health))
-        models = {"known": self.known, "detector": self.detector}
+            diagnoser, stated = load_diagnoser(path)
+            identity = sha256(Path(path).read_bytes()).hexdigest()
+        self.path: str | os.PathLike[str] = path
+        self.known_conditions: Any = stated.pop("known_conditions", None)
+        self.detector: Any = stated.pop("detector", None)
+        self.capabilities: Capabilities = capabilities(diagnoser)
         try:
-            return Judge(
-                self.diagnoser, **models, **stated, outputs=facts.get("channels")
+            judge = Judge(
+                diagnoser,
+                known=self.known_conditions,
+                detector=self.detector,
+                has_healthy=stated.get("healthy", "") is not None,
+                outputs=stated.get("channels"),
+                **_stated_training(stated, self.capabilities),
             )
         except ValueError as error:
-            raise CommandError(f"{self.path}: {error}") from error
+            raise CommandError(f"{path}: {error}") from error
+        facts = self._all_facts(diagnoser, judge, stated)
+        self.n_channels: int = facts["n_channels"]
+        self.rows: str = "stretches" if self.capabilities.is_stretch else "windows"
+        changed = os.stat(path).st_mtime_ns
+        super().__init__(
+            diagnoser,
+            facts,
+            judge,
+            takes_rpm=self.capabilities.takes_rpm,
+            heading=_heading(path, self.rows, facts),
+            identity=identity,
+            load=partial(_cached_model, os.path.abspath(path), changed),
+        )
+        self.summary = {"file": printable(path)} | facts
+
+    def _all_facts(self, diagnoser, judge, stated):
+        """Return the facts that the file states, and those of the models themselves."""
+        facts = {
+            "diagnoser": type(diagnoser).__name__,
+            "conditions": judge.conditions,
+            "healthy": judge.healthy,
+            "train_rpm": judge.train_rpm or None,
+            "sampling_rate": judge.sampling_rate,
+            "window_length": self.capabilities.window_length,
+            "n_channels": self.capabilities.n_channels,
+        }
+        facts |= {name: value for name, value in stated.items() if value is not None}
+        if self.known_conditions is not None:
+            rate = capabilities(self.known_conditions).stated_rate
+            facts["false_rejection_rate"] = rate
+        return facts
 
     @property
     def short_identity(self) -> str:
         """Beginning of the SHA-256 of the file, which results and states name."""
         return self.identity[:12]
 
-    @property
-    def heading(self) -> str:
-        """Description in one line."""
-        speeds = f" at {listed(self.train_rpm)} rpm" if self.train_rpm else ""
-        rate = self.sampling_rate
-        seconds = f", {self.window_length / rate:.3g} s at {rate:g} Hz" if rate else ""
-        conditions, healthy = (
-            ", ".join(map(str, self.conditions)),
-            self.healthy or "not known",
-        )
-        calibration = f"{self.facts['diagnoser']} calibrated on {conditions}{speeds}"
-        rows = f"{self.rows} of {self.window_length} samples{seconds}"
-        return f"{self.path}: {calibration}, {rows}. Healthy: {healthy}"
-
-    @property
-    def _has_combs_alone(self):
-        """Whether combs of a bearing decide, without spectra of faults."""
-        decide = unfolded_steps(self.diagnoser)[-1]
-        return isinstance(decide, FaultOrderClassifier) and decide.conditions_ is None
-
-    def windows(
-        self, recording: ListedRecording, resample: bool = False, note: Any = None
-    ) -> tuple[Iterator[NDArray[Any]], float | None]:
-        """Return an iterator of windows, and their rate; `note` is called with the rate before."""
-        recording = self.with_channel(recording)
+    def open(self, recording: ListedRecording, resample: bool = False) -> OpenRecording:
+        """Open a recording, and refuse other channels or another rate than those of `fit`."""
         self.check_order(recording.name, recording.channel)
-        blocks = recording.blocks(block_length(self.window_length))
-        if resample:
-            blocks = resampled_blocks(blocks, self.sampling_rate, note=note)
-        first, rate = next(blocks, (np.empty(0), None))
-        self._check_signal(recording.name, first, rate)
-        signals = chain([first], (signal for signal, _ in blocks))
-        return cut_blocks(signals, recording.name, self.window_length), rate
-
-    def _check_signal(self, name, signal, rate):
-        """Refuse a signal with other channels or of another rate than those of `fit`."""
-        n_channels = len(np.atleast_2d(signal))
-        fitted = f"but {self.path} was fitted"
-        expected = self.sampling_rate
+        opened = super().open(recording, resample)
+        n_channels = len(opened.channels)
         if n_channels != self.n_channels:
-            found = f"{counted(n_channels, 'channel')}, {fitted} on {self.n_channels}"
-            raise CommandError(f"{name}: {found}")
+            raise CommandError(
+                f"{recording.name}: {counted(n_channels, 'channel')}, but {self.path} was "
+                f"fitted on {self.n_channels}"
+            )
+        rate = opened.sampling_rate
+        expected = self.sampling_rate
         if not rates_agree(rate, expected):
-            found = f"sampled at {rate:g} Hz, {fitted} at {expected:g} Hz"
             advice = unit_advice(rate, expected) or "; --resample brings it to that"
-            raise CommandError(f"{name}: {found}{advice}")
-
-    def rows_of(
-        self, recording: ListedRecording, resample: bool = False
-    ) -> RecordingRows:
-        """Return the rows of a recording with their speeds."""
-        stated = recording.channel
-        recording = self.with_channel(recording)
-        if self.takes_rpm:
-            recording = recording.with_speed()
-        old_rates: list[float] = []
-        windows, rate = self.windows(recording, resample, old_rates.append)
-        blocks = self._with_speeds(windows, recording, rate or self.sampling_rate)
-        channels = self._compared_channels(recording, stated)
-        return RecordingRows(recording, blocks, rate, self.judge, channels, old_rates)
-
-    def _with_speeds(self, windows, recording, rate):
-        """Yield the first samples, the windows and the speeds of each block."""
-        n_before = 0
-        for X in windows:
-            start = np.arange(n_before, n_before + len(X)) * self.window_length
-            yield start, X, recording.speeds(start, self.window_length, rate)
-            n_before += len(X)
-
-    def remarks(
-        self,
-        recording: ListedRecording,
-        rows: RecordingRows,
-        windows: pd.DataFrame,
-        verdict: dict[str, Any],
-    ) -> Iterator[str]:
-        """Yield remarks on the recording, the verdict, and what the model assumed."""
-        for rate in rows.old_rates:
-            yield f"Resampled from {rate:g} to {self.sampling_rate:g} Hz."
-        if rows.channels:
-            yield from channel_remarks(rows.channels, self.facts, recording.channel)
-        yield from [*verdict_remarks(windows, verdict)]
-        if verdict["verdict"] == CHANGED and self.facts.get("bearing"):
-            yield f"No comb of bearing {self.facts['bearing']} shows a fault."
-        if self._has_combs_alone and verdict["verdict"] == self.healthy:
-            yield NO_COMB
-        if rows.sampling_rate is None and self.sampling_rate is not None:
-            yield f"No sampling rate is stated; {self.sampling_rate:g} Hz was assumed."
-        rate = rows.sampling_rate or self.sampling_rate
-        rpm = rows.recording.rpm
-        slowest = windows["rpm"].min() if "rpm" in windows else rpm
-        reason = why_no_orders(self.window_length, rate, slowest)
-        if reason and compares_orders(self.diagnoser):
-            yield reason
-        if rpm is None and self.can.is_stretch and self.train_rpm:
-            yield "The speed is not stated. Speeds near those of fit were searched."
-
-    def with_channel(self, recording: ListedRecording) -> ListedRecording:
-        """Return the recording with the channels of the model, if none are stated and it has them.
-
-        A file that has no more channels than the model needs none to be stated.
-        """
-        if recording.channel is not None:
-            return recording
-        for names in self.usual_channels:
-            own = replace(recording, channel=names if len(names) > 1 else names[0])
-            with suppress(ValueError):
-                chosen_channels(own.path, channel=own.channel, dtype=own.dtype)
-                return own
-        return recording
-
-    def channel_remarks(self, recording: ListedRecording, asked: Any) -> list[str]:
-        """Return remarks on channels and units that are not those of the model."""
-        channels = self._compared_channels(recording, asked)
-        return [*channel_remarks(channels, self.facts, asked)] if channels else []
-
-    def _compared_channels(self, recording, asked):
-        """Return names and units of channels; none if the model states nothing to compare."""
-        is_same = [*np.atleast_1d(asked)] == self.facts.get("channels")
-        if self.facts.get("unit") is None and (
-            is_same or not self.facts.get("channel_names")
-        ):
-            return []
-        options = {"channel": recording.channel, "dtype": recording.dtype}
-        return chosen_channels(recording.path, **options)
+            raise CommandError(
+                f"{recording.name}: sampled at {rate:g} Hz, but {self.path} was fitted at "
+                f"{expected:g} Hz{advice}"
+            )
+        return opened
 
     def check_order(self, name: str, channels: str | list[str] | None) -> None:
         """Refuse the channels of the model in another order."""
         fitted = self.facts.get("channels") or []
-        if (
-            isinstance(channels, list)
-            and channels != fitted
-            and {*channels} == {*fitted}
-        ):
-            expected = f"{self.path} was fitted on {'; '.join(fitted)}, in this order"
+        if not isinstance(channels, list) or channels == fitted:
+            return
+        if {*channels} == {*fitted}:
             raise CommandError(
-                f"{name}: channels {'; '.join(channels)}, but {expected}"
+                f"{name}: channels {'; '.join(channels)}, but {self.path} was fitted on "
+                f"{'; '.join(fitted)}, in this order"
             )
 
-    def fitted(self, row: NDArray[Any], sampling_rate: float | None) -> Any:
-        """Return the diagnoser."""
-        return self.diagnoser
+
+def _heading(path, rows, facts):
+    """Describe a saved model in one line."""
+    conditions = ", ".join(map(str, facts["conditions"]))
+    speeds = f" at {listed(facts['train_rpm'])} rpm" if facts["train_rpm"] else ""
+    size = f"{rows} of {facts['window_length']} samples"
+    rate = facts["sampling_rate"]
+    if rate:
+        size = f"{size}, {facts['window_length'] / rate:.3g} s at {rate:g} Hz"
+    return (
+        f"{path}: {facts['diagnoser']} calibrated on {conditions}{speeds}, {size}. "
+        f"Healthy: {facts['healthy'] or 'not known'}"
+    )
+
+
+def _stated_training(stated, described):
+    """Return the facts of the training that a file states, by the parameters of `Judge`."""
+    names = ("conditions", "train_rpm", "sampling_rate")
+    facts = {name: stated[name] for name in names if stated.get(name)}
+    if described.healthy is not None and "conditions" not in facts:
+        by_health = partial(operator.ne, described.healthy)
+        facts["conditions"] = sorted(described.conditions, key=by_health)
+    return facts
 
 
 @lru_cache(maxsize=2)

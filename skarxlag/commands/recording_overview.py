@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.validation import output_of_windows
-from ..recordings.listing import ListedRecording
+from ..recordings.entries import OpenRecording
 from .channels import units_of
 from .figures import extremes
 
@@ -76,7 +76,7 @@ class Overview:
 
 
 def overview(
-    recording: ListedRecording,
+    opened: OpenRecording,
     blocks: Iterable[NDArray[Any]],
     sampling_rate: float | None,
     predict: Predict | None,
@@ -86,7 +86,7 @@ def overview(
 
     Parameters
     ----------
-    recording : ListedRecording
+    opened : OpenRecording
         The recording.
     blocks : iterable of ndarray of shape (n_windows[, n_channels], n_samples)
         Its windows, which follow one another.
@@ -125,11 +125,11 @@ def overview(
             samples = output.ravel()[before:][:STRETCH].astype(float)
             row = X[(at - duration) // X.shape[-1]]
         duration += output.size
-    recording = recording.with_speed()
+    recording = opened.entry.with_speed()
     rpm = recording.rpm
     if recording.profile is not None and sampling_rate is not None:
         rpm = recording.speeds([first], len(samples), sampling_rate)[0]
-    unit = next(iter(units_of([recording])), None)
+    unit = next(iter(units_of([opened.channels])), None)
     return Overview(
         signal=extremes(*np.concatenate(signal, axis=1)),
         unpredicted=extremes(*np.concatenate(errors, axis=1)),

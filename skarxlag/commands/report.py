@@ -205,12 +205,11 @@ class RunFigures:
 
     def _read(self, number, at):
         """Read a recording as the model does, with a stretch around a sample."""
-        recording = self._model.with_channel(self._recordings[number])
-        blocks, rate = self._model.windows(recording, self._resample)
-        rate = (
-            self._diagnoses[number].sampling_rate or rate or self._model.sampling_rate
-        )
-        return overview(recording, blocks, rate, self._predictor(rate), at)
+        model = self._model
+        opened = model.open(self._recordings[number], self._resample)
+        rate = opened.sampling_rate or model.sampling_rate
+        windows = model.windows(opened)
+        return overview(opened, windows, rate, self._predictor(rate), at)
 
     def _predictor(self, rate):
         """Return the predictions of the model's first step, if it is one that predicts."""
@@ -243,7 +242,9 @@ class RunFigures:
         """Return the first stretch of a healthy recording; None if it cannot be read again."""
         recording = self._recordings[number]
         with suppress(*_READING_ERRORS):
-            blocks, rate = self._model.windows(recording, self._resample)
-            samples = output_of_windows(next(blocks)).ravel()[:STRETCH]
-            return Stretch(samples, rate or self._model.sampling_rate, recording.rpm)
+            opened = self._model.open(recording, self._resample)
+            X = next(self._model.windows(opened))
+            samples = output_of_windows(X).ravel()[:STRETCH]
+            rate = opened.sampling_rate or self._model.sampling_rate
+            return Stretch(samples, rate, recording.rpm)
         return None

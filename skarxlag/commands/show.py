@@ -57,11 +57,10 @@ def _entry(recording, orders, healthy):
 
 def _view(recording: ListedRecording) -> Overview:
     """Read a recording once."""
-    blocks = recording.blocks(STRETCH)
-    first, rate = next(blocks)
-    signals = chain([first], (signal for signal, _ in blocks))
-    windows = (signal[np.newaxis] for signal in signals)
-    return overview(recording, windows, rate, _predictor(first))
+    opened = recording.open(STRETCH, reads_speed=True)
+    first = next(opened.blocks)
+    windows = (signal[np.newaxis] for signal in chain([first], opened.blocks))
+    return overview(opened, windows, opened.sampling_rate, _predictor(first))
 
 
 def _predictor(signal):

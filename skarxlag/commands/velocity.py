@@ -59,8 +59,8 @@ def velocity_rms(
     segment = min(int(sampling_rate), len(samples))
     frequencies, power = welch(samples, sampling_rate, nperseg=segment)
     is_inside = (frequencies >= BAND[0]) & (frequencies <= BAND[1])
-    frequencies = frequencies[is_inside]
     power = power[is_inside]
+    frequencies = frequencies[is_inside]
     factor, is_acceleration = _UNITS[unit]
     if is_acceleration:
         power = power / (2 * np.pi * frequencies) ** 2

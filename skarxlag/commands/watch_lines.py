@@ -157,6 +157,9 @@ def sentence(verdict: MonitorVerdict) -> str:
     ... )
     >>> sentence(first)
     '0.5 s, worn, probability 93.0%, not yet an alarm, at 25%, p-value 0.003'
+    >>> nothing = dict.fromkeys(("probability", "p_value"), math.nan)
+    >>> sentence(first._replace(**nothing, quality="constant", alarm_state="none"))
+    '0.5 s, worn, no signal: constant'
     """
     parts = [f"{verdict.time:.1f} s, {verdict.verdict or 'no verdict'}"]
     if not math.isnan(verdict.probability):

@@ -5,12 +5,14 @@ import sys
 from collections import Counter
 from collections.abc import Callable
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from numpy.typing import NDArray
 
 from ..recordings.entries import ListedRecording
+from ..recordings.files import chosen_channels
 from ..recordings.live import (
     Block,
     Blocks,
@@ -24,7 +26,7 @@ from ..recordings.live_times import StreamTimes
 from ..recordings.speeds import TACHO
 from ..recordings.tacho import TachoStream
 from .arguments import refuse
-from .channels import channel_remarks
+from .channels import are_compared, channel_remarks
 from .messages import CommandError, counted
 from .models import SavedModel
 
@@ -134,7 +136,7 @@ class SensorSource:
         return from_folder(
             self._path,
             self._entry_of,
-            self.model.can,
+            self.model.capabilities,
             args.settle,
             args.timed_files,
             self._say,
@@ -154,9 +156,13 @@ class SensorSource:
             pulses_per_revolution=self._pulses,
             **args.rpm,
         )
-        chosen = self.model.with_channel(recording)
-        self._note(self.model.channel_remarks(chosen, recording.channel))
-        return chosen
+        facts = self.model.facts
+        choices = self.model.channel_choices(recording)
+        channel, channels = chosen_channels(path, choices=choices, dtype=args.dtype)
+        is_compared = are_compared(facts, args.channel)
+        remarks = channel_remarks(channels, facts, args.channel)
+        self._note([*remarks] if is_compared else [])
+        return replace(recording, channel=channel)
 
     def _file(self, position) -> Blocks:
         args = self._args

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 
 from ..monitoring import ConditionMonitor
-from ..persistence.models import load_monitor_state, save_monitor_state
+from ..persistence.monitor_states import load_monitor_state, save_monitor_state
 from ..recordings.rates import rates_agree
 from ..verdicts.windows import HOLD
 from .messages import (
@@ -86,7 +86,7 @@ class SensorStream:
             )
         self.source = source or SensorSource(args, model, self._rate, self.say)
         states_speed = args.rpm or args.rpm_column or self.source.is_folder
-        if model.can.needs_rpm and not states_speed:
+        if model.capabilities.needs_rpm and not states_speed:
             raise UsageError(
                 f"argument --rpm: needed, {args.model} was fitted at "
                 f"{listed(model.train_rpm)} rpm"
@@ -140,7 +140,7 @@ class SensorStream:
             )
         if difference := self._difference(state, facts):
             # Somebody has to acknowledge the alarm, whatever the model is.
-            self._monitor.latched = self._args.latch and state.get("latched") is True
+            self._monitor.latched = self._args.latch and is_latched(state)
             self.say(
                 f"{difference}. Verdicts and the alarm start afresh from this position."
             )
@@ -312,6 +312,12 @@ class SensorStream:
         if last is not None:
             parts.append(f"last: {printable(sentence(last))}")
         return "; ".join(parts)
+
+
+def is_latched(state: dict[str, Any]) -> bool:
+    """Return whether the alarm in the state of a monitor is latched."""
+    alarm = state.get("alarm")
+    return isinstance(alarm, dict) and alarm.get("latched") is True
 
 
 def acknowledgement(state: Path) -> Path:

@@ -62,26 +62,22 @@ class ComparedCombs(NamedTuple):
 
     Parameters
     ----------
-    excess : ndarray of shape (n_rows, 3)
-        Scores above the reference at ball, inner and outer race, on the scale of the
-        limits.
-    limits : ndarray of shape (n_rows,)
-        Limits of the largest excess.
+    beyond_limit : ndarray of shape (n_rows, 3)
+        Scores of ball, inner and outer race above the limit.
     ranking : ndarray of int of shape (n_rows, 2)
-        Faults of the largest and of the second largest excess.
+        Faults of the largest and of the second largest score above the reference.
     alarm : ndarray of bool of shape (n_rows,)
-        Whether the largest excess is above its limit.
+        Whether the largest is above the limit.
     is_close : ndarray of bool of shape (n_rows,)
-        Whether there is an alarm, but the second largest excess is too close to name
-        the largest.
+        Whether there is an alarm, but the second largest is too close to name the
+        largest.
     p_value : ndarray of shape (n_rows,)
         As `p_values_of_healthy` returns them.
     score_limits : ndarray of shape (n_rows,)
-        Limits of the scores of the faults with the largest excess.
+        Limits of the scores of the strongest faults themselves.
     """
 
-    excess: NDArray[Any]
-    limits: NDArray[Any]
+    beyond_limit: NDArray[Any]
     ranking: NDArray[np.intp]
     alarm: NDArray[np.bool_]
     is_close: NDArray[np.bool_]
@@ -158,8 +154,7 @@ def compare_combs(
     best, second = np.take_along_axis(excess, ranking, axis=1).T
     alarm = best > limits
     return ComparedCombs(
-        excess,
-        limits,
+        excess - limits[:, np.newaxis],
         ranking,
         alarm,
         is_close=alarm & (best - second < least_margin(wrong_name_rate)),

@@ -111,8 +111,9 @@ def verdicts_by_combs(
         "verdict", "named", "score" and "probability", as `FaultOrderClassifier.diagnose`
         returns them.
     """
-    beyond = compared.excess - compared.limits[:, np.newaxis]
-    scores = comb_evidence(beyond, class_locations, visible=VISIBLE_ALONE)
+    scores = comb_evidence(
+        compared.beyond_limit, class_locations, visible=VISIBLE_ALONE
+    )
     scores[~has_combs] = 0.0
     verdict = classes[scores.argmax(axis=1)]
     is_pair = len(classes) == 2

@@ -60,8 +60,7 @@ class ConditionMonitor:
     window_length : int, default=1200
         Samples in a window of `fit`.
     hop : int or None, default=None
-        Samples from the start of one window to the start of the next. None:
-        `window_length`.
+        Samples from one window to the next. None: `window_length`.
     half_life : float, default=10.0
         Seconds in which the weight of evidence halves, above 0; infinity for no fading.
     false_alarm_interval : float, default=1000.0
@@ -220,13 +219,17 @@ class ConditionMonitor:
         """Return whether an alarm was on that is not acknowledged: see the class."""
         return bool(self._alarm and self._alarm.latched)
 
+    @latched.setter
+    def latched(self, value: bool) -> None:
+        if self._alarm:
+            self._alarm.latched = value
+
     def acknowledge(self) -> None:
         """Release a latched alarm, which then goes off as without `latch`.
 
         The next alarm is latched again.
         """
-        if self._alarm:
-            self._alarm.latched = False
+        self.latched = False
 
     def update(
         self,
@@ -330,11 +333,12 @@ class ConditionMonitor:
         judged = []
         for row, values in enumerate(zip(*columns, strict=True)):
             record = dict(zip(results.columns, values, strict=True))
-            judged.append(self._window(results, row, record, start, float(middle[row])))
+            record["rpm"] = float(middle[row])
+            judged.append(self._judged_window(results, row, record, start))
             start += self._settings.hop
         return with_recent_verdicts(self._judge, judged)
 
-    def _window(self, results, row, record, start, rpm):
+    def _judged_window(self, results, row, record, start):
         """Count a window, and return all but the verdict by recent windows."""
         end = self._stream.time_of(start + self._settings.window_length)
         self._recent.move_to(end)
@@ -359,7 +363,7 @@ class ConditionMonitor:
         judged = MonitorVerdict(
             start=start,
             time=end,
-            rpm=rpm,
+            rpm=record["rpm"],
             quality=quality,
             quality_share=record["quality share"],
             window_verdict=window_verdict,

@@ -1,97 +1,35 @@
-"""Diagnosers, and states of monitors, in files that are safe to load."""
+"""Diagnosers in files that are safe to load."""
 
 from __future__ import annotations
 
 import copy
-import hashlib
-import io
-import json
 import os
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import BadZipFile, ZipFile
+from zipfile import BadZipFile
 
 import sklearn
 from sklearn.pipeline import Pipeline
 
 from .._version import __version__
-from ..core.capabilities import Capabilities, capabilities, offers
+from ..core.capabilities import capabilities, offers
 from ..core.files import read_members, write_atomically
-from ..core.registry import ESTIMATORS
-from ..core.state import check_model_state, check_number, estimators_within, expect
+from ..core.state import check_model_state, estimators_within, expect
 from ..decisions.fault_detector import FaultDetector
 from ..decisions.fusion import SensorFusion
 from ..decisions.known_conditions import KnownConditions
-from ..monitoring import ConditionMonitor
-from ..verdicts.names import check_conditions
+from .archives import TRUSTED_TYPES, checked_schema, digest, sealed
+from .facts import check_facts
+from .files import errors_named
 from .saved_objects import PROTOCOLS, SavedObjects
 
 if TYPE_CHECKING:
     from sklearn.calibration import CalibratedClassifierCV
 
-#: Classes of scikit-learn that a model may contain next to the estimators of this
-#: package: pipelines, calibration, scalers and linear models. They hold arrays and
-#: plain values only.
-_SCIKIT_LEARN_TYPES = {
-    "sklearn.pipeline.Pipeline",
-    "sklearn.frozen._frozen.FrozenEstimator",
-    "sklearn.calibration.CalibratedClassifierCV",
-    "sklearn.calibration._CalibratedClassifier",
-    "sklearn.calibration._SigmoidCalibration",
-    "sklearn.isotonic.IsotonicRegression",
-    "sklearn.preprocessing._data.StandardScaler",
-    "sklearn.preprocessing._data.RobustScaler",
-    "sklearn.preprocessing._data.MinMaxScaler",
-    "sklearn.preprocessing._data.MaxAbsScaler",
-    "sklearn.preprocessing._data.Normalizer",
-    "sklearn.preprocessing._data.PowerTransformer",
-    "sklearn.preprocessing._label.LabelBinarizer",
-    "sklearn.linear_model._logistic.LogisticRegression",
-    "sklearn.linear_model._ridge.RidgeClassifier",
-    "sklearn.linear_model._ridge.Ridge",
-    "sklearn.linear_model._base.LinearRegression",
-    "sklearn.discriminant_analysis.LinearDiscriminantAnalysis",
-    "sklearn.svm._classes.LinearSVC",
-}
-#: Types of this package that a model may contain.
-_OWN_TYPES = {f"skarxlag.{module}.{name}" for name, module in ESTIMATORS.items()} | {
-    "skarxlag.bearings.geometry.BearingGeometry"
-}
-#: Types that a model file may contain, by the loader of skops that reads them. By
-#: itself, skops would also build every estimator of scikit-learn and SciPy, functions
-#: and methods.
-TRUSTED_TYPES = {
-    "ObjectNode": _SCIKIT_LEARN_TYPES | _OWN_TYPES,
-    "NdArrayNode": {"numpy.ndarray", "numpy.float64", "numpy.int64", "numpy.str_"},
-    "DictNode": {"builtins.dict"},
-    "ListNode": {"builtins.list"},
-    "TupleNode": {"builtins.tuple"},
-    "JsonNode": {"builtins.str"},
-    "TypeNode": {"builtins.str"},
-}
-#: Largest size of a schema in bytes. A model of ten conditions needs 30 kB.
-_LONGEST_SCHEMA = 10 * 2**20
-_FORMAT, _STATE_FORMAT = "skarxlag diagnoser 1", "skarxlag monitor 10"
-#: Largest file of a state. That of one window of a million samples is smaller.
-_LARGEST_STATE = 100 * 2**20
+_FORMAT = "skarxlag diagnoser 1"
 #: Models that are saved next to the diagnoser, and the field of `Capabilities` that each
 #: must have.
 _COMPANIONS = {"known_conditions": "none_of_these", "detector": "healthy_p_value"}
-#: Facts with a meaning to the commands, by their type, or range and type. Any of them but
-#: `conditions` may be None.
-_KNOWN_FACTS: dict[str, Any] = {
-    **dict.fromkeys(("diagnoser", "rows", "saved", "healthy", "bearing", "unit"), str),
-    **dict.fromkeys(("window_length", "n_channels"), ("at least 1", int)),
-    "sampling_rate": ("above 0", float),
-    "false_alarm_rate": ("above 0 and below 1", float),
-}
-#: The same of facts that are lists. No row was recorded of some locations of faults.
-_KNOWN_LISTS: dict[str, Any] = {
-    **dict.fromkeys(("n_windows", "n_recordings"), ("at least 0", int)),
-    **{"conditions": object, "channels": str | None, "channel_names": str},
-    "train_rpm": ("above 0", float),
-}
 
 
 def save_diagnoser(
@@ -170,7 +108,7 @@ def save_diagnoser(
     }
     _remove_surroundings(content)
     archive = skops_io.dumps(content)
-    _checked_schema(read_members(archive)[0])
+    checked_schema(read_members(archive)[0])
     write_atomically(path, sealed(archive))
 
 
@@ -231,11 +169,11 @@ def load_diagnoser(
         ...
     ValueError: ...bearing.skops: no diagnoser saved by skarxlag (File is not a zip file)
     """
-    with _errors_named(path, "diagnoser saved by skarxlag"):
+    with errors_named(path, "diagnoser saved by skarxlag"):
         archive = Path(path).read_bytes()
         members, comment = read_members(archive)
-        schema = _checked_schema(members)
-        if comment != _digest(members):
+        schema = checked_schema(members)
+        if comment != digest(members):
             raise BadZipFile("it was changed after it was saved")
         if schema.get("protocol") in PROTOCOLS:
             content = SavedObjects(members).build(schema)
@@ -248,41 +186,29 @@ def load_diagnoser(
     return content["diagnoser"], content["facts"] | companions
 
 
-@contextmanager
-def _errors_named(path, expected):
-    """Name the file in the errors of those who read it."""
-    if not Path(path).is_file():
-        raise FileNotFoundError(f"{path}: no such file")
-    try:
-        yield
-    # What a parser raises on damaged input is as varied as the damage, such as
-    # RecursionError.
-    except Exception as error:
-        raise ValueError(f"{path}: no {expected} ({error})") from error
-
-
 def _check_content(content):
     """Raise an error that names the part of a file that is wrong."""
     expect(content["format"] == _FORMAT, "format", content["format"], repr(_FORMAT))
-    diagnoser, facts = content["diagnoser"], content["facts"]
+    diagnoser = content["diagnoser"]
     if not (
         isinstance(diagnoser, Pipeline | SensorFusion) or _is_calibrated(diagnoser)
     ):
-        expected = "a Pipeline, a CalibratedClassifierCV or a SensorFusion"
         raise TypeError(
-            f"diagnoser is a {type(diagnoser).__name__}, expected {expected}"
+            f"diagnoser is a {type(diagnoser).__name__}, expected a Pipeline, a "
+            "CalibratedClassifierCV or a SensorFusion"
         )
     check_model_state(diagnoser)
-    _check_facts(facts, capabilities(diagnoser))
-    for name, question in _COMPANIONS.items():
+    check_facts(content["facts"], capabilities(diagnoser))
+    for name, field in _COMPANIONS.items():
         model = content.get(name)
-        if model is not None:
-            check_model_state(model)
-            if not vars(capabilities(model))[question]:
-                found = type(model).__name__
-                raise TypeError(
-                    f"{name} is a {found}, expected the result of make_{name}"
-                )
+        if model is None:
+            continue
+        check_model_state(model)
+        if not getattr(capabilities(model), field):
+            raise TypeError(
+                f"{name} is a {type(model).__name__}, expected the result of "
+                f"make_{name}"
+            )
 
 
 def _is_calibrated(diagnoser):
@@ -290,57 +216,6 @@ def _is_calibrated(diagnoser):
     from sklearn.calibration import CalibratedClassifierCV
 
     return isinstance(diagnoser, CalibratedClassifierCV)
-
-
-def _check_facts(facts: dict[str, Any], can: Capabilities) -> None:
-    """Check that facts are plain, can be true, and agree with the model."""
-    for name, value in facts.items():
-        entries = value if isinstance(value, list) else [value]
-        for each in entries:
-            if not isinstance(each, str | int | float | None):
-                kind = f"holds a {type(each).__name__}, expected a text, number, None or a list"
-                raise TypeError(f"{name}={value!r} {kind} of these")
-        # Escape sequences could rewrite what a terminal shows.
-        is_printable = all(str(text).isprintable() for text in (name, *entries))
-        expect(is_printable, name, value, "printable characters")
-        known = _KNOWN_LISTS if isinstance(value, list) else _KNOWN_FACTS
-        if value is None or name not in _KNOWN_LISTS | _KNOWN_FACTS:
-            continue
-        expect(
-            name in known,
-            name,
-            value,
-            "a list" if name in _KNOWN_LISTS else "one value",
-        )
-        for each in entries:
-            if isinstance(known[name], tuple):
-                check_number(name, each, *known[name])
-            else:
-                expect(isinstance(each, known[name]), name, each, "a text")
-    for name, own in {
-        "window_length": can.window_length,
-        "n_channels": can.n_channels,
-    }.items():
-        stated = facts.get(name)
-        expect(own is None or stated in (None, own), name, stated, f"{own} as in fit")
-    lengths = dict.fromkeys(
-        ("n_windows", "n_recordings"), len(can.conditions or ["healthy"])
-    )
-    for name, n in (lengths | {"channels": can.n_channels}).items():
-        expect(
-            len(facts.get(name) or ()) in (0, n), name, facts.get(name), f"{n} entries"
-        )
-    if "conditions" in facts:
-        check_conditions(facts["conditions"] or [], can.conditions)
-    healthy, (first, *_) = facts.get("healthy"), facts.get("conditions", [can.healthy])
-    expect(
-        healthy in (None, first),
-        "healthy",
-        healthy,
-        f"{first!r}, the first of conditions",
-    )
-    is_printable = all(str(name).isprintable() for name in can.conditions or ())
-    expect(is_printable, "conditions", can.conditions, "printable characters")
 
 
 def _remove_surroundings(content):
@@ -351,134 +226,3 @@ def _remove_surroundings(content):
         # scikit-learn has callbacks from 1.9 on.
         if offers(part, "set_callbacks"):
             part.set_callbacks()
-
-
-def _checked_schema(members):
-    """Return the schema, all types of which are trusted; raise an error if it is another one."""
-    content = members["schema.json"]
-    if len(content) > _LONGEST_SCHEMA:
-        raise BadZipFile(f"its schema.json has {len(content):,} bytes")
-    foreign = []
-
-    def note_type(node):
-        name = f"{node.get('__module__')}.{node.get('__class__')}"
-        loader = node.get("__loader__")
-        if loader is not None and name not in TRUSTED_TYPES.get(loader, ()):
-            foreign.append(f"{name} ({loader})")
-        return node
-
-    schema = json.loads(content, object_hook=note_type)
-    if not isinstance(schema, dict) or "__loader__" not in schema:
-        raise BadZipFile("its schema.json is not that of skops")
-    if foreign:
-        # A type is noted after the types inside it.
-        raise TypeError(f"it holds a {foreign[-1]}, which no diagnoser needs")
-    return schema
-
-
-def sealed(archive: bytes) -> bytes:
-    """Return an archive with the SHA-256 of its members as its comment."""
-    stream = io.BytesIO(archive)
-    with ZipFile(stream, "a") as file:
-        file.comment = _digest(read_members(archive)[0])
-    return stream.getvalue()
-
-
-def _digest(members):
-    """Return the SHA-256 of the names and contents of all members."""
-    whole = hashlib.sha256()
-    for name in sorted(members):
-        whole.update(hashlib.sha256(name.encode()).digest())
-        whole.update(hashlib.sha256(members[name]).digest())
-    return whole.hexdigest().encode()
-
-
-def save_monitor_state(
-    monitor: ConditionMonitor, path: str | os.PathLike[str], /, **facts: Any
-) -> None:
-    """Write the state of a monitor and facts about it, all or nothing.
-
-    The file is JSON text. It does not contain the models.
-
-    Parameters
-    ----------
-    monitor : ConditionMonitor
-        The monitor.
-    path : str or path-like
-        The file; an existing one is replaced.
-    **facts : str, int, float, None, or list of these
-        Facts that `load_monitor_state` returns with the state, such as the source, its
-        channel and the offset in it. Compare them before the monitor continues with a
-        source.
-
-    Raises
-    ------
-    TypeError
-        If a fact cannot be written as JSON.
-    OSError
-        If the file cannot be written.
-
-    Examples
-    --------
-    >>> import os, tempfile, warnings
-    >>> import numpy as np
-    >>> from skarxlag import ConditionMonitor, make_detector
-    >>> X = np.random.default_rng(0).normal(size=(100, 1200))
-    >>> with warnings.catch_warnings(action="ignore"):  # the speed is not known
-    ...     detector = make_detector().fit(X)
-    >>> monitor = ConditionMonitor(None, 20e3, detector=detector)
-    >>> _ = monitor.update(X[0, :700])
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = os.path.join(folder, "monitor.json")
-    ...     save_monitor_state(monitor, path, sensor="B 12")
-    ...     state, facts = load_monitor_state(path)
-    >>> again = ConditionMonitor(None, 20e3, detector=detector).restore(state)
-    >>> again.counts["samples"], facts["sensor"]
-    (700, 'B 12')
-    """
-    text = json.dumps(
-        {"format": _STATE_FORMAT, "facts": facts, "state": monitor.state()}
-    )
-    write_atomically(path, text.encode())
-
-
-def load_monitor_state(
-    path: str | os.PathLike[str],
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Read a file that `save_monitor_state` wrote.
-
-    Parameters
-    ----------
-    path : str or path-like
-        The file.
-
-    Returns
-    -------
-    state : dict
-        For `ConditionMonitor.restore`, which checks that it fits.
-    facts : dict
-        As given to `save_monitor_state`.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    ValueError
-        If the file is not a state of a monitor. No code comes from it.
-    """
-    with _errors_named(path, "state of a monitor"):
-        n_bytes = Path(path).stat().st_size
-        expect(
-            n_bytes <= _LARGEST_STATE,
-            "Number of bytes",
-            n_bytes,
-            f"at most {_LARGEST_STATE}",
-        )
-        content = json.loads(Path(path).read_bytes())
-        expect(
-            content["format"] == _STATE_FORMAT,
-            "format",
-            content["format"],
-            _STATE_FORMAT,
-        )
-        return dict(content["state"]), dict(content["facts"])

@@ -4,8 +4,6 @@ import io
 import os
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
-from functools import partial
-from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +13,9 @@ from numpy.typing import NDArray
 from sklearn.utils import Bunch
 
 from ..core.validation import check_count
-from .entries import ListedRecording
+from .entries import ListedRecording, OpenRecording
 from .formats._fields import number
-from .rates import NO_RATE, rates_agree, resampled_blocks
+from .rates import NO_RATE, rates_agree
 from .repeated import check_repeated
 from .speeds import SpeedProfile
 from .windows import block_length, cut_blocks, thin_windows
@@ -96,7 +94,7 @@ def cut_recordings(
         data = np.frombuffer(store.getbuffer())
     else:
         data = np.memmap(memory_map, np.float64, "r")
-    facts = reader.facts(listed)
+    facts = reader.facts()
     counts = [len(start) for start in starts]
     row = np.repeat(np.arange(len(listed)), counts)
     rpm = facts.rpm
@@ -169,50 +167,55 @@ class Reader:
     def __init__(self, resample: float | None) -> None:
         self._resample = resample
         self._common: dict[str, Any] = {}
-        self._resampled: dict[str, float] = {}
+        self._read: list[OpenRecording] = []
 
     def blocks(
         self, entry: ListedRecording, n_samples: int | None
     ) -> Iterator[NDArray[Any]]:
         """Yield the samples of a recording block by block."""
-        blocks = entry.blocks(n_samples)
-        if self._resample is not None:
-            note = partial(self._resampled.__setitem__, entry.name)
-            blocks = resampled_blocks(blocks, self._resample, note=note)
+        # If one speed is unknown, none is returned, and no other is read.
+        has_speeds = all(opened.entry.rpm is not None for opened in self._read)
         with entry.named():
-            for signal, rate in blocks:
-                if rate is None:
-                    raise ValueError(NO_RATE)
-                self._check(entry, "sampling rates (Hz)", rate, rates_agree)
-                n_channels = 1 if signal.ndim == 1 else len(signal)
-                self._check(entry, "numbers of channels", n_channels, int.__eq__)
-                yield signal
+            opened = entry.open(
+                n_samples, reads_speed=has_speeds, resample=self._resample
+            )
+            self._read.append(opened)
+            rate = opened.sampling_rate
+            if rate is None:
+                raise ValueError(NO_RATE)
+            self._check(entry, "sampling rates (Hz)", rate, rates_agree)
+            n_channels = len(opened.channels)
+            self._check(entry, "numbers of channels", n_channels, int.__eq__)
+            yield from opened.blocks
 
-    def facts(self, listed: list[ListedRecording]) -> Bunch:
-        """Return the facts of the recordings."""
+    def facts(self) -> Bunch:
+        """Return the facts of the recordings that were read."""
+        listed = [opened.entry for opened in self._read]
         names = [entry.name for entry in listed]
         conditions = [entry.condition for entry in listed]
         specimens = [entry.specimen or entry.condition for entry in listed]
-        # If one speed is unknown, none is returned, and the other files are not opened.
-        entries = (entry.with_speed() for entry in listed)
-        with_speed = list(takewhile(lambda entry: entry.rpm is not None, entries))
-        if len(with_speed) < len(listed):
-            with_speed = []
+        speeds = [entry.rpm for entry in listed]
+        has_speeds = None not in speeds
         return Bunch(
             condition=None if None in conditions else np.array(conditions),
             specimen=None if None in specimens else np.array(specimens),
             load=_loads([entry.load or "" for entry in listed]),
-            rpm=np.array([entry.rpm for entry in with_speed]) if with_speed else None,
+            rpm=np.array(speeds) if has_speeds else None,
             profiles={
                 entry.name: entry.profile
-                for entry in with_speed
-                if entry.profile is not None
+                for entry in listed
+                if has_speeds and entry.profile is not None
             },
             recording=names,
             sampling_rate=self._common["sampling rates (Hz)"][0],
             filenames=[str(entry.path) for entry in listed],
             further=pd.DataFrame([entry.further for entry in listed], index=names),
-            resampled=self._resampled,
+            resampled={
+                opened.entry.name: opened.old_rate
+                for opened in self._read
+                if opened.old_rate is not None
+            },
+            channels=[opened.channels for opened in self._read],
         )
 
     def _check(self, entry, what, value, agree):

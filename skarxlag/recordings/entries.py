@@ -1,17 +1,41 @@
 """Recordings of a list: the file, and the facts that are stated outside it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from numpy.typing import NDArray
 
-from .files import recording_blocks, recording_speed, recording_start
-from .monotonic import Direction
-from .rates import NO_RATE, rates_agree, unit_advice
+from .files import open_file, recording_speed, recording_start
+from .monotonic import refuse_one_way
+from .rates import NO_RATE, rates_agree, resampled_blocks, unit_advice
 from .speeds import TACHO, SpeedProfile
+
+
+class OpenRecording(NamedTuple):
+    """Recording whose facts are read, and whose samples follow.
+
+    Attributes
+    ----------
+    entry : ListedRecording
+        The recording, with its channels, and with its speed if it was requested.
+    channels : list of tuple of str
+        Name and unit of each channel. The unit is None if the file states none.
+    sampling_rate : float or None
+        In Hz; None if it is not known.
+    old_rate : float or None
+        Sampling rate before resampling; None if the samples are as they were recorded.
+    blocks : iterator of ndarray of shape (n_samples,) or (n_channels, n_samples)
+        The samples.
+    """
+
+    entry: "ListedRecording"
+    channels: list[tuple[str, str | None]]
+    sampling_rate: float | None
+    old_rate: float | None
+    blocks: Iterator[NDArray[Any]]
 
 
 @dataclass(frozen=True)
@@ -81,7 +105,10 @@ class ListedRecording:
         if self.rpm is not None:
             return self
         with self.named():
-            speed = self._speed()
+            return self._at(self._speed())
+
+    def _at(self, speed):
+        """Return the recording with a speed, or with speeds over time."""
         if isinstance(speed, SpeedProfile):
             return replace(self, rpm=speed.mean(), profile=speed)
         return replace(self, rpm=speed)
@@ -110,10 +137,11 @@ class ListedRecording:
         if pulses % 1:
             raise ValueError(f"pulses_per_revolution is {pulses}, not an integer")
         tachometer = replace(self, channel=self.speed_source.removeprefix(TACHO))
-        ((signal, rate),) = tachometer.blocks()
-        if rate is None:
+        opened = tachometer.open()
+        (signal,) = opened.blocks
+        if opened.sampling_rate is None:
             raise ValueError(NO_RATE)
-        return SpeedProfile(*pulse_speeds(signal, rate, int(pulses)))
+        return SpeedProfile(*pulse_speeds(signal, opened.sampling_rate, int(pulses)))
 
     def speeds(self, start: Any, n_samples: int, sampling_rate: float) -> Any:
         """Return the speeds of rows, see `SpeedProfile.rows`; `rpm` if there is no profile."""
@@ -126,9 +154,9 @@ class ListedRecording:
         start = 0.0
         if is_date:
             start = recording_start(self.path, channel=self.channel, dtype=self.dtype)
-        sizes = [(signal.shape[-1], rate) for signal, rate in self.blocks(2**20)]
-        n_samples = sum(size for size, _ in sizes)
-        rate = sizes[0][1]
+        opened = self.open(2**20)
+        n_samples = sum(signal.shape[-1] for signal in opened.blocks)
+        rate = opened.sampling_rate
         missing = "the date of its first sample" if start is None else None
         missing = missing or ("its sampling rate" if rate is None else None)
         if missing:
@@ -137,48 +165,85 @@ class ListedRecording:
             )
         return start, start + n_samples / rate
 
-    def blocks(
-        self, n_samples: int | None = None
-    ) -> Iterator[tuple[NDArray[Any], float | None]]:
-        """Yield blocks of the recording and its sampling rate, like `recording_blocks`.
+    def open(
+        self,
+        n_samples: int | None = None,
+        *,
+        channels: Sequence[Any] | None = None,
+        reads_speed: bool = False,
+        resample: float | None = None,
+    ) -> OpenRecording:
+        """Read the facts of the recording, and return them with its samples.
 
         Parameters
         ----------
         n_samples : int or None, default=None
             Samples in a block, at most. None: one block of all.
+        channels : sequence or None, default=None
+            Ways to state the channels, of which the first that the file has is taken.
+            None: as the entry states them.
+        reads_speed : bool, default=False
+            Whether the speed is read, too, see `with_speed`.
+        resample : float or None, default=None
+            Sampling rate in Hz to which the samples are brought. None leaves them as
+            they are.
 
         Raises
         ------
         FileNotFoundError, ImportError, ValueError
-            As there; if the stated rate differs from the rate in the file; and, after
-            the last block, if the first channel only rises or only falls. The message
-            names the entry.
+            As in :func:`read_recording`, when the samples in question are reached; if
+            the stated rate differs from the rate in the file; and, after the last
+            block, if the first channel only rises or only falls. The message names the
+            entry.
         """
-        stated = self.sampling_rate
-        direction = Direction()
+        reads_file = reads_speed and self.rpm is None and self.speed_source is None
+        entry = self.with_speed() if reads_speed and not reads_file else self
         with self.named():
-            blocks = recording_blocks(
+            file = open_file(
                 self.path,
                 n_samples,
-                channel=self.channel,
+                choices=[self.channel] if channels is None else channels,
                 dtype=self.dtype,
-                stated_rate=stated,
+                stated_rate=self.sampling_rate,
+                reads_speed=reads_file,
             )
-            for signal, rate in blocks:
-                if not rates_agree(stated, rate):
-                    raise ValueError(
-                        f"{self.path}: sampling_rate is {stated:g} Hz but the file "
-                        f"states {rate:g} Hz{unit_advice(rate, stated)}"
-                    )
-                direction.add(signal if signal.ndim == 1 else signal[0])
-                yield signal, rate if stated is None else stated
-            if direction.is_monotonic:
-                is_named = isinstance(self.channel, str)
-                channel = f"channel {self.channel!r}" if is_named else "the channel"
-                raise ValueError(
-                    f"{self.path}: {channel} only rises or only falls: it holds times or "
-                    "a count, and is no signal; choose another channel"
-                )
+            rate = self._agreed_rate(file.sampling_rate)
+        entry = entry._at(file.speed) if reads_file else entry
+        entry = replace(entry, channel=file.channel)
+        blocks = entry._checked(file.blocks)
+        if resample is None:
+            return OpenRecording(entry, file.channels, rate, None, blocks)
+        old_rate = None if rates_agree(rate, resample) else rate
+        blocks = resampled_blocks(blocks, rate, resample)
+        return OpenRecording(entry, file.channels, resample, old_rate, blocks)
+
+    def _agreed_rate(self, in_file):
+        """Return the stated sampling rate, with which that of the file must agree."""
+        stated = self.sampling_rate
+        if stated is None or in_file is None:
+            return in_file if stated is None else stated
+        if not rates_agree(stated, in_file):
+            raise ValueError(
+                f"{self.path}: sampling_rate is {stated:g} Hz but the file states "
+                f"{in_file:g} Hz{unit_advice(in_file, stated)}"
+            )
+        return stated
+
+    def _checked(self, blocks):
+        """Yield the samples, and refuse those that only rise or only fall."""
+        name = "the channel"
+        if isinstance(self.channel, str):
+            name = f"channel {self.channel!r}"
+        with self.named():
+            yield from refuse_one_way(blocks, f"{self.path}: {name}")
+
+    def blocks(
+        self, n_samples: int | None = None
+    ) -> Iterator[tuple[NDArray[Any], float | None]]:
+        """Yield the samples with their sampling rate, see `open`."""
+        opened = self.open(n_samples)
+        for signal in opened.blocks:
+            yield signal, opened.sampling_rate
 
     @contextmanager
     def named(self) -> Iterator[None]:

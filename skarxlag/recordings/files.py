@@ -1,38 +1,24 @@
 """Read recordings from files, whole or block by block."""
 
 import os
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
 from numpy.typing import NDArray
 
 from .formats import find_format, read_file
 from .formats._contents import ContentError
-from .formats._description import Description
-from .formats._facts import names_speed
 from .formats._isolation import isolated
-from .formats._signals import descriptions, signal_blocks
+from .formats._signals import descriptions
 from .speeds import SpeedProfile
+from .visits import Channels, facts_and_samples, first_fitting, speed_alone
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Channels = str | int | Sequence[Any] | None
 StrPath = str | os.PathLike[str]
-
-#: Descriptions of files as they were at a time, so that a file is visited once for its
-#: facts and once for its samples. The number bounds the memory.
-_described: dict[tuple[Any, ...], Description] = {}
-_MOST_DESCRIBED = 10_000
-#: Nanoseconds since its last change after which a file is remembered. Within this time,
-#: another change may leave the time of modification as it is.
-_SETTLED = 2 * 10**9
-#: Seconds over which a channel of speeds is averaged.
-_MEAN_SECONDS = 0.01
 
 
 def read_recording(
@@ -125,8 +111,9 @@ def read_recording(
     >>> sampling_rate
     250000.0
     """
-    ((signal, rate),) = recording_blocks(path, channel=channel, dtype=dtype)
-    return signal, rate
+    file = open_file(path, choices=[channel], dtype=dtype)
+    (signal,) = file.blocks
+    return signal, file.sampling_rate
 
 
 def iter_windows(
@@ -180,10 +167,9 @@ def iter_windows(
     """
     from .windows import block_length, cut_blocks
 
-    blocks = recording_blocks(
-        path, block_length(window_length), channel=channel, dtype=dtype
-    )
-    yield from cut_blocks((signal for signal, _ in blocks), str(path), window_length)
+    n_samples = block_length(window_length)
+    file = open_file(path, n_samples, choices=[channel], dtype=dtype)
+    yield from cut_blocks(file.blocks, str(path), window_length)
 
 
 def list_channels(path: StrPath, *, dtype: str | None = None) -> "pd.DataFrame":
@@ -235,43 +221,20 @@ def list_channels(path: StrPath, *, dtype: str | None = None) -> "pd.DataFrame":
 
 
 def _visit(path, dtype, function, *arguments):
-    """Yield the results of a function of the contents of a file."""
-    if find_format(path, dtype).FORMAT.isolated:
+    """Return an iterator of the results of a function of the contents of a file."""
+    path = Path(path)
+    file_format = find_format(path, dtype).FORMAT
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    if file_format.isolated:
         return isolated(read_file, path, dtype, function, *arguments)
     return read_file(path, dtype, function, *arguments)
 
 
-def _version(path, dtype):
-    """Return a key that changes with the content of a file, which must exist."""
-    find_format(path, dtype)
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file")
-    status = path.stat()
-    # Programs that copy a file may set back the time of its content, but not that of
-    # its entry.
-    times = status.st_ctime_ns, status.st_mtime_ns
-    return str(path.absolute()), dtype, status.st_size, *times
-
-
-def _remember(version, description):
-    """Keep a description, unless its file has just been written."""
-    *_, changed = version
-    if time.time_ns() - changed < _SETTLED:
-        return
-    if len(_described) >= _MOST_DESCRIBED:
-        _described.clear()
-    _described[version] = description
-
-
 def _description(path, dtype):
-    """Return what a file states; a file that has not changed is not visited again."""
-    path = Path(path)
-    version = _version(path, dtype)
-    if version not in _described:
-        (description,) = _visit(path, dtype, descriptions)
-        _remember(version, description)
-        return description
-    return _described[version]
+    """Return what a file states."""
+    (description,) = _visit(path, dtype, descriptions)
+    return description
 
 
 @contextmanager
@@ -290,11 +253,7 @@ def recording_speed(
     dtype: Any = None,
     sampling_rate: float | None = None,
 ) -> float | SpeedProfile | None:
-    """Return the shaft speed that the file states.
-
-    A file states it in a number such as ``rpm`` or ``X105RPM``: a variable, an
-    attribute or a property. Otherwise, the channel that is called ``rpm`` or has the
-    unit rpm is returned.
+    """Return the shaft speed that the file states, see `stated_speed`.
 
     Parameters
     ----------
@@ -306,55 +265,35 @@ def recording_speed(
     Returns
     -------
     float, SpeedProfile or None
-        In rev/min; None if the file does not state it. Means over 10 ms of a channel,
-        or one mean if its sampling rate is not known.
+        In rev/min; None if the file does not state it.
 
     Raises
     ------
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    description = _description(path, dtype)
-    with _named(path):
-        chosen = list(description.facts(channel).values())
-    stated = {signal.rpm for signal in chosen} - {None}
-    if stated:
-        return stated.pop() if len(stated) == 1 else None
-    name = next(
-        (n for n, c in description.channels.items() if names_speed(n, c.unit)), None
-    )
-    if name is None:
-        return None
-    speed = description.facts(name)[name]
-    rate = speed.sampling_rate
-    if rate is None:
-        # Channels of different lengths last equally long.
-        signal = max(chosen, key=lambda channel: channel.length or 0)
-        rate = signal.sampling_rate or sampling_rate
-        if rate is not None and signal.length:
-            rate *= speed.length / signal.length
-    n_mean = max(int(_MEAN_SECONDS * (rate or 0)), 1)
-    parts = iter_windows(path, n_mean, channel=name, dtype=dtype)
-    rpm = np.concatenate([speeds.mean(axis=1) for speeds in parts])
-    if rate is None:
-        return float(rpm.mean())
-    return SpeedProfile((np.arange(len(rpm)) + 0.5) * n_mean / rate, rpm)
+    ((speed,),) = _visit(path, dtype, speed_alone, channel, sampling_rate)
+    return speed
 
 
 def chosen_channels(
-    path: Any, *, channel: Any = None, dtype: Any = None
-) -> list[tuple[str, str | None]]:
-    """Return name and unit of each channel that `read_recording` reads.
+    path: Any, *, choices: Sequence[Any] = (None,), dtype: Any = None
+) -> tuple[Any, list[tuple[str, str | None]]]:
+    """Return the first choice of channels that a file has, and their names and units.
 
     Parameters
     ----------
-    path, channel, dtype
+    path, dtype
         As in :func:`read_recording`.
+    choices : sequence
+        Ways to state the channels.
 
     Returns
     -------
-    list of tuple of str
-        The unit is None if the file states none.
+    channel : str, int, sequence of these, or None
+        The choice.
+    channels : list of tuple of str
+        Name and unit of each channel. The unit is None if the file states none.
 
     Raises
     ------
@@ -362,9 +301,10 @@ def chosen_channels(
         As in :func:`read_recording`.
     """
     description = _description(path, dtype)
+    channel = first_fitting(description, choices)
     with _named(path):
         names = description.choose(channel)
-    return [(name, description.channels[name].unit) for name in names]
+    return channel, [(name, description.channels[name].unit) for name in names]
 
 
 def recording_start(
@@ -393,42 +333,61 @@ def recording_start(
     return next((start for start in starts if start is not None), None)
 
 
-def recording_blocks(
+class OpenFile(NamedTuple):
+    """File whose facts are read, and whose samples follow.
+
+    Attributes
+    ----------
+    channel : str, int, sequence of these, or None
+        The chosen channels, as they were stated.
+    channels : list of tuple of str
+        Name and unit of each of them. The unit is None if the file states none.
+    sampling_rate : float or None
+        In Hz; None if the file does not state it.
+    speed : float, SpeedProfile or None
+        See `stated_speed`; None if it was not requested.
+    blocks : iterator of ndarray of shape (n_samples,) or (n_channels, n_samples)
+        The samples.
+    """
+
+    channel: Channels
+    channels: list[tuple[str, str | None]]
+    sampling_rate: float | None
+    speed: float | SpeedProfile | None
+    blocks: Iterator[NDArray[Any]]
+
+
+def open_file(
     path: Any,
     n_samples: int | None = None,
     *,
-    channel: Any = None,
+    choices: Sequence[Any] = (None,),
     dtype: str | None = None,
     stated_rate: float | None = None,
-) -> Iterator[tuple[NDArray[Any], float | None]]:
-    """Yield a recording block by block.
+    reads_speed: bool = False,
+) -> OpenFile:
+    """Read the facts of a file, and return them with its samples, which follow in one visit.
 
     Parameters
     ----------
-    path, channel, dtype
+    path, dtype
         As in :func:`read_recording`.
     n_samples : int or None, default=None
         Samples of a block, at most, if the format can be read in parts. None: one block
         of all.
+    choices : sequence
+        Ways to state the channels. The first that the file has is taken.
     stated_rate : float or None, default=None
         Sampling rate in Hz that is stated outside the file.
-
-    Yields
-    ------
-    signal : ndarray of float64, shape (n_samples,) or (n_channels, n_samples)
-        The next samples.
-    sampling_rate : float or None
-        As in :func:`read_recording`.
+    reads_speed : bool, default=False
+        Whether the speed is read, too.
 
     Raises
     ------
     FileNotFoundError, ValueError, ImportError
-        As in :func:`read_recording`, when the block in question is reached.
+        As in :func:`read_recording`; of the samples, when the block in question is
+        reached.
     """
-    path = Path(path)
-    version = _version(path, dtype)
-    description = _described.get(version)
-    options = channel, n_samples, stated_rate, description
-    replies = _visit(path, dtype, signal_blocks, *options)
-    _remember(version, next(replies))
-    yield from replies
+    options = (choices, n_samples, stated_rate, reads_speed)
+    blocks = _visit(path, dtype, facts_and_samples, *options)
+    return OpenFile(*next(blocks), blocks)

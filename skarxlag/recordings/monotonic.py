@@ -1,5 +1,6 @@
 """Columns that only rise or only fall: times and counts, which are no signal."""
 
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -12,36 +13,45 @@ _FEWEST_STEPS = 64
 _ONE_WAY = 0.99
 
 
-class Direction:
-    """Counts of the steps up and down of a signal that comes in blocks.
+def refuse_one_way(blocks: Iterable[NDArray[Any]], name: str) -> Iterator[NDArray[Any]]:
+    """Yield a signal block by block, and refuse it at its end if it only rises or only falls.
+
+    Parameters
+    ----------
+    blocks : iterable of ndarray of shape (n_samples,) or (n_channels, n_samples)
+        The signal. Of several channels, the first counts.
+    name : str
+        The channel, for the message.
+
+    Raises
+    ------
+    ValueError
+        After the last block, if nearly all steps have the same direction.
 
     Examples
     --------
-    >>> direction = Direction()
-    >>> for block in np.split(np.arange(1000) % 250 / 20_000, 4):
-    ...     direction.add(block)
-    >>> direction.is_monotonic
-    True
+    >>> blocks = np.split(np.arange(1000) % 250 / 20_000, 4)
+    >>> [*refuse_one_way(blocks, "channel 't'")]
+    Traceback (most recent call last):
+        ...
+    ValueError: channel 't' only rises or only falls: it holds times or a count, and is no
+    signal; choose another channel
     """
-
-    def __init__(self) -> None:
-        self._n_up = self._n_down = 0
-        self._last = np.empty(0)
-
-    def add(self, signal: NDArray[Any]) -> None:
-        """Count the steps of the next samples, of shape (n_samples,)."""
-        for values in (np.append(self._last, signal[:1]), signal):
+    n_up = 0
+    n_down = 0
+    last = np.empty(0)
+    for block in blocks:
+        signal = block if block.ndim == 1 else block[0]
+        for values in (np.append(last, signal[:1]), signal):
             # Differences would take as much memory as the block.
-            self._n_up += int(np.count_nonzero(values[1:] > values[:-1]))
-            self._n_down += int(np.count_nonzero(values[1:] < values[:-1]))
+            n_up += int(np.count_nonzero(values[1:] > values[:-1]))
+            n_down += int(np.count_nonzero(values[1:] < values[:-1]))
         # Without the copy, one sample would keep the whole block in memory.
-        self._last = signal[-1:].copy()
-
-    @property
-    def is_monotonic(self) -> bool:
-        """True if nearly all steps have the same direction."""
-        n_steps = self._n_up + self._n_down
-        return (
-            n_steps >= _FEWEST_STEPS
-            and max(self._n_up, self._n_down) > _ONE_WAY * n_steps
+        last = signal[-1:].copy()
+        yield block
+    n_steps = n_up + n_down
+    if n_steps >= _FEWEST_STEPS and max(n_up, n_down) > _ONE_WAY * n_steps:
+        raise ValueError(
+            f"{name} only rises or only falls: it holds times or a count, and is no "
+            "signal; choose another channel"
         )

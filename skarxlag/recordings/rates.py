@@ -1,8 +1,7 @@
 """Sampling rates: agreement of two rates, and resampling."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -55,11 +54,8 @@ def unit_advice(rate: float, expected: float) -> str:
 
 
 def resampled_blocks(
-    blocks: Iterable[Any],
-    sampling_rate: float,
-    *,
-    note: Callable[..., Any] = lambda rate: None,
-) -> Iterator[tuple[NDArray[Any], float]]:
+    signals: Iterable[NDArray[Any]], old_rate: float | None, sampling_rate: float
+) -> Iterator[NDArray[Any]]:
     r"""Resample a recording block by block.
 
     The ratio of the rates is written as :math:`p / q`. The signal is interpolated by
@@ -76,21 +72,18 @@ def resampled_blocks(
 
     Parameters
     ----------
-    blocks : iterable of tuple (signal, rate)
-        Consecutive parts of one recording as ndarrays of shape (n_samples,) or
-        (n_channels, n_samples), and their sampling rate in Hz. If the rates agree, see
-        :func:`rates_agree`, signals are not changed.
+    signals : iterable of ndarray of shape (n_samples,) or (n_channels, n_samples)
+        Consecutive parts of one recording.
+    old_rate : float or None
+        Their sampling rate, in Hz. If the rates agree, see :func:`rates_agree`, signals
+        are not changed.
     sampling_rate : float
         The new rate, in Hz.
-    note : callable
-        Called once with the old rate, if it differs from the new one.
 
-    Yields
-    ------
-    signal : ndarray of float64
+    Returns
+    -------
+    iterator of ndarray of float64
         The next samples, about as many seconds as a block holds.
-    sampling_rate : float
-        The new rate.
 
     Raises
     ------
@@ -103,23 +96,17 @@ def resampled_blocks(
     >>> import numpy as np
     >>> from skarxlag.recordings.rates import resampled_blocks
     >>> sine = np.sin(2 * np.pi * 50 * np.arange(1000) / 10_000)
-    >>> parts = [signal for signal, _ in resampled_blocks([(sine, 10_000)], 5000)]
+    >>> parts = [*resampled_blocks([sine], 10_000, 5000)]
     >>> len(np.concatenate(parts))
     500
     """
-    blocks = iter(blocks)
-    signal, rate = next(blocks)
-    if rate is None:
+    if old_rate is None:
         raise ValueError(
             f"a recording of unknown rate cannot be resampled to {sampling_rate:g} Hz"
         )
-    signals = chain([signal], (signal for signal, _ in blocks))
-    if not rates_agree(rate, sampling_rate):
-        note(rate)
-        signals = _resampled(signals, _ratio(rate, sampling_rate))
-    for signal in signals:
-        if signal.shape[-1]:
-            yield signal, sampling_rate
+    if not rates_agree(old_rate, sampling_rate):
+        signals = _resampled(signals, _ratio(old_rate, sampling_rate))
+    return (signal for signal in signals if signal.shape[-1])
 
 
 def _resampled(signals, ratio):

@@ -77,8 +77,10 @@ def _channels(entry, entries):
     """Return the chosen channels, by their names if they are stated in several ways."""
     if len({str(other.channel) for other in entries}) == 1:
         return ""
-    names = chosen_channels(entry.path, channel=entry.channel, dtype=entry.dtype)
-    return tuple(name for name, _ in names)
+    _, channels = chosen_channels(
+        entry.path, choices=[entry.channel], dtype=entry.dtype
+    )
+    return tuple(name for name, _ in channels)
 
 
 def _same_files(listed):

@@ -102,6 +102,9 @@ def read_recording_table(
             The columns of other names, one row for each recording, texts.
         resampled : dict of str to float
             The recordings that were resampled, and the rates in Hz that they had.
+        channels : list of list of tuple of str
+            Name and unit of each channel of each recording. A unit that the file does
+            not state is None.
 
     Raises
     ------
@@ -147,7 +150,7 @@ def read_recording_table(
     recordings = [
         np.concatenate([*reader.blocks(entry, None)], axis=-1) for entry in listed
     ]
-    return Bunch(recordings=recordings, **reader.facts(listed))
+    return Bunch(recordings=recordings, **reader.facts())
 
 
 def load_recordings(
@@ -230,6 +233,9 @@ def load_recordings(
             The table's columns of other names, one row for each recording.
         resampled : dict of str to float
             The recordings that were resampled, and the rates in Hz that they had.
+        channels : list of list of tuple of str
+            Name and unit of each channel of each recording. A unit that the file does
+            not state is None.
         DESCR : str
             Which table this is, and what was left out or resampled.
 

@@ -14,7 +14,7 @@ from ..core.speeds import speed_errors, speeds_of_rows
 from ..core.state import expect
 from ..measures.quality import quality_of_outputs
 from .limits import HealthyLimits
-from .members import NEAREST, Classifier, Detector, Known
+from .members import NEAREST, Classifier, Detector, KnownConditions
 from .names import (
     CHANGED,
     NO_SIGNAL,
@@ -94,33 +94,46 @@ class Judge:
         sampling_rate: float | None = None,
         outputs: Sequence[str] | None = None,
     ) -> None:
-        models = {"classifier": diagnoser, "detector": detector, "known": known}
-        models = {name: model for name, model in models.items() if model is not None}
-        described = {name: capabilities(model) for name, model in models.items()}
-        _check_models(models, described)
-        if "classifier" in models and described["classifier"].conditions is None:
-            models["detector"] = models.pop("classifier")
-            described["detector"] = described.pop("classifier")
-        names, healthy = None, "healthy"
-        if "classifier" in models:
-            names = described["classifier"].conditions
-            healthy = described["classifier"].healthy
+        self._classifier: Classifier | None = None
+        self._detector: Detector | None = None
+        self._known: KnownConditions | None = None
+        described = None if diagnoser is None else capabilities(diagnoser)
+        expect(
+            diagnoser is not None or detector is not None,
+            "diagnoser and detector",
+            None,
+            "a diagnoser, a detector, or both",
+        )
+        if described is not None and described.conditions is None:
+            expected = "a classifier beside a detector"
+            expect(detector is None, "diagnoser", diagnoser, expected)
+            detector = diagnoser
+            described = None
+        names = None
+        healthy = "healthy"
+        if described is not None:
+            if not described.states_probabilities:
+                raise ValueError(
+                    "diagnoser states no probabilities, expected predict_proba"
+                )
+            names = described.conditions
+            healthy = described.healthy
+        if detector is not None:
+            self._detector = Detector(detector)
         stated = conditions if conditions is not None else names or [healthy]
         check_conditions(stated, names)
         self.conditions: list[Any] = list(stated)
         # The first of a user's order is the healthy condition.
         healthy = healthy if conditions is None else self.conditions[0]
         self.healthy: Any = healthy if has_healthy else None
-        self._classifier = self._detector = self._known = None
-        if "classifier" in models:
-            facts = (described["classifier"], self.conditions, self.healthy)
-            self._classifier = Classifier(models["classifier"], *facts)
-        if "detector" in models:
-            self._detector = Detector(models["detector"], described["detector"])
-        if "known" in models:
-            self._known = Known(models["known"], described["known"])
-        speeds = [train_rpm, *(each.speeds for each in described.values())]
-        rates = [sampling_rate, *(each.sampling_rate for each in described.values())]
+        if described is not None:
+            self._classifier = Classifier(diagnoser, self.conditions, self.healthy)
+        if known is not None:
+            self._known = KnownConditions(known)
+        members = (self._classifier, self._detector, self._known)
+        models = [member.described for member in members if member is not None]
+        speeds = [train_rpm, *(model.speeds for model in models)]
+        rates = [sampling_rate, *(model.sampling_rate for model in models)]
         self.train_rpm: list[float] = list(next(filter(len, speeds), ()))
         self.sampling_rate: float | None = next(filter(None, rates), None)
         limiting = self._detector or self._classifier
@@ -128,7 +141,7 @@ class Judge:
             limiting.described, self.train_rpm, same_speed
         )
         self.limits.exist = self.limits.exist and has_healthy
-        n_outputs = max(each.n_outputs for each in described.values())
+        n_outputs = max(model.n_outputs for model in models)
         numbered = [f"output {number}" for number in range(1, n_outputs + 1)]
         self.outputs: list[str] = list(outputs or numbered)[:n_outputs]
         self.n_evidence: int = 0
@@ -286,19 +299,3 @@ class Judge:
             else named
             for alarm, named in zip(alarms, verdicts, strict=True)
         ]
-
-
-def _check_models(models, described):
-    """Check that there is a classifier with probabilities, a detector, or both."""
-    some = "a diagnoser, a detector, or both"
-    expect(models.keys() - {"known"}, "diagnoser and detector", None, some)
-    if "classifier" in models and described["classifier"].conditions is None:
-        beside = "a classifier beside a detector"
-        is_alone = "detector" not in models
-        expect(is_alone, "diagnoser", models["classifier"], beside)
-    elif "classifier" in models and not described["classifier"].states_probabilities:
-        raise ValueError("diagnoser states no probabilities, expected predict_proba")
-    if "detector" in models:
-        limits = described["detector"]
-        is_detector = limits.alarm and limits.conditions is None
-        expect(is_detector, "detector", models["detector"], "an outlier detector")

@@ -17,8 +17,9 @@ from .windows import HOLD
 #: Entry of the column ``limits`` for a recording that resembles no recorded specimen
 #: closely.
 HOLD_FOR_RECORDED = "hold for the recorded bearing, load and mounting only"
-#: The same if fewer healthy rows than the second number were learned.
-FEW_HEALTHY, LEAST_HEALTHY = "too few healthy rows", 9
+#: Entry of a recording if fewer than `LEAST_HEALTHY` healthy rows were learned.
+FEW_HEALTHY = "too few healthy rows"
+LEAST_HEALTHY = 9
 #: Column with the probability that a window is of a recorded specimen.
 RECORDED = "probability of a recorded specimen"
 #: Without p-values, a recording exceeds the limits if more than this share of its

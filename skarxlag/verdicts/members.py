@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from scipy.special import log_softmax
 from sklearn.utils import Bunch
 
-from ..core.capabilities import Capabilities, offers
+from ..core.capabilities import Capabilities, capabilities, offers
 from ..core.fault_locations import NOT_IDENTIFIABLE
 from ..core.pipelines import as_diagnosis_pipeline
+from ..core.state import expect
 from ..kernels.evidence import (
     NEAREST_CORRELATION,
     SMALLEST_PROBABILITY,
@@ -78,36 +79,44 @@ class Member:
     ----------
     model : estimator
         The model.
+
+    Attributes
+    ----------
     described : Capabilities
-        Its description.
+        Description of the model.
     """
 
-    def __init__(self, model: Any, described: Capabilities) -> None:
-        self.described = described
+    def __init__(self, model: Any) -> None:
+        self.described: Capabilities = capabilities(model)
         self._pipeline = as_diagnosis_pipeline(model)
 
     def _diagnose(self, X, rpm, rows):
         """Return the results of the model for some windows."""
         chosen = X if rows.all() else np.asarray(X)[rows]
-        takes_rpm = rpm is not None and self.described.takes_rpm
-        return self._pipeline.diagnose(
-            chosen, **({"rpm": rpm[rows]} if takes_rpm else {})
-        )
+        if rpm is None or not self.described.takes_rpm:
+            return self._pipeline.diagnose(chosen)
+        return self._pipeline.diagnose(chosen, rpm=rpm[rows])
 
 
 class Detector(Member):
     """Detector with the healthy limits: fills ``alarm``, ``score`` and ``p-value``."""
 
+    def __init__(self, model: Any) -> None:
+        super().__init__(model)
+        is_detector = self.described.alarm and self.described.conditions is None
+        expect(is_detector, "detector", model, "an outlier detector")
+
     def fill(
         self, results: WindowResults, X: NDArray[Any], status: WindowStatus
     ) -> None:
         """Fill the columns of the detector."""
-        within, columns = status.within_limits, results.columns
+        within = status.within_limits
+        columns = results.columns
         columns["score"] = np.full(len(within), np.nan)
         if within.any():
-            found = self._diagnose(X, status.rpm, within)
-            columns["alarm"][within] = found.alarm
-            columns["score"][within] = found.score
+            diagnosed = self._diagnose(X, status.rpm, within)
+            columns["alarm"][within] = diagnosed.alarm
+            columns["score"][within] = diagnosed.score
         # The score is the logarithm of the p-value over the stated rate.
         rate = self.described.stated_rate if self.described.healthy_p_value else np.nan
         columns["p-value"] = np.exp(columns["score"]) * rate
@@ -120,8 +129,6 @@ class Classifier(Member):
     ----------
     model : estimator
         Fitted classifier with probabilities.
-    described : Capabilities
-        Its description.
     conditions : list of label
         Its conditions, in the order of the columns.
     healthy : label or None
@@ -137,14 +144,8 @@ class Classifier(Member):
         Whether it is a classifier by combs, which `gathered` takes the mean of.
     """
 
-    def __init__(
-        self,
-        model: Any,
-        described: Capabilities,
-        conditions: list[Any],
-        healthy: Any,
-    ) -> None:
-        super().__init__(model, described)
+    def __init__(self, model: Any, conditions: list[Any], healthy: Any) -> None:
+        super().__init__(model)
         self.names: VerdictNames = VerdictNames(conditions, healthy, self.described)
         self.possible: list[Any] = list(conditions)
         if self.described.states_unknown:
@@ -164,17 +165,20 @@ class Classifier(Member):
         usable = status.usable
         if not usable.any():
             return None
-        found = self._diagnose(X, status.rpm, usable)
-        if "refusal" not in found:
-            return found
-        reasons = found.pop("refusal")
+        diagnosed = self._diagnose(X, status.rpm, usable)
+        if "refusal" not in diagnosed:
+            return diagnosed
+        reasons = diagnosed.pop("refusal")
         status.refuse(reasons)
-        return Bunch(**{name: of[reasons == ""] for name, of in found.items()})
+        is_accepted = reasons == ""
+        return Bunch(
+            **{name: values[is_accepted] for name, values in diagnosed.items()}
+        )
 
     def fill(
         self,
         results: WindowResults,
-        found: Bunch | None,
+        diagnosed: Bunch | None,
         status: WindowStatus,
         outputs: Sequence[str],
         *,
@@ -186,7 +190,7 @@ class Classifier(Member):
         ----------
         results : WindowResults
             Results to fill.
-        found : Bunch or None
+        diagnosed : Bunch or None
             As `diagnose` returns it.
         status : WindowStatus
             Status of the windows.
@@ -195,59 +199,66 @@ class Classifier(Member):
         fills_alarm : bool
             Whether the detection threshold of the classifier is the healthy limit.
         """
-        n_conditions = len(self.possible)
-        if found is None:
-            found = Bunch(probability=np.empty((0, len(self.described.conditions))))
-        usable, columns = status.usable, results.columns
-        logs = self._in_order(found)
-        named = [self.names.name(row[:-1], row[-1]) for row in np.exp(logs)]
+        if diagnosed is None:
+            n_conditions = len(self.described.conditions)
+            diagnosed = Bunch(probability=np.empty((0, n_conditions)))
+        usable = status.usable
+        columns = results.columns
+        logs = self._in_order(diagnosed)
+        probability = np.exp(logs)
+        named = [self.names.name(row[:-1], row[-1]) for row in probability]
         verdicts = np.empty(len(named), dtype=object)
         verdicts[:] = [name.verdict for name in named]
-        columns["verdict"][usable] = found.get("named", verdicts)
-        if fills_alarm and "alarm" in found:
-            self._fill_alarm(results, found, status)
+        columns["verdict"][usable] = diagnosed.get("named", verdicts)
+        if fills_alarm and "alarm" in diagnosed:
+            self._fill_alarm(results, diagnosed, status)
         if self.described.states_unknown:
             most_like = np.full(len(usable), None, dtype=object)
             most_like[usable] = [name.most_like for name in named]
             columns[MOST_LIKE] = most_like
-        probability = for_all_windows(np.exp(logs), usable)
-        for condition, column in zip(self.possible, probability.T, strict=False):
+        everywhere = for_all_windows(probability, usable)
+        for condition, column in zip(self.possible, everywhere.T, strict=False):
             columns[f"probability of {condition}"] = column
         for name, title in _COLUMNS.items():
-            if name in found:
-                columns[title] = for_all_windows(found[name], usable)
-        floor = np.log(SMALLEST_PROBABILITY)
-        evidence = np.maximum(logs[:, :n_conditions], floor)
-        if self.described.n_evidence:
-            evidence = found.get("row_evidence", np.empty((0, self.n_evidence)))
-        results.evidence = for_all_windows(evidence, usable)
-        results.gathered = {
-            name: for_all_windows(found[name], usable)
-            for name in _GATHERED
-            if name in found
-        }
-        if "verdict_of_outputs" in found:
-            of_outputs = for_all_windows(found.verdict_of_outputs, usable)
+            if name in diagnosed:
+                columns[title] = for_all_windows(diagnosed[name], usable)
+        self._fill_evidence(results, diagnosed, logs, usable)
+        if "verdict_of_outputs" in diagnosed:
+            of_outputs = for_all_windows(diagnosed.verdict_of_outputs, usable)
             for name, verdict in zip(outputs, of_outputs.T, strict=False):
                 columns[f"verdict of {name}"] = verdict
 
-    def _in_order(self, found):
+    def _fill_evidence(self, results, diagnosed, logs, usable):
+        """Fill the evidence for the conditions, and gathered combs."""
+        floor = np.log(SMALLEST_PROBABILITY)
+        evidence = np.maximum(logs[:, : len(self.possible)], floor)
+        if self.described.n_evidence:
+            evidence = diagnosed.get("row_evidence", np.empty((0, self.n_evidence)))
+        results.evidence = for_all_windows(evidence, usable)
+        results.gathered = {
+            name: for_all_windows(diagnosed[name], usable)
+            for name in _GATHERED
+            if name in diagnosed
+        }
+
+    def _in_order(self, diagnosed):
         """Return log probabilities of conditions in their order, and of an unknown one."""
-        logs = found.get("log_probability")
+        logs = diagnosed.get("log_probability")
         if logs is None:
             with np.errstate(divide="ignore"):
-                known = np.log(found.probability)
-            logs = np.column_stack([known, np.full(len(known), -np.inf)])
+                of_conditions = np.log(diagnosed.probability)
+            of_unknown = np.full(len(of_conditions), -np.inf)
+            logs = np.column_stack([of_conditions, of_unknown])
         return logs[:, self._order]
 
-    def _fill_alarm(self, results, found, status):
+    def _fill_alarm(self, results, diagnosed, status):
         """Fill the alarm, and the p-value if it belongs to the alarm."""
         within = status.within_limits
         of_usable = within[status.usable]
-        results.columns["alarm"][within] = found.alarm[of_usable]
+        results.columns["alarm"][within] = diagnosed.alarm[of_usable]
         # The p-value of combs does not belong to the alarm of learned conditions.
-        if "p_value" in found and "comb" not in found:
-            p_value = for_all_windows(found.p_value[of_usable], within)
+        if "p_value" in diagnosed and "comb" not in diagnosed:
+            p_value = for_all_windows(diagnosed.p_value[of_usable], within)
             results.columns["p-value"] = p_value
 
     def named(
@@ -299,12 +310,12 @@ class Classifier(Member):
             The verdict.
         """
         decide = self._pipeline.steps[-1][1]
-        found = decide.diagnose_gathered(*contrast, evidence, n_windows)
-        if "named" not in found:
-            return self._named(self._in_order(found)[0])
-        verdict = found.named[0]
+        diagnosed = decide.diagnose_gathered(*contrast, evidence, n_windows)
+        if "named" not in diagnosed:
+            return self._named(self._in_order(diagnosed)[0])
+        verdict = diagnosed.named[0]
         is_condition = verdict in self.names.conditions
-        probability = float(found.probability.max()) if is_condition else np.nan
+        probability = float(diagnosed.probability.max()) if is_condition else np.nan
         return Named(verdict, probability, None)
 
     def _named(self, logs):
@@ -338,7 +349,7 @@ class Classifier(Member):
         return entries
 
 
-class Known(Member):
+class KnownConditions(Member):
     """Known conditions: fills ``p-value of nearest``, and rejects windows unlike all."""
 
     def fill(
@@ -349,7 +360,8 @@ class Known(Member):
         classifier: Classifier | None,
     ) -> None:
         """Fill the column, and the columns of the classifier for rejected windows."""
-        rate, usable = self.described.stated_rate, status.usable
+        rate = self.described.stated_rate
+        usable = status.usable
         p_value = np.full(len(usable), np.nan)
         if usable.any():
             score = self._diagnose(X, status.rpm, usable).score
@@ -362,12 +374,12 @@ class Known(Member):
         rejected = np.flatnonzero((p_value < rate) & ~(comb > _CLEAR_COMB))
         names = [f"probability of {name}" for name in classifier.possible]
         for row in rejected:
-            known = np.array([results.columns[name][row] for name in names[:-1]])
-            known *= p_value[row] / rate
-            unknown = 1 - known.sum()
-            for name, probability in zip(names, [*known, unknown], strict=True):
-                results.columns[name][row] = probability
-            named = classifier.names.name(known, unknown)
+            probability = [results.columns[name][row] for name in names[:-1]]
+            probability = np.array(probability) * (p_value[row] / rate)
+            unknown = 1 - probability.sum()
+            for name, value in zip(names, [*probability, unknown], strict=True):
+                results.columns[name][row] = value
+            named = classifier.names.name(probability, unknown)
             results.columns["verdict"][row] = named.verdict
             results.columns[MOST_LIKE][row] = named.most_like
 

@@ -35,14 +35,14 @@ def no_verdict(reason: object) -> str:
     return f"{NO_VERDICT}: {' '.join(str(reason).split())}"
 
 
-def check_conditions(conditions: Sequence[Any], known: Sequence[Any] | None) -> None:
+def check_conditions(conditions: Sequence[Any], fitted: Sequence[Any] | None) -> None:
     """Check the conditions that a user states for a model.
 
     Parameters
     ----------
     conditions : sequence of label
         Stated conditions.
-    known : sequence of label or None
+    fitted : sequence of label or None
         Conditions of the model. None for a detector, which has the healthy one only.
 
     Raises
@@ -59,11 +59,12 @@ def check_conditions(conditions: Sequence[Any], known: Sequence[Any] | None) -> 
     ValueError: conditions == ['worn'], expected a permutation of ['good', 'worn'].
     """
     # A set has no order, and no axis.
-    is_whole = np.ndim(conditions) == 1 and len(conditions) == len(known or [HEALTHY])
-    is_whole = is_whole and (known is None or {*conditions} == {*known})
-    expected = (
-        "the healthy one only" if known is None else f"a permutation of {list(known)}"
-    )
+    n_fitted = len(fitted or [HEALTHY])
+    is_whole = np.ndim(conditions) == 1 and len(conditions) == n_fitted
+    expected = "the healthy one only"
+    if fitted is not None:
+        is_whole = is_whole and {*conditions} == {*fitted}
+        expected = f"a permutation of {list(fitted)}"
     expect(is_whole, "conditions", conditions, expected)
     verdicts = (CHANGED, UNKNOWN, UNCERTAIN, NO_SIGNAL, NOT_IDENTIFIABLE)
     for name in map(str, conditions):
@@ -96,6 +97,27 @@ class Named(NamedTuple):
     most_like: str | None
 
 
+class _Group(NamedTuple):
+    """Conditions of one location, or a condition that is a location of its own.
+
+    Attributes
+    ----------
+    location : object
+        The location.
+    members : list of int
+        Positions of the conditions.
+    title : label
+        Name of a verdict on the location.
+    states_condition : bool
+        Whether a verdict names the condition.
+    """
+
+    location: Any
+    members: list[int]
+    title: Any
+    states_condition: bool
+
+
 class VerdictNames:
     """Names of the verdicts of a classifier.
 
@@ -110,7 +132,7 @@ class VerdictNames:
         Conditions, in the order of their probabilities.
     healthy : label or None
         The healthy condition.
-    known : Capabilities
+    described : Capabilities
         Description of the classifier.
 
     Attributes
@@ -120,40 +142,20 @@ class VerdictNames:
     """
 
     def __init__(
-        self, conditions: list[Any], healthy: Any, known: Capabilities
+        self, conditions: list[Any], healthy: Any, described: Capabilities
     ) -> None:
         self.conditions = conditions
-        order = [] if known.conditions is None else known.conditions
         #: Whether the probabilities answer the questions about the fault and its location.
-        self._has_locations = known.locations is not None
-        locations = dict(
-            zip(order, known.locations or len(order) * [None], strict=True)
-        )
-        counts = dict(zip(order, known.n_specimens or len(order) * [1], strict=True))
-        groups: dict[Any, list[int]] = {}
-        for index, name in enumerate(conditions):
-            location = HEALTHY if name == healthy else locations.get(name)
-            groups.setdefault(
-                ("condition", name) if location is None else location, []
-            ).append(index)
-        self._members = list(groups.values())
-        self._locations = list(groups)
-        self._healthy = self._locations.index(HEALTHY) if HEALTHY in groups else None
-        self._states_condition = [
-            len(own) == 1 or all(counts[conditions[i]] > 1 for i in own)
-            for own in self._members
-        ]
-        self._titles = [
-            conditions[own[0]]
-            if len(own) == 1
-            else _TITLES.get(location, healthy or HEALTHY)
-            for location, own in groups.items()
-        ]
+        self._has_locations = described.locations is not None
+        self._groups = _groups(conditions, healthy, described)
+        locations = [group.location for group in self._groups]
+        self._healthy = locations.index(HEALTHY) if HEALTHY in locations else None
         self.names: list[Any] = []
-        for title, own, states in zip(
-            self._titles, self._members, self._states_condition, strict=True
-        ):
-            self.names += [conditions[i] for i in own] if states else [title]
+        for group in self._groups:
+            if group.states_condition:
+                self.names += [conditions[i] for i in group.members]
+            else:
+                self.names.append(group.title)
 
     def name(self, probability: NDArray[Any], unknown: float = 0.0) -> Named:
         """Name one row or recording.
@@ -179,33 +181,60 @@ class VerdictNames:
             return Named(self.conditions[best], float(probability[best]), None)
         # NumPy takes several times as long to sum so few numbers.
         of_conditions = probability.tolist()
-        of_groups = [sum(of_conditions[i] for i in own) for own in self._members]
+        of_groups = [
+            sum(of_conditions[i] for i in group.members) for group in self._groups
+        ]
         healthy = 0.0 if self._healthy is None else of_groups[self._healthy]
         faulty = sum(of_groups) - healthy
         if unknown > max(healthy, faulty):
             return Named(UNKNOWN, float(unknown), str(self.conditions[best]))
         if self._healthy is not None and healthy >= faulty:
-            return self._named_in(self._healthy, of_conditions)
+            return self._named_in(self._groups[self._healthy], of_conditions)
         of_faults = of_groups.copy()
         if self._healthy is not None:
             of_faults[self._healthy] = -1.0
         order = sorted(range(len(of_faults)), key=of_faults.__getitem__, reverse=True)
-        first, *others = order
-        second = others[0] if others else first
-        is_location = (
-            self._locations[first] in _TITLES and self._locations[second] in _TITLES
-        )
-        if is_location and of_faults[first] < _SURE_LOCATION * faulty:
-            shown = [g for g in (first, second) if of_faults[g] > 0]
-            parts = [f"{self._titles[g]} {of_faults[g]:.0%}" for g in shown]
-            return Named(UNCERTAIN, faulty, ", ".join(parts))
-        return self._named_in(first, of_conditions)
+        nearest = order[:2]
+        are_locations = all(self._groups[g].location in _TITLES for g in nearest)
+        if are_locations and of_faults[nearest[0]] < _SURE_LOCATION * faulty:
+            shares = [
+                f"{self._groups[g].title} {of_faults[g]:.0%}"
+                for g in nearest
+                if of_faults[g] > 0
+            ]
+            return Named(UNCERTAIN, faulty, ", ".join(shares))
+        return self._named_in(self._groups[nearest[0]], of_conditions)
 
     def _named_in(self, group, probability):
-        members = self._members[group]
-        best = max(members, key=probability.__getitem__)
-        if self._states_condition[group]:
+        best = max(group.members, key=probability.__getitem__)
+        if group.states_condition:
             return Named(self.conditions[best], probability[best], None)
-        total = sum(probability[i] for i in members)
+        total = sum(probability[i] for i in group.members)
         share = probability[best] / total if total > 0 else 0.0
-        return Named(self._titles[group], total, f"{self.conditions[best]} {share:.0%}")
+        return Named(group.title, total, f"{self.conditions[best]} {share:.0%}")
+
+
+def _groups(conditions, healthy, described):
+    """Return the conditions by their locations, in the order of their first conditions."""
+    locations = {}
+    if described.locations is not None:
+        locations = dict(zip(described.conditions, described.locations, strict=True))
+    n_specimens = dict.fromkeys(conditions, 1)
+    if described.n_specimens is not None:
+        n_specimens = dict(
+            zip(described.conditions, described.n_specimens, strict=True)
+        )
+    members: dict[Any, list[int]] = {}
+    for index, name in enumerate(conditions):
+        location = HEALTHY if name == healthy else locations.get(name)
+        if location is None:
+            location = ("condition", name)
+        members.setdefault(location, []).append(index)
+    groups = []
+    for location, positions in members.items():
+        names = [conditions[i] for i in positions]
+        is_single = len(names) == 1
+        title = names[0] if is_single else _TITLES.get(location, healthy or HEALTHY)
+        has_specimens = all(n_specimens[name] > 1 for name in names)
+        groups.append(_Group(location, positions, title, is_single or has_specimens))
+    return groups

@@ -57,10 +57,10 @@ class WindowStatus:
         self.__post_init__()
 
     def verdicts(self) -> NDArray[Any]:
-        """Return the verdict on each window that cannot be diagnosed."""
-        reasons = [no_verdict(reason) for reason in self.refusal]
-        verdicts = np.array(reasons, dtype=object)
-        verdicts[self.quality != "good"] = NO_SIGNAL
+        """Return the verdict on each window that cannot be diagnosed; others are overwritten."""
+        verdicts = np.full(len(self.quality), NO_SIGNAL, dtype=object)
+        for row in np.flatnonzero((self.quality == "good") & (self.refusal != "")):
+            verdicts[row] = no_verdict(self.refusal[row])
         return verdicts
 
 

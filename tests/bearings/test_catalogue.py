@@ -152,7 +152,6 @@ def test_a_part_of_a_name_is_no_name(text):
 
 
 def test_bearings_of_the_same_size_are_named():
-    with pytest.raises(
-        ValueError, match=r"'6209-2RS' is not known \(of the same size: 209K\)"
-    ):
+    message = r"'6209-2RS' is not known \(of the same size: 209K\)"
+    with pytest.raises(ValueError, match=message):
         bearing_orders("6209-2RS")

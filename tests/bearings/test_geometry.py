@@ -19,14 +19,6 @@ REXNORD_ZA2115 = BearingGeometry(
 )
 
 
-def test_multiples_of_the_shaft_rate_are_those_published_with_the_cwru_data():
-    frequencies = defect_frequencies(SKF_6205, 60.0)
-    published = {"outer": 3.5848, "inner": 5.4152, "cage": 0.39828, "spin": 4.7135 / 2}
-    # The published figures carry four to five digits.
-    for name, value in published.items():
-        assert frequencies[name] == pytest.approx(value, rel=1e-4)
-
-
 def test_fault_orders_are_those_of_published_tables():
     orders = bearing_orders(SKF_6205)
     published = {
@@ -39,16 +31,6 @@ def test_fault_orders_are_those_of_published_tables():
     }
     assert orders == pytest.approx(published, rel=1e-4)
     assert list(orders) == list(published)
-    other = bearing_orders(REXNORD_ZA2115)
-    at_2000_rpm = {
-        "outer": 236.4,
-        "inner": 296.9,
-        "spin": 139.9,
-        "cage": 14.7,
-        "ball": 279.8,
-    }
-    for name, frequency in at_2000_rpm.items():
-        assert other[name] * 2000 / 60 == pytest.approx(frequency, abs=0.11)
 
 
 def test_frequencies_at_2000_rpm_are_those_published_with_the_ims_data():
@@ -56,6 +38,7 @@ def test_frequencies_at_2000_rpm_are_those_published_with_the_ims_data():
     published = {"outer": 236.4, "inner": 296.9, "spin": 139.9, "cage": 14.7}
     for name, value in published.items():
         assert frequencies[name] == pytest.approx(value, abs=0.1)
+    assert frequencies["ball"] == 2 * frequencies["spin"]
 
 
 def test_the_elements_pass_the_two_rings_n_times_a_turn_together():
@@ -63,11 +46,6 @@ def test_the_elements_pass_the_two_rings_n_times_a_turn_together():
     assert frequencies["outer"] + frequencies["inner"] == pytest.approx(
         16 * 1234.0 / 60
     )
-
-
-def test_a_ball_strikes_both_rings_in_a_turn():
-    frequencies = defect_frequencies(SKF_6205, 500.0)
-    assert frequencies["ball"] == 2 * frequencies["spin"]
 
 
 def test_frequencies_take_an_array_of_speeds():

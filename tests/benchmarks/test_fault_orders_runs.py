@@ -8,7 +8,7 @@ RPM = 1500.0
 
 
 def snapshots(n, amplitude, seed):
-    """Snapshots of 2.5 turns: noise, and impacts of the inner race that scatter by 1 %."""
+    """Snapshots of 2.5 revolutions: noise, and impacts of the inner race that scatter by 1 %."""
     rng = np.random.default_rng(seed)
     X = rng.normal(size=(n, 1280))
     interval = 60 * RATE / (RPM * bearing_orders(BEARING)["inner"])

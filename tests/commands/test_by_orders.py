@@ -41,17 +41,9 @@ def test_places_are_named_without_a_model(run, plant):
     assert [line for line in lines[1:] if "ball faults" in line] == [
         f"{files[0]}: Most ball faults show no comb."
     ]
-    fail = run(
-        "diagnose",
-        "--bearing",
-        "6205",
-        "--rpm",
-        900,
-        *RATES,
-        *files,
-        "--fail-on",
-        "alarm",
-    )
+    arguments = ("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files)
+    arguments += ("--fail-on", "alarm")
+    fail = run(*arguments)
     assert fail[0] == 3
 
 
@@ -128,21 +120,11 @@ def test_two_outputs_name_a_place_together(run, plant):
         signal = np.load(plant / f"{place}.npy")
         np.savez(plant / f"{place}.npz", x=signal, y=signal[::-1])
     facts = ("--channel", "x;y", "--rpm", 900, *RATES)
-    fit = (
-        "fit",
-        plant / "healthy*.npz",
-        *facts,
-        "-o",
-        plant / "two.skops",
-        "--bearing",
-        "6205",
-    )
+    fit = ("fit", plant / "healthy*.npz", *facts, "-o", plant / "two.skops")
+    fit += ("--bearing", "6205")
     code, out, err = run(*fit, "--outputs", 2, "--healthy", "healthy")
     assert code == 0 and "Outputs: x, y. Inputs: none" in out, err
-    both = (
-        plant / "two.skops",
-        *(plant / f"{place}.npz" for place in ("healthy", "inner")),
-    )
+    both = (plant / "two.skops", plant / "healthy.npz", plant / "inner.npz")
     code, out, err = run("diagnose", *both, *facts)
     assert code == 0, err
     assert [line.split()[2] for line in out.splitlines()[2:4]] == ["healthy", "inner"]

@@ -152,16 +152,8 @@ def test_a_fixed_gain_makes_the_level_count(run, plant):
     np.save(plant / "loud.npy", 5 * np.load(plant / "well.npy"))
     path, facts = plant / "level.skops", ("--rpm", 680, "--sampling-rate", RATE)
     for options, verdict in (((), "healthy"), (("--fixed-gain",), "changed")):
-        fit = (
-            "fit",
-            plant / "healthy.csv",
-            "-o",
-            path,
-            "--diagnoser",
-            "detector",
-            *options,
-        )
-        assert run(*fit)[0] == 0
+        fit = ("fit", plant / "healthy.csv", "-o", path, "--diagnoser", "detector")
+        assert run(*fit, *options)[0] == 0
         code, out, err = run("diagnose", path, plant / "loud.npy", *facts)
         assert code == 0 and f" {verdict} " in out, err
 

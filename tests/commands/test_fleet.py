@@ -17,16 +17,11 @@ from scipy.signal import lfilter
 from sklearn.model_selection import GridSearchCV, cross_val_score
 
 from skarxlag import load_diagnoser, make_alpio, save_diagnoser
-from skarxlag.commands.diagnosis import (
-    Diagnosis,
-    Workers,
-    diagnose_file,
-    executors,
-    run_tasks,
-)
+from skarxlag.commands.diagnosis import Diagnosis, diagnose_file
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.messages import CommandError, Progress
 from skarxlag.commands.models import SavedModel
+from skarxlag.commands.workers import Workers, executors, run_tasks
 from skarxlag.recordings.listing import list_files
 
 from .deadly_tasks import KILL, Deadly, DiesWhileSending, Harmless, run_commands
@@ -106,11 +101,9 @@ def diagnose(run, fleet, tmp_path):
         code, out, err = run(
             "diagnose", fleet / "m.skops", "--table", table, "-o", output, *options
         )
-        assert (
-            code == 1
-            and f"{n_failed} of 21 recordings failed" in err
-            and "lost.npy" in err
-        )
+        assert code == 1
+        assert f"{n_failed} of 21 recordings failed" in err
+        assert "lost.npy" in err
         assert not list(tmp_path.glob("*-journal"))
         windows = output.with_name(f"{output.stem}_windows.csv")
         return output.read_bytes(), windows.read_bytes(), out.replace(output.stem, "")
@@ -177,7 +170,7 @@ def test_a_recording_that_kills_its_workers_costs_itself_alone(
             with suppress(ProcessLookupError):
                 os.kill(victim, KILL)
 
-    monkeypatch.setattr("skarxlag.commands.diagnosis.run_tasks", run_with_killer)
+    monkeypatch.setattr("skarxlag.commands.diagnose.run_tasks", run_with_killer)
     monkeypatch.setattr(Progress, "step", step_and_kill)
     diagnose("--dask", cluster.scheduler_address, n_failed=2)
     assert len(seen) == N_RECORDINGS + 1
@@ -221,7 +214,7 @@ def test_workers_that_lie_cost_their_recording(
         lying = {name: Harmless(lie) for name, (lie, _) in LIES.items()}
         return run_tasks([lying.get(name_of(each), each) for each in tasks], workers)
 
-    monkeypatch.setattr("skarxlag.commands.diagnosis.run_tasks", run_with_lies)
+    monkeypatch.setattr("skarxlag.commands.diagnose.run_tasks", run_with_lies)
     diagnose(
         *(["--dask", cluster.scheduler_address] if is_cluster else []),
         n_failed=1 + len(LIES),
@@ -236,14 +229,9 @@ def test_workers_that_lie_cost_their_recording(
 
 
 def test_an_address_where_no_scheduler_answers_is_named(run, fleet, monkeypatch):
-    monkeypatch.setattr("skarxlag.commands.diagnosis._CONNECT_SECONDS", 0.3)
-    arguments = (
-        "diagnose",
-        fleet / "m.skops",
-        fleet / "0.npy",
-        "--dask",
-        "tcp://127.0.0.1:1",
-    )
+    monkeypatch.setattr("skarxlag.commands.workers._CONNECT_SECONDS", 0.3)
+    arguments = ("diagnose", fleet / "m.skops", fleet / "0.npy")
+    arguments += ("--dask", "tcp://127.0.0.1:1")
     code, out, err = run(*arguments)
     assert code == 1 and not out
     assert "--dask tcp://127.0.0.1:1: no scheduler that has workers answers" in err
@@ -364,7 +352,7 @@ def test_the_end_of_a_run_cancels_no_later_diagnosis(fleet):
 
 
 def test_workers_that_are_silent_are_looked_after(monkeypatch):
-    monkeypatch.setattr("skarxlag.commands.diagnosis._LOOK_SECONDS", 0.01)
+    monkeypatch.setattr("skarxlag.commands.workers._LOOK_SECONDS", 0.01)
     future = Future()
     workers = Workers(
         lambda task: future, lambda: 1, lambda: future.set_result("found")
@@ -378,14 +366,8 @@ def test_an_interrupted_run_goes_on_where_it_stopped(
 ):
     whole = diagnose(name="order.csv")
     output = tmp_path / "out.csv"
-    arguments = (
-        "diagnose",
-        fleet / "m.skops",
-        "--table",
-        fleet / "table.csv",
-        "-o",
-        output,
-    )
+    arguments = ("diagnose", fleet / "m.skops", "--table", fleet / "table.csv")
+    arguments += ("-o", output)
     add, added = Journal.add, []
 
     def add_and_interrupt(journal, recording, diagnosis):

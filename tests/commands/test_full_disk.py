@@ -68,15 +68,8 @@ def test_models_and_states_are_written_whole_or_not_at_all(
 def test_results_are_written_whole_or_not_at_all(run, tmp_path, models, suffix, share):
     np.save(tmp_path / "one.npy", sound("worn", 5 * WINDOW, 4))
     output = tmp_path / f"found.{suffix}"
-    command = (
-        "diagnose",
-        models[0],
-        tmp_path / "one.npy",
-        "-o",
-        output,
-        "--sampling-rate",
-        RATE,
-    )
+    command = ("diagnose", models[0], tmp_path / "one.npy", "-o", output)
+    command += ("--sampling-rate", RATE)
     assert run(*command)[0] == 0
     size = output.stat().st_size
     output.write_bytes(old := output.read_bytes())

@@ -171,11 +171,8 @@ def test_channels_of_a_recording(run, tmp_path):
     assert speed == "Shaft speed: 900.5 rpm"
     found = json.loads(run("info", path, "--json")[1])
     assert found["rpm"] == 900.5 and found["channels"][0]["sampling_rate"] is None
-    assert [row["channel"] for row in found["channels"]] == [
-        "time (s)",
-        "acc (g)",
-        "rpm",
-    ]
+    expected = ["time (s)", "acc (g)", "rpm"]
+    assert [row["channel"] for row in found["channels"]] == expected
     np.savez(tmp_path / "none.npz", y=np.arange(5.0))
     assert "Shaft speed: not stated" in run("info", tmp_path / "none.npz")[1]
 

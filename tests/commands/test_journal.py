@@ -59,11 +59,8 @@ def test_an_interrupted_run_leaves_its_results(journal, recording, capsys):
     err = capsys.readouterr().err
     assert err.startswith(f"{journal.path}: The results so far are saved.")
     found = result(journal, recording)
-    assert (found.verdict, found.sampling_rate, found.remarks) == (
-        VERDICT,
-        5e3,
-        ["short"],
-    )
+    expected = (VERDICT, 5e3, ["short"])
+    assert (found.verdict, found.sampling_rate, found.remarks) == expected
     pd.testing.assert_frame_equal(found.windows, WINDOWS)
 
 

@@ -1,5 +1,8 @@
 """Bearings and loads that `evaluate` leaves out of the training."""
 
+import io
+from contextlib import redirect_stdout
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,7 +13,7 @@ from sklearn.preprocessing import FunctionTransformer
 from sklearn.utils import Bunch
 
 from skarxlag import SpecimenSplit, load_recordings
-from skarxlag.commands import evaluation_summary, protocols
+from skarxlag.commands import evaluation_summary, main, protocols
 from skarxlag.commands.evaluation_cases import log_spectrum
 from skarxlag.datasets import FETCHERS
 
@@ -51,33 +54,18 @@ def every(rig):
 
 @pytest.fixture(scope="module")
 def evaluated(table):
-    """What `evaluate` prints, and the folder of its tables."""
-    from contextlib import redirect_stdout
-    from io import StringIO
-
-    from skarxlag.commands import main
-
-    output, printed = table.parent / "out", StringIO()
+    """What `evaluate` prints, and the summary that it writes."""
+    output = table.parent / "out"
+    options = ["--window-length", str(WINDOW), "-q", "-o", str(output)]
+    printed = io.StringIO()
     with redirect_stdout(printed):
-        main(
-            [
-                "evaluate",
-                str(table),
-                "--window-length",
-                str(WINDOW),
-                "-q",
-                "-o",
-                str(output),
-            ]
-        )
-    return printed.getvalue(), output
+        main(["evaluate", str(table), *options])
+    summary = pd.read_csv(output / "table_protocols.csv")
+    return printed.getvalue(), summary.set_index(["test", "diagnoser"])
 
 
 def test_another_bearing_is_summarized_beside_another_speed(evaluated):
-    out, output = evaluated
-    summary = pd.read_csv(output / "table_protocols.csv").set_index(
-        ["test", "diagnoser"]
-    )
+    out, summary = evaluated
     tests = [
         "another speed",
         "another bearing",
@@ -87,58 +75,51 @@ def test_another_bearing_is_summarized_beside_another_speed(evaluated):
     assert summary.index.get_level_values("test").unique().tolist() == tests
     shown = [line for line in out.splitlines() if line.startswith("another ")]
     assert [line.split("make_diagnoser")[0].strip() for line in shown] == tests
-    first, last = (
-        summary.loc[tests[0], "make_diagnoser"],
-        summary.loc[tests[1], "make_diagnoser"],
-    )
-    assert (first["bearings"], last["bearings"]) == (5, 4)
-    assert first["condition"] > 60 and np.isnan(last["condition"])
-    assert f"{last['location']:.0f} % (another bearing)" in out
-    assert (
-        "Another bearing: not measured for healthy, because too few such bearings"
-        in out
-    )
+    of_speed, of_bearing, *_ = (summary.loc[test, "make_diagnoser"] for test in tests)
+    assert (of_speed["bearings"], of_bearing["bearings"]) == (5, 4)
+    assert of_speed["condition"] > 60 and np.isnan(of_bearing["condition"])
+    assert f"{of_bearing['location']:.0f} % (another bearing)" in out
+    sentence = "Another bearing: not measured for healthy, because too few such"
+    assert sentence in out
 
 
-@pytest.mark.parametrize("test_speed", ["same", "other"])
+@pytest.mark.parametrize(
+    ("test_speed", "test"),
+    [("same", "another bearing"), ("other", "another bearing and speed")],
+)
 def test_the_summary_of_another_bearing_is_that_of_the_splitter(
-    evaluated, rig, test_speed
+    evaluated, rig, test_speed, test
 ):
-    right, probability = [], []
+    right = []
+    probability = []
     groups = pd.DataFrame({"specimen": rig.specimen, "rpm": rig.rpm})
-    places = np.array([FAULT_LOCATIONS[condition] for condition in rig.target])
-    for train, test in SpecimenSplit(test_speed=test_speed).split(
-        rig.data, places, groups
-    ):
+    locations = np.array([FAULT_LOCATIONS[condition] for condition in rig.target])
+    splitter = SpecimenSplit(test_speed=test_speed)
+    for train_rows, test_rows in splitter.split(rig.data, locations, groups):
         spectrum = FunctionTransformer(log_spectrum, kw_args={"nperseg": 256})
         peer = make_pipeline(spectrum, LinearDiscriminantAnalysis())
-        peer.fit(rig.data[train], rig.target[train])
-        found = pd.DataFrame(peer.predict_proba(rig.data[test]), columns=peer.classes_)
-        found = found.T.groupby(FAULT_LOCATIONS).sum().T
-        right += (found.idxmax(axis=1) == places[test]).tolist()
-        probability += found.max(axis=1).tolist()
+        peer.fit(rig.data[train_rows], rig.target[train_rows])
+        shares = pd.DataFrame(
+            peer.predict_proba(rig.data[test_rows]), columns=peer.classes_
+        )
+        of_locations = shares.T.groupby(FAULT_LOCATIONS).sum()
+        right += (of_locations.idxmax() == locations[test_rows]).tolist()
+        probability += of_locations.max().tolist()
     is_stated = np.array(probability) >= 0.9
-    table = pd.read_csv(evaluated[1] / "table_protocols.csv").set_index(
-        ["test", "diagnoser"]
-    )
-    test = {"same": "another bearing", "other": "another bearing and speed"}[test_speed]
-    row = table.loc[test, "log spectrum + LDA"]
+    row = evaluated[1].loc[test, "log spectrum + LDA"]
     assert row["location"] == pytest.approx(100 * np.mean(right), rel=1e-5)
     assert row["stated"] == pytest.approx(100 * is_stated.mean(), rel=1e-5)
+    share = np.nan
     if is_stated.sum() >= 30:
-        assert row["of these"] == pytest.approx(
-            100 * np.mean(np.array(right)[is_stated]), rel=1e-5
-        )
-    else:
-        assert np.isnan(row["of these"])
+        share = 100 * np.mean(np.array(right)[is_stated])
+    assert row["of these"] == pytest.approx(share, rel=1e-5, nan_ok=True)
 
 
 def test_bearings_of_several_places_are_left_out_together(rig):
     splits, (sentence,) = protocols.bearing_splits(rig, every(rig), halves=False)
     assert "not measured for healthy" in sentence
-    assert [set(rig.target[test]) for _, test, *_ in splits] == [{"IR2", "OR2"}] * 2 + [
-        {"IR5", "OR5"}
-    ] * 2
+    pairs = [{"IR2", "OR2"}] * 2 + [{"IR5", "OR5"}] * 2
+    assert [set(rig.target[test]) for _, test, *_ in splits] == pairs
     assert [rpm for *_, rpm in splits] == [900, 1500] * 2
     for train, test, protocol, rpm in splits:
         assert protocol == "bearing" and set(rig.rpm[train]) == {rpm}
@@ -160,23 +141,17 @@ def test_conditions_that_count_as_bearings_are_named_as_such(rig, is_there):
 def test_first_halves_train_on_a_rig(rig):
     splits, _ = protocols.bearing_splits(rig, every(rig), halves=True)
     for train, test, *_ in splits:
-        assert len(train) == 3 * N_WINDOWS / 2 and set(rig.start[train]) == {
-            0,
-            1200,
-            2400,
-        }
+        assert len(train) == 3 * N_WINDOWS / 2
+        assert set(rig.start[train]) == {0, 1200, 2400}
         assert len(test) == 4 * N_WINDOWS
 
 
 def test_rows_that_cannot_be_used_are_in_no_split(rig):
     usable = rig.start > 0
-    for splits, _ in (
-        protocols.bearing_splits(rig, usable, halves=False),
-        protocols.load_splits(rig, usable),
-    ):
-        assert splits and all(
-            usable[rows].all() for split in splits for rows in split[:2]
-        )
+    splits, _ = protocols.splits_at_any_speed(rig, usable, halves=False)
+    assert {split.protocol for split in splits} == {"bearing", "load"}
+    for split in splits:
+        assert usable[split.train].all() and usable[split.test].all()
 
 
 def test_what_cannot_be_measured_of_bearings_is_said(rig):
@@ -184,17 +159,13 @@ def test_what_cannot_be_measured_of_bearings_is_said(rig):
     del one["specimen"]
     splits, (sentence,) = protocols.bearing_splits(one, every(rig), halves=False)
     assert splits == []
-    assert (
-        sentence
-        == "Another bearing: not measured, because each location has one specimen."
-    )
+    reason = "because each location has one specimen."
+    assert sentence == f"Another bearing: not measured, {reason}"
     # The races were recorded at different speeds.
     usable = (rig.rpm == 900) == np.isin(rig.target, ["IR2", "IR5"])
     splits, (sentence,) = protocols.bearing_splits(rig, usable, halves=False)
-    assert (
-        splits == []
-        and "without one bearing of each location, no speed has all" in sentence
-    )
+    assert splits == []
+    assert "without one bearing of each location, no speed has all" in sentence
 
 
 def test_each_load_is_left_out_in_turn(rig):
@@ -203,9 +174,8 @@ def test_each_load_is_left_out_in_turn(rig):
     for train, test, protocol, rpm in splits:
         assert protocol == "load" and np.isnan(rpm)
         assert not set(rig.load[train]) & set(rig.load[test])
-    assert sorted(np.concatenate([test for _, test, *_ in splits])) == [
-        *range(len(rig.target))
-    ]
+    tested = np.concatenate([split.test for split in splits])
+    assert sorted(tested) == [*range(len(rig.target))]
 
 
 def test_rows_without_a_stated_load_are_left_out(rig):
@@ -291,10 +261,8 @@ def test_a_rig_leaves_bearings_out_at_the_chosen_training_speed(
     assert run("evaluate", *options)[0] == 0
     found = pd.read_csv(tmp_path / "uestc_verdicts.csv")
     bearings = found[found["protocol"] == "bearing"]
-    assert set(bearings["train_rpm"]) == {900} and set(bearings["test_rpm"]) == {
-        900,
-        1500,
-    }
+    assert set(bearings["train_rpm"]) == {900}
+    assert set(bearings["test_rpm"]) == {900, 1500}
     assert set(bearings["true"]) == {"IR2", "IR5", "OR2", "OR5"}
     assert "load" in set(found["protocol"])
     # Tables and figures across speeds are of the same bearings.

@@ -65,9 +65,11 @@ def blocks(page):
     return [*FENCED.findall(text), *map(textwrap.dedent, indented)]
 
 
-def block(page, start):
-    """The first block that begins so."""
-    return next(text for text in blocks(page) if text.startswith(start))
+def block(page, start, holds=""):
+    """The first block that begins so, and holds a text."""
+    return next(
+        text for text in blocks(page) if text.startswith(start) and holds in text
+    )
 
 
 @pytest.mark.parametrize("page", TESTS)
@@ -275,21 +277,15 @@ def test_service(shell, plant, broker):
     found = shell(local(command[1], plant, port))
     assert found.returncode == 0, found.stderr
     check_messages(waited(messages), found.stdout)
-    assert {path.name for path in (plant / "states").iterdir()} == {
-        "pump-7.json",
-        "blower 2.json",
-    }
+    states = {path.name for path in (plant / "states").iterdir()}
+    assert states == {"pump-7.json", "blower 2.json"}
 
 
 @needs_bash
 @pytest.mark.slow
 def test_mqtt(shell, plant, broker):
     port, messages = broker
-    (command,) = (
-        text
-        for text in blocks("plant")
-        if "python publish.py" in text and "[" not in text
-    )
+    command = block("plant", "skarxlag watch plant.csv", "python publish.py")
     found = shell(local(command, plant, port))
     assert found.returncode == 0, found.stderr
     check_messages(waited(messages), found.stdout)
@@ -303,24 +299,37 @@ def test_influx(shell, plant):
 
     with (plant / "plant.csv").open("a") as table:
         table.write("gone,data/gone,pump-7.skops,1480\n")
-    (command,) = (text for text in blocks("plant") if "python influx.py" in text)
-    found = shell(command)
+    found = shell(block("plant", "skarxlag watch plant.csv", "python influx.py"))
     # One sensor has a problem, which is the last field of its heartbeats.
     assert found.returncode == 1, found.stderr
     lines = [parse_line(text) for text in found.stdout.splitlines()]
     assert {line["tags"]["sensor"] for line in lines} == {"pump-7", "blower 2", "gone"}
     of_gone = [line["fields"] for line in lines if line["tags"]["sensor"] == "gone"]
-    assert {each["problem"] for each in of_gone} == {
-        "data/gone: no such file or folder"
-    }
+    problems = {fields["problem"] for fields in of_gone}
+    assert problems == {"data/gone: no such file or folder"}
     verdicts = [line for line in lines if line["tags"]["kind"] == "verdict"]
     assert {line["fields"]["alarm"] for line in verdicts} == {True, False}
-    assert {line["fields"]["alarm_state"] for line in verdicts} == {
-        "not yet an alarm",
-        "on",
-    }
+    states = {line["fields"]["alarm_state"] for line in verdicts}
+    assert states == {"not yet an alarm", "on"}
     now = 1000 * time.time()
     assert all(now - 600_000 < line["time"] <= now for line in lines)
+
+
+#: Time of a line in the log.
+LINE = {"time": "2026-11-22T07:00:00.060+00:00"}
+
+
+def converted(plant, line):
+    """The line protocol of a line, by the program of the page."""
+    done = subprocess.run(
+        [sys.executable, plant / "influx.py"],
+        input=json.dumps(line),
+        encoding="utf-8",
+        env={**os.environ, "PYTHONIOENCODING": "utf-8"},
+        stdout=subprocess.PIPE,
+        check=True,
+    )
+    return done.stdout.strip()
 
 
 @needs_parser
@@ -330,26 +339,9 @@ def test_influx(shell, plant):
 def test_names_and_texts_in_line_protocol(plant, name):
     from line_protocol_parser import parse_line
 
-    line = {
-        "kind": "heartbeat",
-        "time": "2026-11-22T07:00:00.060+00:00",
-        "sensor": name,
-    }
-    line |= {
-        "verdict": None,
-        "alarm": None,
-        "p_value": 3e-7,
-        "problem": 'no "a=b, c\\d" \\',
-    }
-    command = [sys.executable, plant / "influx.py"]
-    options = {
-        "input": json.dumps(line),
-        "encoding": "utf-8",
-        "stdout": subprocess.PIPE,
-    }
-    environment = {**os.environ, "PYTHONIOENCODING": "utf-8"}
-    found = subprocess.run(command, check=True, env=environment, **options)
-    parsed = parse_line(found.stdout.strip())
+    line = LINE | {"kind": "heartbeat", "sensor": name, "p_value": 3e-7}
+    line |= {"verdict": None, "alarm": None, "problem": 'no "a=b, c\\d" \\'}
+    parsed = parse_line(converted(plant, line))
     assert parsed["tags"] == {"kind": "heartbeat", "sensor": name.replace("\\", "/")}
     assert parsed["fields"] == {"p_value": 3e-7, "problem": line["problem"]}
     assert parsed["time"] == 1_795_330_800_060
@@ -360,23 +352,10 @@ def test_example_of_line_protocol(plant):
     from line_protocol_parser import parse_line
 
     shown = block("plant", "bearing,kind").strip()
-    fields = parse_line(shown)["fields"] | {
-        "probability": None,
-        "p_value": None,
-        "verdict": None,
-    }
-    line = {
-        "kind": "verdict",
-        "time": "2026-11-22T07:00:00.060+00:00",
-        "sensor": "blower 2",
-    }
-    command = [sys.executable, plant / "influx.py"]
-    options = {
-        "input": json.dumps(line | fields),
-        "text": True,
-        "stdout": subprocess.PIPE,
-    }
-    assert subprocess.run(command, check=True, **options).stdout.strip() == shown
+    line = LINE | {"kind": "verdict", "sensor": "blower 2"}
+    line |= parse_line(shown)["fields"]
+    line |= dict.fromkeys(("probability", "p_value", "verdict"))
+    assert converted(plant, line) == shown
 
 
 def test_acknowledge(run_lines, plant):
@@ -502,14 +481,8 @@ def test_what_the_image_is_built_from():
             fnmatch.fnmatch(part, pattern) for part in parts for pattern in patterns
         )
 
-    unwanted = [
-        ".git/config",
-        ".venv/bin/python",
-        ".venv-highest/x",
-        "build/lib",
-        "model.skops",
-    ]
-    unwanted += ["skarxlag.egg-info/PKG-INFO", "skarxlag-results/a.csv"]
+    unwanted = [".git/config", ".venv/bin/python", ".venv-highest/x", "build/lib"]
+    unwanted += ["model.skops", "skarxlag.egg-info/PKG-INFO", "skarxlag-results/a.csv"]
     assert all(map(is_ignored, unwanted))
     needed = ["pyproject.toml", "README.md", "LICENSE", "skarxlag/__init__.py"]
     needed += [f"skarxlag/{path.name}" for path in (ROOT / "skarxlag").glob("*.py")]

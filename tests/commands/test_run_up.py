@@ -67,16 +67,8 @@ def test_the_place_of_a_fault_is_found_where_the_mean_speed_fails(run, folder, n
     mean = (HIGHEST - LOWEST) / np.log(HIGHEST / LOWEST)
     output = folder / "results.json"
     for speed, expected in (("tacho:key", name), (f"{mean:.0f}", "healthy")):
-        diagnose = (
-            "diagnose",
-            "--bearing",
-            "6205",
-            "--channel",
-            "acc",
-            "-o",
-            output,
-            "--force",
-        )
+        diagnose = ("diagnose", "--bearing", "6205", "--channel", "acc", "-o", output)
+        diagnose += ("--force",)
         code, _, err = run(*diagnose, "--rpm", speed, folder / f"{name}_1.npz")
         assert code == 0, err
         found = json.loads(output.read_text())["recordings"]
@@ -90,14 +82,8 @@ def test_a_run_up_from_rest_is_used_from_a_fifth_of_its_speed_on(run, tmp_path):
     rpm = np.concatenate([rest, np.geomspace(LOWEST, HIGHEST, len(acc))])
     np.savez(tmp_path / "run.npz", acc=np.concatenate([noise, acc]), rpm=rpm, fs=RATE)
     output = tmp_path / "results.json"
-    diagnose = (
-        "diagnose",
-        tmp_path / "run.npz",
-        "--bearing",
-        "6205",
-        "--channel",
-        "acc",
-    )
+    diagnose = ("diagnose", tmp_path / "run.npz", "--bearing", "6205")
+    diagnose += ("--channel", "acc")
     code, _, err = run(*diagnose, "-o", output)
     (row,) = json.loads(output.read_text())["recordings"]
     assert code == 0 and row["verdict"] == "inner", err
@@ -110,15 +96,8 @@ def test_fit_and_diagnose_with_speeds_over_time(run, model, folder):
     facts = json.loads(run("info", model, "--json")[1])
     assert facts["rows"] == "stretches" and len(facts["train_rpm"]) == 5
     output = folder / "of_model.json"
-    diagnose = (
-        "diagnose",
-        model,
-        folder / "*.npz",
-        "--channel",
-        "acc",
-        "--rpm",
-        "tacho:key",
-    )
+    diagnose = ("diagnose", model, folder / "*.npz", "--channel", "acc")
+    diagnose += ("--rpm", "tacho:key")
     code, _, err = run(*diagnose, "-o", output)
     assert code == 0, err
     rows = json.loads(output.read_text())["recordings"]
@@ -137,17 +116,8 @@ def test_watch_with_a_tachometer(run, model, piped):
         "mean": (1200,),
     }.items():
         piped(lines)
-        watch = (
-            "watch",
-            model,
-            "-",
-            "--channel",
-            0,
-            "--sampling-rate",
-            RATE,
-            "--rpm",
-            *options,
-        )
+        watch = ("watch", model, "-", "--channel", 0, "--sampling-rate", RATE)
+        watch += ("--rpm", *options)
         code, out, err = run(*watch)
         assert code == 0, err
         found[name] = [json.loads(line) for line in out.splitlines()]
@@ -164,17 +134,8 @@ def test_watch_of_a_folder_takes_the_speed_of_each_file(run, model, folder, tmp_
         (tmp_path / f"{seed}.npz").write_bytes(
             (folder / f"inner_{seed}.npz").read_bytes()
         )
-    watch = (
-        "watch",
-        model,
-        tmp_path,
-        "--channel",
-        "acc",
-        "--idle",
-        0.1,
-        "--settle",
-        0.01,
-    )
+    watch = ("watch", model, tmp_path, "--channel", "acc", "--idle", 0.1)
+    watch += ("--settle", 0.01)
     code, out, err = run(*watch, "--rpm", "tacho:key")
     found = [json.loads(line) for line in out.splitlines()]
     assert code == 0 and found[-1]["verdict"] == "inner", err

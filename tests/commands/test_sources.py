@@ -111,15 +111,8 @@ def test_several_channels_are_given_by_name_position_or_pattern(run, tmp_path):
             "X_FE_time": signal("good", 9),
         }
         np.savez(tmp_path / f"{condition}.npz", **channels)
-    fit = (
-        "fit",
-        tmp_path / "*.npz",
-        "-o",
-        tmp_path / "m.skops",
-        *FIT,
-        "--sampling-rate",
-        "5e3",
-    )
+    fit = ("fit", tmp_path / "*.npz", "-o", tmp_path / "m.skops", *FIT)
+    fit += ("--sampling-rate", "5e3")
     options = ("--pattern", r"(?P<condition>\w+)\.npz", "--channel")
     assert run(*fit, *options, "*DE_time; 1")[0] == 0
     assert load_diagnoser(tmp_path / "m.skops")[1]["channels"] == ["*DE_time", "1"]

@@ -25,7 +25,6 @@ def test_ends_of_a_range(text, low, high):
     "text", ["", "fast", "0", "-5", "1800..1700", "nan", "1..2..3", "5+-"]
 )
 def test_what_is_no_range(text):
-    with pytest.raises(
-        ArgumentTypeError, match=r"expected a speed such as 1797, 1797\+-30 or 1700\.\."
-    ):
+    message = r"expected a speed such as 1797, 1797\+-30 or 1700\.\."
+    with pytest.raises(ArgumentTypeError, match=message):
         speed_range(text)

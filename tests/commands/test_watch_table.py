@@ -49,18 +49,13 @@ def test_each_sensor_has_its_own_verdicts_and_the_model_is_loaded_once(
     assert code == 0 and len(loaded) == 1
     assert err.splitlines()[2].startswith("pump 1: 700 samples; windows: 3 good; ")
     lines = out.splitlines()
-    for (name, signal), speed in zip(
-        signals.items(), (900.0, 901.0, None), strict=True
-    ):
-        own = [line for line in lines if json.loads(line)["sensor"] == name]
-        found = verdicts_of("\n".join(own))
-        assert {verdict.pop("rpm") for verdict in found} == {speed}
-        for verdict in found:
+    for name, speed in (("pump 1", 900.0), ("pump 2", 901.0), ("fan", None)):
+        of_sensor = [line for line in lines if json.loads(line)["sensor"] == name]
+        verdicts = verdicts_of("\n".join(of_sensor))
+        for verdict in verdicts:
             assert verdict.pop("source", "a.npy") == "a.npy"
-        wanted = expected(fitted, signal)
-        assert found == [
-            {k: v for k, v in each.items() if k != "rpm"} for each in wanted
-        ]
+        alone = expected(fitted, signals[name])
+        assert verdicts == [verdict | {"rpm": speed} for verdict in alone]
 
 
 def test_a_later_run_continues_each_sensor(run, plant):
@@ -81,10 +76,8 @@ def test_a_source_that_fails_does_not_end_the_others(run, plant):
     )
     code, out, err = run("watch", table, *IDLE)
     assert code == 1
-    assert {json.loads(line)["sensor"] for line in out.splitlines()} == {
-        "pump 2",
-        "fan",
-    }
+    watched = {json.loads(line)["sensor"] for line in out.splitlines()}
+    assert watched == {"pump 2", "fan"}
     (line,) = (line for line in err.splitlines() if "error" in line)
     assert line.startswith("pump 1: error: ") and "0.csv: " in line
 

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from scipy.special import log_softmax
+from scipy.special import log_softmax, softmax
 from sklearn.base import clone
 
 from skarxlag import (
     SensorFusion,
     load_diagnoser,
+    make_alpio,
     make_detector,
     make_diagnoser,
     make_known_conditions,
@@ -66,6 +67,18 @@ def test_probabilities_are_geometric_means_of_those_of_each_sensor(fused):
     hits = fusion.predict(new, rpm=1000) == Y
     assert fusion.score(new, Y, rpm=1000) == hits.mean() < 1
     assert fusion.score(new, Y, sample_weight=hits, rpm=1000) == 1
+
+
+def test_probabilities_of_classifiers_that_state_no_unknown_condition():
+    X = rows(2)
+    fusion = SensorFusion(estimator=make_alpio()).fit(X, Y)
+    alone = of_each_sensor(make_alpio, X, Y)
+    logs = [model.predict_log_proba(X[:, s]) for s, model in enumerate(alone)]
+    expected = softmax(np.mean(logs, axis=0), axis=1)
+    found = fusion.diagnose(X)
+    np.testing.assert_allclose(found.probability, expected)
+    verdicts = fusion.classes_[expected.argmax(axis=1)]
+    np.testing.assert_array_equal(found.verdict, verdicts)
 
 
 def test_the_same_sensor_twice_adds_no_certainty():

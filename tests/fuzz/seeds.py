@@ -96,7 +96,7 @@ def repack(content, change):
     `change` takes the name and the content of a member, and returns another content.
     """
     from skarxlag.core.files import read_members
-    from skarxlag.persistence.models import _digest
+    from skarxlag.persistence.archives import digest
 
     members, _ = read_members(content)
     members = {name: change(name, member) for name, member in members.items()}
@@ -104,5 +104,5 @@ def repack(content, change):
     with ZipFile(stream, "w") as file:
         for name, member in members.items():
             file.writestr(name, member)
-        file.comment = _digest(members)
+        file.comment = digest(members)
     return stream.getvalue()

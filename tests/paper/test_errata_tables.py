@@ -213,7 +213,9 @@ def test_window_geometry():
     rate, length = CLAIMS["sampling_rate_hz"], CLAIMS["samples_per_window"]
     assert CLAIMS["windows"] * length == CLAIMS["samples_per_condition"] == 120_000
     assert length / rate == pytest.approx(4.8e-3)
-    turns = {rpm: rpm / 60 * length / rate for rpm in SPEEDS}
-    assert (turns[300], turns[500]) == pytest.approx((0.024, 0.040))
-    assert [100 * turns[rpm] for rpm in (300, 500)] == pytest.approx([2.4, 4.0])
-    assert 6 * max(turns.values()) < 0.25  # impacts in a window, at six a turn
+    revolutions = {rpm: rpm / 60 * length / rate for rpm in SPEEDS}
+    assert (revolutions[300], revolutions[500]) == pytest.approx((0.024, 0.040))
+    assert [100 * revolutions[rpm] for rpm in (300, 500)] == pytest.approx([2.4, 4.0])
+    assert (
+        6 * max(revolutions.values()) < 0.25
+    )  # impacts in a window, at six a revolution

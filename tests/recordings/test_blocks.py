@@ -12,7 +12,7 @@ import pytest
 from scipy.io import savemat, wavfile
 
 from skarxlag import iter_windows, make_windows, read_recording
-from skarxlag.recordings.files import recording_blocks
+from tests.recordings.blocks import recording_blocks
 
 RNG = np.random.default_rng(0)
 N_SAMPLES = 103

@@ -6,7 +6,8 @@ import zipfile
 import numpy as np
 import pytest
 
-from skarxlag.recordings.files import read_recording, recording_blocks
+from skarxlag.recordings.files import read_recording
+from tests.recordings.blocks import recording_blocks
 
 #: 268 megabytes of samples, which every format may hold, and more than that.
 ALLOWED = 2**25

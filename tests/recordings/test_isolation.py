@@ -15,8 +15,8 @@ import pytest
 from scipy.io import savemat
 
 from skarxlag import list_channels, read_recording
-from skarxlag.recordings.files import recording_blocks
 from skarxlag.recordings.formats import _isolation
+from tests.recordings.blocks import recording_blocks
 
 Y = np.arange(50.0)
 DAMAGED = sorted((Path(__file__).parent / "damaged").iterdir())

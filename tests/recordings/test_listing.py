@@ -87,17 +87,15 @@ def test_errors(folder, source, options, message):
 
 
 def test_an_empty_folder(tmp_path):
-    with pytest.raises(
-        FileNotFoundError, match="no such file, expected a recording, folder"
-    ):
+    message = "no such file, expected a recording, folder"
+    with pytest.raises(FileNotFoundError, match=message):
         list_recordings(tmp_path)
 
 
 def test_a_pattern_does_not_go_with_a_table(tmp_path):
     (tmp_path / "table.csv").write_text("path\na.npy\n")
-    with pytest.raises(
-        ValueError, match=r"pattern is for a folder or a glob; .*table.csv is"
-    ):
+    message = r"pattern is for a folder or a glob; .*table.csv is"
+    with pytest.raises(ValueError, match=message):
         list_recordings(tmp_path / "table.csv", pattern="y")
 
 
@@ -116,11 +114,8 @@ def test_a_speed_in_a_table_comes_before_a_stated_source(tmp_path):
     )
     tacho = {"speed_source": "tacho:key", "pulses_per_revolution": 2}
     found = list_recordings(table, **tacho)
-    assert [(e.rpm, e.speed_source, e.pulses_per_revolution) for e in found] == [
-        (900.0, None, 1),
-        (None, "tacho:k", 1),
-        (None, "tacho:key", 2),
-    ]
+    expected = [(900.0, None, 1), (None, "tacho:k", 1), (None, "tacho:key", 2)]
+    assert [(e.rpm, e.speed_source, e.pulses_per_revolution) for e in found] == expected
 
 
 @pytest.mark.parametrize(("name", "value"), [("channel", "y"), ("sampling_rate", 1e3)])
@@ -144,9 +139,8 @@ def test_the_unit_of_a_stated_rate(tmp_path):
         5,
     ]
     table.write_text("path,sampling_rate,sampling_rate_unit\na.npy,25.6,kV\n")
-    with pytest.raises(
-        ValueError, match=r"line 2: sampling_rate_unit is 'kV', expected Hz or kHz"
-    ):
+    message = r"line 2: sampling_rate_unit is 'kV', expected Hz or kHz"
+    with pytest.raises(ValueError, match=message):
         list_recordings(table)
 
 
@@ -163,7 +157,6 @@ def test_folders_behind_links(folder, tmp_path_factory):
 
 
 def test_recordings_shorter_than_a_window_name_the_option(folder):
-    with pytest.raises(
-        ValueError, match=r"has 10 samples, .*shorter window \(--window-length\)"
-    ):
+    message = r"has 10 samples, .*shorter window \(--window-length\)"
+    with pytest.raises(ValueError, match=message):
         load_recordings(folder, window_length=11, sampling_rate=1000)

@@ -89,12 +89,8 @@ def test_a_channel_known_by_its_unit(tmp_path):
 def test_speeds_of_a_list(tmp_path):
     for name, rpm in (("a", 900), ("b", 1200)):
         np.savez(tmp_path / f"{name}.npz", y=Y, rpm=rpm, fs=1000)
-    assert load_recordings(tmp_path, window_length=25).rpm.tolist() == [
-        900,
-        900,
-        1200,
-        1200,
-    ]
+    expected = [900, 900, 1200, 1200]
+    assert load_recordings(tmp_path, window_length=25).rpm.tolist() == expected
     (tmp_path / "table.csv").write_text("path,rpm\na.npz,905\nb.npz,1205\n")
     rig = load_recordings(tmp_path / "table.csv", window_length=25)
     assert rig.rpm.tolist() == [905, 905, 1205, 1205]
@@ -107,7 +103,6 @@ def test_speeds_of_a_list(tmp_path):
 def test_an_error_names_the_line_of_the_table(tmp_path):
     (tmp_path / "table.csv").write_text("path\na.npz\n")
     (entry,) = list_recordings(tmp_path / "table.csv")
-    with pytest.raises(
-        FileNotFoundError, match=r"table.csv, line 2: .*a.npz: no such file"
-    ):
+    message = r"table.csv, line 2: .*a.npz: no such file"
+    with pytest.raises(FileNotFoundError, match=message):
         entry.with_speed()

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._contents import ContentError, Contents
 from ._description import Description, agreed, describe, is_single, is_usable
@@ -17,17 +18,19 @@ def descriptions(contents: Contents) -> Iterator[Description]:
 
 def signal_blocks(
     contents: Contents,
+    description: Description,
     channel: Any,
     n_samples: int | None,
     stated_rate: float | None,
-    description: Description | None,
-) -> Iterator[Any]:
-    """Yield the description of a file, then blocks of the chosen channels.
+) -> Iterator[NDArray[Any]]:
+    """Yield blocks of the chosen channels.
 
     Parameters
     ----------
     contents : Contents
         Of the file.
+    description : Description
+        Its facts.
     channel : str, int, sequence of these, or None
         As in `read_recording`.
     n_samples : int or None
@@ -35,18 +38,12 @@ def signal_blocks(
     stated_rate : float or None
         Sampling rate in Hz that the user states. It decides if the file states several,
         and times that state none are compared with it.
-    description : Description or None
-        Result of an earlier visit to the same file. None: the file is described now.
 
     Yields
     ------
-    signal : ndarray of float64, shape (n_samples,) or (n_channels, n_samples)
+    ndarray of float64, shape (n_samples,) or (n_channels, n_samples)
         The next samples.
-    sampling_rate : float or None
-        In Hz, if the file states it.
     """
-    description = description or describe(contents)
-    yield description
     names = description.choose(channel)
     lengths = {name: description.channels[name].length for name in names}
     agreed("lengths, in samples", lengths)
@@ -65,7 +62,7 @@ def signal_blocks(
         signals = [_as_signal(name, values[name], start) for name in names]
         if times is not None:
             times.check(values[axis.name])
-        yield signals[0] if is_single(channel) else np.stack(signals), rate
+        yield signals[0] if is_single(channel) else np.stack(signals)
         start += len(signals[0])
     if start == 0:
         raise ContentError(f"channel {names[0]!r} is empty")

@@ -25,7 +25,11 @@ def contents(path: Path) -> Iterator[Contents]:
     If dates and times of day are in two columns, both hold both together.
     """
     with _open(path) as file:
-        head = file.read(_HEAD)
+        yield _contents_of(file, path)
+
+
+def _contents_of(file, path):
+    head = file.read(_HEAD)
     if b"\0" in head and not head.startswith(UTF_16):
         raise ContentError("holds no text; raw samples need their dtype, such as '<i2'")
     layout = text_layout(head, is_whole=len(head) < _HEAD)
@@ -35,7 +39,7 @@ def contents(path: Path) -> Iterator[Contents]:
         )
 
     def read(names, n_samples):
-        for frame in _frames(path, layout, n_samples or sys.maxsize):
+        for frame in _frames(file, path, layout, n_samples or sys.maxsize):
             parts = date_columns(layout.names, frame.iloc[0]) if len(frame) else []
             if {*parts} & {*names}:
                 date, clock = (frame[part].astype(str) for part in parts)
@@ -43,7 +47,7 @@ def contents(path: Path) -> Iterator[Contents]:
             yield [frame[name].to_numpy() for name in names]
 
     channels = {name: Channel(unit=layout.units.get(name)) for name in layout.names}
-    yield Contents(channels, read, advice=layout.advice)
+    return Contents(channels, read, advice=layout.advice)
 
 
 def date_columns(names: list[str], row: Mapping[str, object]) -> list[str]:
@@ -57,7 +61,7 @@ def date_columns(names: list[str], row: Mapping[str, object]) -> list[str]:
     return parts if [":" in str(row[name]) for name in parts] == [False, True] else []
 
 
-def _frames(path, layout, n_rows):
+def _frames(file, path, layout, n_rows):
     """Tables of at most `n_rows` samples; a row that lacks a field is refused."""
     import pandas as pd
 
@@ -70,7 +74,7 @@ def _frames(path, layout, n_rows):
         "skip_blank_lines": False,
     }
     is_complete = len(layout.names) == 1
-    with _samples(path, layout) as text, warnings.catch_warnings():
+    with _samples(file, layout) as text, warnings.catch_warnings():
         # Surplus fields of the first row would be dropped.
         warnings.simplefilter("error", pd.errors.ParserWarning)
         try:
@@ -94,17 +98,22 @@ def _frames(path, layout, n_rows):
 
 
 @contextmanager
-def _samples(path, layout):
-    """The text after the header."""
-    with _open(path) as binary, io.TextIOWrapper(binary, layout.encoding) as text:
+def _samples(file, layout):
+    """The text after the header of an open file."""
+    file.seek(0)
+    text = io.TextIOWrapper(file, layout.encoding)
+    try:
         for _ in range(layout.n_head_lines):
             text.readline()
         yield text
+    finally:
+        # The file stays open, to be read once more.
+        text.detach()
 
 
 def _check_complete(path, layout):
     """Refuse a row that lacks a field."""
-    with _samples(path, layout) as text:
+    with _open(path) as file, _samples(file, layout) as text:
         for sample, (_, fields) in enumerate(split_rows(text, layout.separator)):
             if 0 < len(fields) < len(layout.names):
                 raise ContentError(

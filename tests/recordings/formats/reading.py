@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skarxlag.recordings.files import recording_blocks
+from tests.recordings.blocks import recording_blocks
 
 
 def in_blocks(path, n_samples=None, **options):

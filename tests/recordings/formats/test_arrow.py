@@ -7,7 +7,8 @@ import pandas as pd
 import pytest
 
 from skarxlag import list_channels, read_recording
-from skarxlag.recordings.files import recording_blocks, recording_start
+from skarxlag.recordings.files import recording_start
+from tests.recordings.blocks import recording_blocks
 
 from .reading import in_blocks, truncate
 
