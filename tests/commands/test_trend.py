@@ -75,6 +75,19 @@ def test_a_log_of_weeks_is_drawn_with_its_events(page_of, tmp_path):
     assert len(page.encode()) < 100_000
 
 
+def test_the_axis_of_a_sensor_ends_with_its_last_line(page_of, tmp_path):
+    """Verdicts of the first day fill the beginning of an axis of 20 days."""
+    path = tmp_path / "watch.jsonl"
+    silent = line(480, kind="heartbeat", verdict=None)
+    path.write_text("\n".join([*(line(hour) for hour in range(24)), silent]))
+    page = page_of(path)
+    assert "05 Nov 12 Nov 19 Nov" in text_of(page)
+    (strip,) = re.findall('class="healthy area" d="(.*?)"', page)
+    points = re.findall(r"[ML](\d+) (\d+)", strip)
+    # 24 parts of 20 hours each.
+    assert max(int(x) for x, y in points if y != "240") == round(1000 * 2 / 24)
+
+
 def test_the_log_of_the_command_watch_is_read(run, models, piped, page_of, tmp_path):
     signal = np.concatenate([sound("good", 8000, 3), sound("worn", 4000, 4)])
     piped(lines_of(signal))
