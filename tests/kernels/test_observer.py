@@ -241,3 +241,19 @@ def test_loop_matrix_is_the_loop_of_the_kernel():
     for k in range(1, 30):
         assert estimate[0, k] == pytest.approx(gain * state[1], abs=1e-12)
         state = A @ state
+
+
+def test_certified_loops_stay_bounded_under_any_sequence_of_gains(random_loops):
+    rng = np.random.default_rng(1)
+    n_certified = 0
+    for a, ki, *gains in random_loops:
+        ends = [loop_matrix(a, 0.0, ki, gain) for gain in gains]
+        P = common_lyapunov(*ends)
+        if P is not None:
+            n_certified += 1
+            x = rng.normal(size=2)
+            for end in rng.integers(2, size=100):
+                energy = x @ P @ x
+                x = ends[end] @ x
+                assert x @ P @ x <= energy * (1 + 1e-12)
+    assert n_certified > 20
