@@ -183,7 +183,7 @@ def test_recordings_without_a_time_stand_in_the_order_of_the_files(page_of, resu
     assert (
         "8 rows of plain.csv, plain.csv" in text and "Number of the recording" in text
     )
-    assert "recording 6 verdict: worn" in text and "alarm: 2 of 8" in text
+    assert "recording 6 verdict: worn" in text and "alarm: 2 of 4" in text
     assert "Velocity RMS (mm/s)" in captions(page)
 
 
