@@ -55,28 +55,18 @@ class Axis:
     high: float
 
     @classmethod
-    def around(
-        cls,
-        label: str,
-        *values: NDArray[Any],
-        low: float | None = None,
-        high: float | None = None,
-    ) -> "Axis":
-        """Return an axis that holds all finite values, with a margin where no end is given."""
+    def around(cls, label: str, *values: NDArray[Any]) -> "Axis":
+        """Return an axis that holds all finite values, with a margin."""
         joined = np.concatenate([np.ravel(part) for part in values])
         finite = joined[np.abs(joined) < _LARGEST]
         if len(finite) == 0:
             finite = np.zeros(1)
-        least = float(finite.min())
-        largest = float(finite.max())
-        margin = _MARGIN * (largest - least)
-        if margin <= _CONSTANT * abs(largest) or margin == 0:
-            margin = abs(largest) or 1.0
-        return cls(
-            label,
-            least - margin if low is None else low,
-            largest + margin if high is None else high,
-        )
+        low = float(finite.min())
+        high = float(finite.max())
+        margin = _MARGIN * (high - low)
+        if margin <= _CONSTANT * abs(high) or margin == 0:
+            margin = abs(high) or 1.0
+        return cls(label, low - margin, high + margin)
 
     def share(self, values: Any) -> NDArray[Any]:
         """Return positions on the axis, from 0 to 1 within the range."""

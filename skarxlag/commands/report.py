@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from ..recordings.rates import rates_agree
 from ..verdicts.names import NO_SIGNAL, NO_VERDICT
 from . import recording_views as views
 from .diagnosis import Diagnosis
+from .figures import verdict_style
 from .messages import CommandError, counted, percent
 from .model_references import order_references_figure, shape_reference_figure
 from .pages import render
@@ -67,13 +68,12 @@ def html_report(
         The page.
     """
     verdicts = rows["verdict"].astype(str)
-    is_unclear = (verdicts == NO_SIGNAL) | (rows["error"] != "")
-    is_healthy = verdicts == str(model.healthy)
-    severity = np.select([is_unclear, is_healthy], ["unclear", "healthy"], "fault")
+    # The section of a recording has the reason, too.
+    labels = verdicts.where(rows["error"] == "", NO_VERDICT)
+    severity = labels.map(partial(verdict_style, healthy=str(model.healthy)))
     rows = rows.assign(
         verdict=verdicts,
-        # The section of a recording has the reason, too.
-        label=verdicts.where(rows["error"] == "", NO_VERDICT),
+        label=labels,
         severity=pd.Categorical(severity, _SEVERITIES, ordered=True),
         remarks=[diagnosis.remarks for diagnosis in diagnoses],
         has_alarm=rows["alarm"] == "yes",

@@ -1,6 +1,7 @@
 """Run ``skarxlag trend``: draw results and logs over weeks."""
 
 import argparse
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -113,7 +114,7 @@ def _figures(rows: pd.DataFrame) -> list[Any]:
         if name == "p_value":
             values = np.log10(np.maximum(values, np.finfo(float).tiny))
         if np.isfinite(values).any():
-            y = Axis.around(title, values, **ends)
+            y = replace(Axis.around(title, values), **ends)
             extremes = pd.Series(y.share(values)).groupby(part).agg(["min", "max"])
             extremes = extremes.reindex(range(n_parts))
             figures.append(Figure(title, x, y, _ranges(extremes)))

@@ -199,7 +199,7 @@ class ListedRecording:
         reads_file = reads_speed and self.rpm is None and self.speed_source is None
         entry = self.with_speed() if reads_speed and not reads_file else self
         with self.named():
-            file = open_file(
+            facts, blocks = open_file(
                 self.path,
                 n_samples,
                 choices=[self.channel] if channels is None else channels,
@@ -207,15 +207,15 @@ class ListedRecording:
                 stated_rate=self.sampling_rate,
                 reads_speed=reads_file,
             )
-            rate = self._agreed_rate(file.sampling_rate)
-        entry = entry._at(file.speed) if reads_file else entry
-        entry = replace(entry, channel=file.channel)
-        blocks = entry._checked(file.blocks)
+            rate = self._agreed_rate(facts.sampling_rate)
+        entry = entry._at(facts.speed) if reads_file else entry
+        entry = replace(entry, channel=facts.channel)
+        blocks = entry._checked(blocks)
         if resample is None:
-            return OpenRecording(entry, file.channels, rate, None, blocks)
+            return OpenRecording(entry, facts.channels, rate, None, blocks)
         old_rate = None if rates_agree(rate, resample) else rate
         blocks = resampled_blocks(blocks, rate, resample)
-        return OpenRecording(entry, file.channels, resample, old_rate, blocks)
+        return OpenRecording(entry, facts.channels, resample, old_rate, blocks)
 
     def _agreed_rate(self, in_file):
         """Return the stated sampling rate, with which that of the file must agree."""

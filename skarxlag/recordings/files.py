@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
@@ -13,7 +13,13 @@ from .formats._contents import ContentError
 from .formats._isolation import isolated
 from .formats._signals import descriptions
 from .speeds import SpeedProfile
-from .visits import Channels, facts_and_samples, first_fitting, speed_alone
+from .visits import (
+    Channels,
+    FileFacts,
+    facts_and_samples,
+    first_fitting,
+    speed_alone,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -111,9 +117,9 @@ def read_recording(
     >>> sampling_rate
     250000.0
     """
-    file = open_file(path, choices=[channel], dtype=dtype)
-    (signal,) = file.blocks
-    return signal, file.sampling_rate
+    facts, blocks = open_file(path, choices=[channel], dtype=dtype)
+    (signal,) = blocks
+    return signal, facts.sampling_rate
 
 
 def iter_windows(
@@ -168,8 +174,8 @@ def iter_windows(
     from .windows import block_length, cut_blocks
 
     n_samples = block_length(window_length)
-    file = open_file(path, n_samples, choices=[channel], dtype=dtype)
-    yield from cut_blocks(file.blocks, str(path), window_length)
+    _, blocks = open_file(path, n_samples, choices=[channel], dtype=dtype)
+    yield from cut_blocks(blocks, str(path), window_length)
 
 
 def list_channels(path: StrPath, *, dtype: str | None = None) -> "pd.DataFrame":
@@ -333,30 +339,6 @@ def recording_start(
     return next((start for start in starts if start is not None), None)
 
 
-class OpenFile(NamedTuple):
-    """File whose facts are read, and whose samples follow.
-
-    Attributes
-    ----------
-    channel : str, int, sequence of these, or None
-        The chosen channels, as they were stated.
-    channels : list of tuple of str
-        Name and unit of each of them. The unit is None if the file states none.
-    sampling_rate : float or None
-        In Hz; None if the file does not state it.
-    speed : float, SpeedProfile or None
-        See `stated_speed`; None if it was not requested.
-    blocks : iterator of ndarray of shape (n_samples,) or (n_channels, n_samples)
-        The samples.
-    """
-
-    channel: Channels
-    channels: list[tuple[str, str | None]]
-    sampling_rate: float | None
-    speed: float | SpeedProfile | None
-    blocks: Iterator[NDArray[Any]]
-
-
 def open_file(
     path: Any,
     n_samples: int | None = None,
@@ -365,7 +347,7 @@ def open_file(
     dtype: str | None = None,
     stated_rate: float | None = None,
     reads_speed: bool = False,
-) -> OpenFile:
+) -> tuple[FileFacts, Iterator[NDArray[Any]]]:
     """Read the facts of a file, and return them with its samples, which follow in one visit.
 
     Parameters
@@ -382,6 +364,13 @@ def open_file(
     reads_speed : bool, default=False
         Whether the speed is read, too.
 
+    Returns
+    -------
+    facts : FileFacts
+        The facts.
+    blocks : iterator of ndarray of shape (n_samples,) or (n_channels, n_samples)
+        The samples.
+
     Raises
     ------
     FileNotFoundError, ValueError, ImportError
@@ -390,4 +379,4 @@ def open_file(
     """
     options = (choices, n_samples, stated_rate, reads_speed)
     blocks = _visit(path, dtype, facts_and_samples, *options)
-    return OpenFile(*next(blocks), blocks)
+    return next(blocks), blocks

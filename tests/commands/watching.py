@@ -58,15 +58,17 @@ def parsed(parser, data, *, is_end=False):
     return np.concatenate(parts, axis=1) if parts else np.empty((0, 0))
 
 
-def drained(blocks, between=lambda look: None, n_looks=6):
+def drained(blocks, between=None, n_looks=6):
     """All blocks of a source that finds nothing new some times; what to do each time."""
-    found, n_empty = [], 0
+    found = []
+    n_empty = 0
     while n_empty < n_looks:
         block = next(blocks)
         if block is not None:
             found.append(block)
             continue
-        between(n_empty)
+        if between is not None:
+            between(n_empty)
         n_empty += 1
     return found
 

@@ -5,6 +5,6 @@ from skarxlag.recordings.files import open_file
 
 def recording_blocks(path, n_samples=None, *, channel=None, **options):
     """Blocks of a file, each with its sampling rate."""
-    file = open_file(path, n_samples, choices=[channel], **options)
-    for signal in file.blocks:
-        yield signal, file.sampling_rate
+    facts, blocks = open_file(path, n_samples, choices=[channel], **options)
+    for signal in blocks:
+        yield signal, facts.sampling_rate
