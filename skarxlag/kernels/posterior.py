@@ -119,7 +119,6 @@ def recorded_log_odds(
     """
     two_smallest = np.sort(residuals, axis=1)[:, :2]
     smallest = two_smallest[:, 0]
-    # There is no gap if there is one residual.
     gap = two_smallest[:, -1] - smallest
     by_gap = np.clip(GAP_ODDS * (gap - noise_gap), *_GAP_RANGE)
     distance = np.maximum(smallest - np.log(FAR), 0.0)
@@ -228,26 +227,24 @@ def question_gaps(residuals: Array, locations: Array, healthy: int) -> Array:
     >>> question_gaps(residuals, np.array([0, 1, 2]), 0).round(2)
     array([[0.69, 0.69]])
     """
-    nearest = _nearest(residuals, locations)
-    n_locations = nearest.shape[1]
-    of_faults = nearest[:, np.arange(n_locations) != healthy]
+    nearest = _by_location(np.min, residuals, locations)
+    of_faults = nearest[:, np.arange(nearest.shape[1]) != healthy]
     gaps = np.zeros((len(residuals), 2))
     if of_faults.shape[1] > 1:
         smallest = np.sort(of_faults, axis=1)
         gaps[:, 1] = smallest[:, 1] - smallest[:, 0]
     if healthy >= 0 and of_faults.shape[1] > 0:
-        of_nearest_fault = of_faults.min(axis=1)
-        gaps[:, 0] = np.abs(nearest[:, healthy] - of_nearest_fault)
+        gaps[:, 0] = np.abs(nearest[:, healthy] - of_faults.min(axis=1))
     return gaps
 
 
-def _nearest(residuals, locations):
-    """Smallest residual of each location."""
-    nearest = [
-        residuals[:, locations == location].min(axis=1)
+def _by_location(function, values, locations):
+    """Return a function of the columns of each location, which reduces axis 1."""
+    of_locations = [
+        function(values[:, locations == location], axis=1)
         for location in range(locations.max() + 1)
     ]
-    return np.stack(nearest, axis=1)
+    return np.stack(of_locations, axis=1)
 
 
 def condition_log_probabilities(
@@ -309,7 +306,7 @@ def condition_log_probabilities(
     """
     fault_gap = max(noise_gaps[0], LEAST_FAULT_GAP) / np.sqrt(n_rows)
     location_gap = max(noise_gaps[1], LEAST_PLACE_GAP) / np.sqrt(n_rows)
-    nearest = _nearest(residuals, locations)
+    nearest = _by_location(np.min, residuals, locations)
     n_locations = nearest.shape[1]
     of_location = np.zeros((len(residuals), n_locations))
     is_fault = np.arange(n_locations) != healthy
@@ -361,11 +358,7 @@ def decided_condition(
     >>> decided_condition(np.array([[0.4, 0.3, 0.3]]), np.array([0, 1, 2]), 0)
     array([1])
     """
-    sums = [
-        probability[:, locations == location].sum(axis=1)
-        for location in range(locations.max() + 1)
-    ]
-    of_locations = np.stack(sums, axis=1)
+    of_locations = _by_location(np.sum, probability, locations)
     if healthy >= 0:
         is_faulty = 2 * of_locations[:, healthy] < of_locations.sum(axis=1)
         of_locations[is_faulty, healthy] = -1.0
@@ -409,12 +402,10 @@ def with_largest(probability: Array, chosen: NDArray[np.intp]) -> Array:
     others[np.arange(len(rows)), chosen[rows]] = np.inf
     # The chosen one comes last.
     ascending = np.sort(others, axis=1)
-    n_others = ascending.shape[1] - 1
     sums = np.zeros(ascending.shape)
     sums[:, 1:] = np.cumsum(ascending[:, :-1], axis=1)
-    # The level if all but the first k of the others are limited.
-    n_limited = n_others - np.arange(n_others + 1)
-    levels = (1 - sums) / (n_limited + 1)
+    # The level of the chosen one and of all but the first k of the others.
+    levels = (1 - sums) / np.arange(ascending.shape[1], 0, -1)
     first = (levels <= ascending).argmax(axis=1)
     level = levels[np.arange(len(rows)), first]
     changed[rows] = np.minimum(probability[rows], level[:, np.newaxis])
@@ -449,9 +440,8 @@ def decided(
     """
     with_unknown = np.exp(log_probability)
     of_classes = with_unknown[:, :-1]
-    of_unknown = with_unknown[:, -1:]
     chosen = decided_condition(of_classes, locations, healthy)
-    shared = of_classes + of_unknown / len(classes)
+    shared = of_classes + with_unknown[:, -1:] / len(classes)
     shared /= shared.sum(axis=1, keepdims=True)
     probability = with_largest(shared, chosen)
     score = np.log(probability)
