@@ -288,6 +288,13 @@ def joint(healthy):
     return make_diagnoser(sampling_rate=RATE, bearing="6205").fit(X, y, rpm=900)
 
 
+def test_probability_of_a_comb_beside_spectra(joint):
+    rows = [row("healthy", seed=30), row("outer", seed=30)]
+    without, with_comb = joint.diagnose(rows, rpm=900).comb
+    assert without < 0.6 and with_comb > 0.9
+    assert np.isnan(joint.diagnose(rows).comb).all()
+
+
 def test_adapt_moves_the_spectra_of_a_new_speed(joint, healthy):
     X = lfilter([1], [1, -0.5], healthy[10:20])
     moved = copy.deepcopy(joint).adapt(X, ["healthy"] * 10, rpm=1200)
