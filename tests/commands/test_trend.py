@@ -78,10 +78,15 @@ def test_a_log_of_weeks_is_drawn_with_its_events(page_of, tmp_path):
 def test_the_axis_of_a_sensor_ends_with_its_last_line(page_of, tmp_path):
     """Verdicts of the first day fill the beginning of an axis of 20 days."""
     path = tmp_path / "watch.jsonl"
-    silent = line(480, kind="heartbeat", verdict=None)
-    path.write_text("\n".join([*(line(hour) for hour in range(24)), silent]))
+    facts = {"kind": "heartbeat", "verdict": None, "problem": "a.npy: gone"}
+    silent = [line(hour, **facts) for hour in (480, 481)]
+    path.write_text("\n".join([*(line(hour) for hour in range(24)), *silent]))
     page = page_of(path)
-    assert "05 Nov 12 Nov 19 Nov" in text_of(page)
+    text = text_of(page)
+    assert "05 Nov 12 Nov 19 Nov" in text
+    # A problem is an event when it begins.
+    assert text.count("2026-11-21 00:00:00 a.npy: gone") == 1
+    assert "2026-11-21 01:00:00 a.npy" not in text
     (strip,) = re.findall('class="healthy area" d="(.*?)"', page)
     points = re.findall(r"[ML](\d+) (\d+)", strip)
     # 24 parts of 20 hours each.
@@ -170,14 +175,15 @@ def test_columns_of_time_and_sensor_can_be_chosen(page_of, results):
 def test_recordings_without_a_time_stand_in_the_order_of_the_files(page_of, results):
     rows = pd.read_csv(results / "results.csv")
     plain = rows.drop(columns=["stated_date", "file_time"])
-    plain = plain.assign(velocity_rms_mm_s=[1, 2, 3, None])
+    plain["velocity_rms_mm_s"] = [1, 2, 3, None]
+    plain["alarm"] = ["no", "yes", "no", "-"]
     plain.to_csv(results / "plain.csv", index=False)
     page = page_of(results / "plain.csv", results / "plain.csv")
     text = text_of(page)
     assert (
         "8 rows of plain.csv, plain.csv" in text and "Number of the recording" in text
     )
-    assert "recording 6 verdict: worn" in text
+    assert "recording 6 verdict: worn" in text and "alarm: 2 of 4" in text
     assert "Velocity RMS (mm/s)" in captions(page)
 
 
