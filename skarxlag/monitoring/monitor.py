@@ -91,8 +91,7 @@ class ConditionMonitor:
     counts : dict
         Samples, windows by quality, gaps, missing seconds, clock steps back and alarms.
     alarm_delay : int or None
-        Windows in a row that exceed the healthy limits, after which the alarm goes on;
-        None if there are no healthy limits.
+        Windows in a row after which the alarm goes on; None without healthy limits.
     false_alarm_interval : float or None
         Mean number of hours of signal between false alarms; None without limits.
     alarm_state : str
@@ -249,9 +248,8 @@ class ConditionMonitor:
             Time of the first sample, in seconds on any clock. None: the block follows
             the block before.
         rpm : float, array-like of shape (n_samples,) or None, default=None
-            Shaft speed from here on, or at each sample; NaN within an array is the
-            speed before. None: as before. Orders follow an array of speeds, see
-            :func:`rpm_from_tacho`.
+            Shaft speed from here on, or at each sample (:func:`rpm_from_tacho`), which
+            orders follow. NaN within an array is the speed before. None: as before.
 
         Returns
         -------
@@ -296,8 +294,7 @@ class ConditionMonitor:
         Raises
         ------
         ValueError
-            If there are no healthy limits, or healthy windows exceed them so often that
-            no alarm can be as rare as stated.
+            If there are no healthy limits, or healthy windows exceed them too often.
         """
         expected = "a detector, or a diagnoser with limits"
         expect(self._judge.limits.exist, "detector", None, expected)
@@ -351,8 +348,7 @@ class ConditionMonitor:
         window_verdict = verdict = means = None
         if quality == "good" and results.refusal[row] != "":
             quality = NO_VERDICT
-            window_verdict = record["verdict"]
-            verdict = window_verdict
+            window_verdict = verdict = record["verdict"]
         else:
             if quality == "good":
                 self._recent.add(results, row)

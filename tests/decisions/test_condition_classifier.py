@@ -7,6 +7,7 @@ from scipy.signal import lfilter
 from skarxlag import ConditionClassifier, make_diagnoser
 from skarxlag.distances.stretches import window_comparison
 from skarxlag.kernels import posterior
+from skarxlag.kernels.speed_references import drift_factor, speed_distance
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 LENGTH = 2400
@@ -90,12 +91,12 @@ def test_without_a_healthy_condition_there_is_no_alarm(data):
     assert strict.detection_threshold_ < fitted.detection_threshold_
 
 
-def of_kernel(fitted, logs, **options):
+def of_kernel(fitted, logs, drift=1.0, **options):
     return posterior.condition_log_probabilities(
         logs,
         np.array([0, 0, 2, 1]),
         2,
-        np.ones(len(logs)),
+        np.full(len(logs), drift),
         tuple(fitted.noise_gaps_),
         **options,
     )
@@ -131,6 +132,27 @@ def test_rows_are_joined_by_their_mean_log_residuals(fitted, data):
     joined = fitted.join(found.row_evidence.mean(axis=0, keepdims=True), 5)
     expected = of_kernel(fitted, mean, n_rows=5)
     np.testing.assert_allclose(joined.log_probability, expected.log_probability)
+
+
+@pytest.mark.parametrize("train_rpm", [[900.0], [900.0, 1000.0]])
+@pytest.mark.parametrize("rpm", [900.0, 1500.0])
+def test_the_drift_at_a_speed_counts_for_rows_unlike_all(data, train_rpm, rpm):
+    X, y = data
+    fitted = classifier().fit(X, y, rpm=np.resize(train_rpm, len(X)))
+    rough = np.diff(rows(0.0, 4, 70), n=2, axis=1, prepend=[[0.0, 0.0]] * 4)
+    found = fitted.diagnose(rough, rpm=rpm)
+    variance = speed_distance(np.log([rpm]), np.log(train_rpm)).variance
+    drift = float(drift_factor(variance)[0])
+    np.testing.assert_allclose(found.row_evidence[:, -1], np.log(drift))
+    expected = of_kernel(fitted, np.log(found.levels), drift)
+    np.testing.assert_allclose(found.log_probability, expected.log_probability)
+
+
+def test_one_healthy_row_has_a_limit(data):
+    X, y = data
+    chosen = np.r_[0, 12:48]
+    fitted = classifier().fit(X[chosen], y[chosen])
+    assert fitted.n_healthy_ == 1 and not fitted.detect(X[:1])[0]
 
 
 def test_the_prior_moves_rows_between_recorded_and_unknown(data):

@@ -3,6 +3,7 @@ import copy
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from scipy.stats import gumbel_r
 from sklearn.base import clone
 
 from skarxlag import (
@@ -78,6 +79,20 @@ def test_the_limit_is_the_score_with_the_stated_p_value(healthy, has_healthy_row
         for height in (score, score + 0.1)
     )
     assert at_limit == pytest.approx(0.01, rel=1e-6) and above < 0.01
+
+
+def test_without_healthy_rows_the_limit_is_that_of_other_machines(rows):
+    limit = classifier(false_alarm_rate=0.05).fit(rows).limit_
+    assert limit == pytest.approx(gumbel_r.isf(0.05, 0.86, 0.31))
+    assert limit_elsewhere(0.0, 0.05) == pytest.approx(gumbel_r.isf(0.05, 0.06, 0.31))
+
+
+# Of 40 healthy rows, 1 or 2 are the largest share of 41 below the rate.
+@pytest.mark.parametrize(("rate", "n_above"), [(1 / 41, 1), (0.03, 1), (0.06, 2)])
+def test_the_limit_is_a_conformal_quantile_of_healthy_rows(healthy, rate, n_above):
+    fitted = classifier(false_alarm_rate=rate)
+    fitted.fit(healthy, ["healthy"] * 40, rpm=900)
+    assert fitted.limit_ == fitted.healthy_scores_[-n_above]
 
 
 @pytest.mark.parametrize("classes", [None, ["healthy", "outer", "outer"]])
@@ -271,6 +286,13 @@ def joint(healthy):
     X = np.concatenate([healthy[:10], [row("outer", seed=seed) for seed in range(10)]])
     y = ["healthy"] * 10 + ["outer"] * 10
     return make_diagnoser(sampling_rate=RATE, bearing="6205").fit(X, y, rpm=900)
+
+
+def test_probability_of_a_comb_beside_spectra(joint):
+    rows = [row("healthy", seed=30), row("outer", seed=30)]
+    without, with_comb = joint.diagnose(rows, rpm=900).comb
+    assert without < 0.6 and with_comb > 0.9
+    assert np.isnan(joint.diagnose(rows).comb).all()
 
 
 def test_adapt_moves_the_spectra_of_a_new_speed(joint, healthy):
