@@ -30,7 +30,7 @@ from skarxlag.kernels import posterior
 GRID = {
     "GAP_ODDS": (5.0, 8.0, 12.0),
     "LEAST_FAULT_GAP": (0.2, 0.3, 0.4),
-    "LEAST_PLACE_GAP": (0.2, 0.3, 0.4),
+    "LEAST_LOCATION_GAP": (0.2, 0.3, 0.4),
     "FAR_ODDS": (4.0, 8.0, 12.0),
     "FAR": (1.3, 1.6, 2.0),
     "LOCATION_EXPONENT": (2.0, 3.0, 4.0, 6.0, 8.0),

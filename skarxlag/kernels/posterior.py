@@ -31,7 +31,7 @@ GAP_ODDS = 5.0
 #: Least gap of noise that is assumed, in the questions about the fault and about its
 #: location.
 LEAST_FAULT_GAP = 0.4
-LEAST_PLACE_GAP = 0.2
+LEAST_LOCATION_GAP = 0.2
 #: Range of these log odds: a gap is never proof.
 _GAP_RANGE = (-6.0, 8.0)
 #: Log odds against a recorded specimen for each neper by which the smallest residual
@@ -305,7 +305,7 @@ def condition_log_probabilities(
     (array([[0.  , 0.96, 0.  , 0.01, 0.03]]), array([0.87]))
     """
     fault_gap = max(noise_gaps[0], LEAST_FAULT_GAP) / np.sqrt(n_rows)
-    location_gap = max(noise_gaps[1], LEAST_PLACE_GAP) / np.sqrt(n_rows)
+    location_gap = max(noise_gaps[1], LEAST_LOCATION_GAP) / np.sqrt(n_rows)
     nearest = _by_location(np.min, residuals, locations)
     n_locations = nearest.shape[1]
     of_location = np.zeros((len(residuals), n_locations))
