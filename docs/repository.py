@@ -21,7 +21,7 @@ _LINK = re.compile(r"\]\((?!\w+:|#)([^)#\s]+)(#[^)\s]*)?\)")
 
 
 def _on_site(path):
-    """Where the site has a file or folder of the repository, as a path within docs."""
+    """Return where the site has a file or folder of the repository, as a path within docs."""
     if path == "README.md":
         return "index.md"
     if path == "examples":

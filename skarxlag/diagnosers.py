@@ -256,7 +256,7 @@ def make_detector(
 def make_known_conditions(
     *, false_rejection_rate: float = 0.01, n_jobs: int | None = None, **pipeline: Any
 ) -> DiagnosisPipeline:
-    """Whether windows are of any known condition, to stand beside a diagnoser.
+    """Make an outlier detector that rejects windows unlike every known condition.
 
     One model of all conditions takes out what measured inputs explain;
     `KnownConditions` compares the rest with the limits of each condition. Fit it on the

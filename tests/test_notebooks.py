@@ -1,4 +1,4 @@
-"""What people at a notebook see: progress of a fit, and links to the documentation."""
+"""Output in a notebook: progress of a fit, and links to the documentation."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What must hold for any windows: properties that hypothesis tries to refute.
+"""Properties of any windows that hypothesis tries to refute.
 
 ``SKARXLAG_EXAMPLES=500 python -m pytest tests/test_properties.py`` tries more, and
 other ones each time.

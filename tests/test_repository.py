@@ -1,4 +1,4 @@
-"""What the hosts and tools of the repository read: versions that agree. `checks.sh` does more."""
+"""Files that hosts and tools of the repository read: versions that agree. `checks.sh` does more."""
 
 import re
 import tomllib

@@ -46,7 +46,7 @@ PLAIN = re.compile(r"(int|float|str|bool|dict|list|DataFrame)\b")
 
 
 def documented(owner):
-    """What a docstring says of each parameter, and of a single result."""
+    """Return what a docstring says of each parameter, and of a single result."""
     parts = re.split(r"\n\n(\w[\w ]*)\n---+\n", inspect.getdoc(owner) or "")
     sections = dict(zip(parts[1::2], parts[2::2], strict=True))
     for names, text in re.findall(

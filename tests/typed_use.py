@@ -21,7 +21,7 @@ from skarxlag.plotting import IdentificationDisplay
 
 
 def right() -> tuple[float, int]:
-    """What is right passes, and types of results are known."""
+    """Calls that are right pass, and types of their results are known."""
     signal, _ = read_recording("run.npy")
     windows = make_windows(signal, 1200, hop=600)
     diagnoser = make_diagnoser(healthy="Normal", verbose=True).fit(
@@ -40,7 +40,7 @@ def right() -> tuple[float, int]:
 
 
 def wrong() -> None:
-    """What is wrong does not."""
+    """Calls that are wrong do not pass."""
     make_windows(np.zeros(9), "1200")  # pyright: ignore[reportArgumentType]
     SpeedSplit(train_rmp=500)  # pyright: ignore[reportCallIssue]
     ARXLaguerre(2)  # pyright: ignore[reportCallIssue]

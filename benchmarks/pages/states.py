@@ -35,7 +35,7 @@ class State(NamedTuple):
 
     @property
     def is_valid(self):
-        """Whether the numbers are those of the present code, as far as canaries show it."""
+        """Return whether the numbers are those of the present code, as far as canaries show it."""
         return self.name in (CURRENT, MOVED)
 
 

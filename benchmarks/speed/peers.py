@@ -140,7 +140,7 @@ _IDENTIFICATION = {
 
 
 def is_installed(module):
-    """Whether a library can be imported."""
+    """Return whether a library can be imported."""
     return importlib.util.find_spec(module) is not None
 
 

@@ -89,7 +89,7 @@ class Case:
 
     @property
     def is_rig(self) -> bool:
-        """Whether it is a rig; otherwise, its recordings are those of a table."""
+        """Return whether it is a rig; otherwise, its recordings are those of a table."""
         return not self.note
 
     @property

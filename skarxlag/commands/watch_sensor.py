@@ -93,12 +93,12 @@ class Sensor:
 
     @property
     def is_at_position(self) -> bool:
-        """Whether a later run can continue after the last block."""
+        """Return whether a later run can continue after the last block."""
         return self._stream is None or self._stream.is_at_position
 
     @property
     def is_pipe(self) -> bool:
-        """Whether the source is open and cannot be opened again."""
+        """Return whether the source is open and cannot be opened again."""
         return self._stream is not None and not self._stream.source.can_reopen
 
     def look(self) -> None:

@@ -150,12 +150,12 @@ def training_speeds(model: Any) -> tuple[float, ...]:
 
 
 def offers(estimator: Any, method: str) -> bool:
-    """Whether an estimator, fitted or not, has a method."""
+    """Return whether an estimator, fitted or not, has a method."""
     return callable(getattr(estimator, method, None))
 
 
 def requests(estimator: Any, method: str, name: str) -> bool:
-    """Whether a method of an estimator takes a piece of metadata, by its name."""
+    """Return whether a method of an estimator takes a piece of metadata, by its name."""
     return consumes(estimator, unfolded_steps(estimator), method, name)
 
 

@@ -149,7 +149,7 @@ def _position(file, offset):
 
 
 def _is_replaced(path, file):
-    """Whether a file got shorter, or its name belongs to another file."""
+    """Return whether a file got shorter, or its name belongs to another file."""
     status = _status(path)
     if status is None:
         return False

@@ -203,7 +203,7 @@ class TextSamples(Samples):
         return [*map(number, texts), time]
 
     def _comes_again(self, fields):
-        """Whether a line holds names or units; names in another order move the columns."""
+        """Return whether a line has names or units; names in another order move the columns."""
         has_names = {*self._chosen, self._time} <= {*fields, None}
         if not self._layout.has_header or not has_names:
             return sorted(fields) in self._head_rows

@@ -1,4 +1,4 @@
-"""What is read in one visit to a file: its facts, its speed, and then its samples."""
+"""One visit to a file: its facts, its speed, and then its samples."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress

@@ -1,4 +1,4 @@
-"""What the tests of pages share."""
+"""Helpers that the tests of pages share."""
 
 import re
 from html.parser import HTMLParser

@@ -222,7 +222,7 @@ def test_units_that_differ_in_fit_are_said(run, plant):
 
 
 def test_another_scale_changes_nothing(verdict, plant, saved, tmp_path):
-    """What the documentation says of units, for all makers but with --fixed-gain."""
+    """Units as the documentation says, for all makers but with --fixed-gain."""
     for name in ("good.csv", "worn.csv"):
         columns = np.loadtxt(plant / name, delimiter=",", skiprows=1)
         columns *= [1, 9.80665, 1]

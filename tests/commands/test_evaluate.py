@@ -130,7 +130,7 @@ def test_progress_and_folder_are_printed(run, tmp_path, no_figures):
 
 @pytest.fixture
 def real_rig():
-    """What a fetcher returns, on one channel: three conditions, two speeds, nine windows each."""
+    """Return a rig as a fetcher does: one channel, three conditions, two speeds."""
     rng = np.random.default_rng(1)
     names = [
         (condition, rpm)

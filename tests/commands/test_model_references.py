@@ -1,4 +1,4 @@
-"""What a model learned of its healthy condition, next to a recording."""
+"""Curves of the healthy condition that a model learned, next to a recording."""
 
 import re
 

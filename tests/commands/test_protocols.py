@@ -54,7 +54,7 @@ def every(rig):
 
 @pytest.fixture(scope="module")
 def evaluated(table):
-    """What `evaluate` prints, and the summary that it writes."""
+    """Return the output of `evaluate`, and the summary that it writes."""
     output = table.parent / "out"
     options = ["--window-length", str(WINDOW), "-q", "-o", str(output)]
     printed = io.StringIO()

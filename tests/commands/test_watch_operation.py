@@ -528,7 +528,7 @@ def test_a_status_line_says_that_there_is_not_yet_an_alarm(
 def test_the_model_of_a_stream_is_exchanged_while_the_stream_stays_open(
     two_models, fitted, inputs, monkeypatch
 ):
-    """What a pipe held before is not lost, and what comes after has its verdict."""
+    """Samples that a pipe held before are not lost, and later ones have their verdict."""
     model, other = two_models
     X = np.zeros((4, 2, WINDOW))
     X[:, 0] = sound("good", 4 * WINDOW, 5).reshape(4, WINDOW)

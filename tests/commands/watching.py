@@ -1,4 +1,4 @@
-"""What the tests of ``watch`` share."""
+"""Helpers that the tests of ``watch`` share."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""What a fitted estimator can answer, for our own decisions and for those of scikit-learn."""
+"""Capabilities of fitted estimators, for our own decisions and for those of scikit-learn."""
 
 import numpy as np
 import pytest

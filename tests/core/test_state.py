@@ -39,7 +39,7 @@ def fitted_once(estimator):
 
 
 def tampered(value):
-    """What somebody may put in place of a fitted attribute: name of the case, and the value."""
+    """Yield values in place of a fitted attribute: name of the case, and the value."""
     yield "nothing", None
     yield "text", "nonsense"
     if isinstance(value, np.ndarray) and value.size == 0:

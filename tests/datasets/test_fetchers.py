@@ -45,7 +45,7 @@ CWRU_FAN = {
 
 
 class Expected(NamedTuple):
-    """What a rig must be: where its files lie, its recordings in order, and what it states.
+    """Facts of a rig: where its files lie, its recordings in order, and what it states.
 
     The files are (condition, rpm, recording) by their path in the repository, and the
     orders those of BPFO and BPFI as they are printed.

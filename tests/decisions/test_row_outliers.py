@@ -1,4 +1,4 @@
-"""What the detectors of faults and of unknown conditions have in common."""
+"""Common behaviour of the detectors of faults and of unknown conditions."""
 
 import warnings
 

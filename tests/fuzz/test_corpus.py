@@ -1,4 +1,4 @@
-"""What has once crashed a reader, or got through it, does not do so again."""
+"""Files that once crashed a reader, or got through it, do not do so again."""
 
 import os
 import random

@@ -41,7 +41,7 @@ def between(x, places, values):
 
 
 def walk(rng, *shape):
-    """Something that looks like a log spectrum."""
+    """Return an array that looks like a log spectrum."""
     return rng.normal(size=shape).cumsum(axis=-1) / 5
 
 

@@ -81,7 +81,7 @@ def percentage(hits):
 
 
 def is_refused(observer):
-    """Whether the observer refuses its gains as unstable.
+    """Return whether the observer refuses its gains as unstable.
 
     Its certificate does not depend on the innovations; any do.
     """

@@ -1,4 +1,4 @@
-"""What one file states: its channels, their facts, and the choice among them."""
+"""Facts that one file states: its channels, their facts, and the choice among them."""
 
 from dataclasses import dataclass, replace
 from math import isclose

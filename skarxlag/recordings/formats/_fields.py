@@ -22,7 +22,7 @@ def unit_in_name(name: str) -> str | None:
 
 
 def is_number(field: str, decimal: str) -> bool:
-    """Whether a field holds a number, or nothing."""
+    """Return whether a field holds a number, or nothing."""
     return field.lower() in ("", "nan") or not np.isnan(number(field, decimal))
 
 
