@@ -114,7 +114,7 @@ def make_diagnoser(
     steadiness.
 
     With a sampling rate, a row may be longer than a window of 4800 samples: its windows
-    are compared one by one. Rows of three turns of the shaft and more are compared by
+    are compared one by one. Rows of three revolutions of the shaft and more are compared by
     `OrderResidual`, too, that is by the orders of the shaft at which impacts come.
 
     Speeds are optional metadata: ``fit(X, y, rpm=rpm)`` and ``predict(X, rpm=rpm)``,

@@ -116,7 +116,9 @@ def test_a_sampling_rate_in_kilohertz_is_named(rows, kilohertz):
 
 def test_a_sampling_rate_that_is_too_low_for_the_speed_is_named_and_not_the_speed(rows):
     X, y, _ = rows
-    message = "sampling_rate == 200, expected at least 300 Hz: a turn at 9000 rpm must take two"
+    message = (
+        "sampling_rate == 200, expected at least 300 Hz: a revolution at 9000 rpm "
+    )
     with pytest.raises(ValueError, match=message):
         make_diagnoser(sampling_rate=200).fit(X, y, rpm=9000)
 

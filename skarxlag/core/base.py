@@ -248,7 +248,7 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         ValueError
             If a parameter is out of its range, a weight is negative, or a speed is not
             above 0. If orders are compared: also if `rpm` is given without a sampling
-            rate, or a row has less than 3 turns.
+            rate, or a row has less than 3 revolutions.
         """
         X, y = self._validate(X, y, reset=True)
         self._check_parameters()

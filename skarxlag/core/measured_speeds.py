@@ -49,7 +49,7 @@ def estimate_shaft_speed(
     Parameters
     ----------
     X : array-like of shape (n_stretches, n_samples) or (n_stretches, n_channels, n_samples)
-        Signals, of which the first channel is used; each row holds at least 3 turns,
+        Signals, of which the first channel is used; each row holds at least 3 revolutions,
         and better 10.
     sampling_rate : float
         In Hz.
@@ -65,25 +65,32 @@ def estimate_shaft_speed(
     ------
     ValueError
         If a parameter is out of its range, speeds are not above 0, or a row has less
-        than 3 turns.
+        than 3 revolutions.
 
     Examples
     --------
     >>> time = np.arange(20_000) / 10_000
     >>> noise = np.random.default_rng(0).normal(size=time.shape)
-    >>> turn = 2 * np.pi * 612 / 60 * time                   # 612 rpm
-    >>> signal = noise + sum(np.cos(h * turn + h**2) for h in range(1, 8))
+    >>> angle = 2 * np.pi * 612 / 60 * time                  # 612 rpm
+    >>> signal = noise + sum(np.cos(h * angle + h**2) for h in range(1, 8))
     >>> bool(abs(estimate_shaft_speed([signal], 10_000, 600)[0] - 612) < 3)
     True
     """
     check_sampling_rate(sampling_rate)
     X = check_array(as_samples(X, "X"), allow_nd=True, dtype=np.float64, input_name="X")
     rows = X[:, 0] if X.ndim == 3 else X
-    turns = samples_per_revolution(rpm, sampling_rate, len(rows), rows.shape[1])
-    expect(turns.ndim == 1, "rpm.shape", turns.shape, "one speed for each stretch")
+    revolution_lengths = samples_per_revolution(
+        rpm, sampling_rate, len(rows), rows.shape[1]
+    )
+    expect(
+        revolution_lengths.ndim == 1,
+        "rpm.shape",
+        revolution_lengths.shape,
+        "one speed for each stretch",
+    )
     frequencies = [
         comb_frequency(row, nominal, _SPEED_TOLERANCE, _N_HARMONICS)
-        for row, nominal in zip(rows, 1 / turns, strict=True)
+        for row, nominal in zip(rows, 1 / revolution_lengths, strict=True)
     ]
     return 60 * sampling_rate * np.array(frequencies)
 
@@ -99,7 +106,7 @@ def rpm_from_tacho(
 
     .. math:: n(\tfrac{1}{2}(t_i + t_{i+1})) = \frac{60}{P\,(t_{i+1} - t_i)},
 
-    with P pulses in a turn. It is interpolated linearly between these times, and
+    with P pulses in a revolution. It is interpolated linearly between these times, and
     constant before the first and after the last of them. A pulse counts only if the
     signal was below a quarter of its range before, so that noise at the edge of a pulse
     is not counted as further pulses.
@@ -129,7 +136,7 @@ def rpm_from_tacho(
     Examples
     --------
     >>> time = np.arange(5000) / 1000
-    >>> pulses = np.sin(2 * np.pi * 10 * time) > 0.95        # 10 turns in a second
+    >>> pulses = np.sin(2 * np.pi * 10 * time) > 0.95        # 10 revolutions in a second
     >>> rpm_from_tacho(pulses, 1000).mean().round(1)
     np.float64(600.0)
     """

@@ -14,7 +14,7 @@ from .validation import (
     warn_user,
 )
 
-#: Least number of turns of the shaft in a stretch whose orders are compared.
+#: Least number of revolutions of the shaft in a stretch whose orders are compared.
 LEAST_REVOLUTIONS = 3
 #: Turns of these that must be left after cutting: a stretch loses the samples in which
 #: a model settles, and those that do not fill a window.
@@ -177,7 +177,7 @@ def samples_per_revolution(
     n_samples: int,
     least_revolutions: float = LEAST_REVOLUTIONS,
 ) -> NDArray[Any]:
-    """Compute the samples in a turn of the shaft from nominal speeds.
+    """Compute the samples in a revolution of the shaft from nominal speeds.
 
     Parameters
     ----------
@@ -187,19 +187,19 @@ def samples_per_revolution(
         In Hz.
     n_stretches, n_samples : int
         Shape of the stretches.
-    least_turns : float, default=3
+    least_revolutions : float, default=3
         Turns that a stretch must have.
 
     Returns
     -------
     ndarray of shape (n_stretches,) or (n_stretches, n_samples)
-        Samples in a turn.
+        Samples in a revolution.
 
     Raises
     ------
     ValueError
         If there is no sampling rate; if a speed is not above 0 or the shape is another;
-        or if a stretch has less turns, or a turn less than two samples.
+        or if a stretch has fewer revolutions, or a revolution has less than two samples.
     """
     expect(
         sampling_rate is not None,
@@ -211,17 +211,18 @@ def samples_per_revolution(
     fastest = float(speeds.max())
     least_rate = 2 * fastest / 60
     expected = (
-        f"at least {least_rate:g} Hz: a turn at {fastest:g} rpm must take two samples"
+        f"at least {least_rate:g} Hz: a revolution at {fastest:g} rpm must take two "
+        "samples"
     )
     expect(sampling_rate >= least_rate, "sampling_rate", sampling_rate, expected)
     mean = speeds if speeds.ndim == 1 else speeds.mean(axis=1)
-    turns = float(n_samples * mean.min() / (60 * sampling_rate))
+    n_revolutions = float(n_samples * mean.min() / (60 * sampling_rate))
     needed = np.ceil(least_revolutions * 60 * sampling_rate / mean.min())
     name = (
         f"Turns in {n_samples} samples at {mean.min():g} rpm and {sampling_rate:g} Hz"
     )
     expected = f"at least {least_revolutions}, or {needed:g} samples"
-    expect(turns >= least_revolutions, name, round(turns, 3), expected)
+    expect(n_revolutions >= least_revolutions, name, round(n_revolutions, 3), expected)
     return 60 * sampling_rate / speeds
 
 

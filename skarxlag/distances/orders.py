@@ -43,7 +43,7 @@ _SPEED_RANGE = 2.5
 #: factor of e.
 _DRIFT = 1.0
 #: Turns that a training stretch counts as if its speed is not known.
-_SUPPOSED_TURNS = 20
+_SUPPOSED_REVOLUTIONS = 20
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -57,8 +57,8 @@ class OrderResidual(StretchTransformer):
 
     1. The short-time power of the signal is divided by its mean over the stretch at each frequency,
        which whitens the signal. The mean over each of 4 bands is an envelope.
-    2. Welch's method, in segments of 5 turns of the shaft, gives the spectrum of each envelope at
-       the orders .3, .4, ... 16. Its logarithm less its median over orders is z.
+    2. Welch's method, in segments of 5 revolutions of the shaft, gives the spectrum of each
+       envelope at the orders .3, .4, ... 16. Its logarithm less its median over orders is z.
     3. The residual of condition c is the smallest distance over factors s on the nominal speed,
 
     .. math::
@@ -76,13 +76,13 @@ class OrderResidual(StretchTransformer):
     Its logarithm has a normal distribution with the standard deviation :math:`\tau =
     0.1`, and is at most twice as large; the first term counts as 50 independent values.
 
-    A row of X is a stretch: a part of a recording that holds several turns of the
+    A row of X is a stretch: a part of a recording that holds several revolutions of the
     shaft. Speeds come as the metadata `rpm` of scikit-learn's metadata routing, which
     this estimator requests. The rpm of a row is one number, or one for each sample; the
     envelope is then resampled at equal angles of the shaft.
 
     Without `rpm` in `fit`, all training stretches must have the same speed, and a
-    stretch counts as 20 turns. Without `rpm` in `transform`, the speed may differ from
+    stretch counts as 20 revolutions. Without `rpm` in `transform`, the speed may differ from
     that of the training stretches by a factor of up to 2.5, because the scale of the
     pattern is searched. In this case :math:`\tau` is half of the logarithm of this
     factor.
@@ -105,8 +105,8 @@ class OrderResidual(StretchTransformer):
         Mean order spectra :math:`\bar z_c`, in nepers of power.
     variances_ : ndarray of shape (n_bands, n_orders)
         The variances :math:`\sigma_i^2`.
-    samples_a_turn_ : float
-        Samples in a turn of the shaft, the geometric mean over the training stretches.
+    samples_per_revolution_ : float
+        Samples in a revolution of the shaft, the geometric mean over the training stretches.
     speeds_ : ndarray of shape (n_speeds,)
         Training speeds in revolutions per minute, ascending; speeds within 2 % count as
         one. Empty without `rpm`.
@@ -130,7 +130,7 @@ class OrderResidual(StretchTransformer):
 
     Examples
     --------
-    Bearings with 3.6 and 5.4 impacts a turn, at 600 rpm and at 900 rpm:
+    Bearings with 3.6 and 5.4 impacts per revolution, at 600 rpm and at 900 rpm:
 
     >>> import numpy as np
     >>> def impacts(order, rpm, rng):
@@ -151,18 +151,18 @@ class OrderResidual(StretchTransformer):
 
     def _learn(self, X, target, weights, rpm):
         self.orders_: NDArray[Any] = _ORDERS.copy()
-        turns = np.full(len(X), X.shape[-1] / _SUPPOSED_TURNS)
+        revolution_lengths = np.full(len(X), X.shape[-1] / _SUPPOSED_REVOLUTIONS)
         if rpm is not None:
-            turns = samples_per_revolution(
+            revolution_lengths = samples_per_revolution(
                 rpm, self.sampling_rate, len(X), X.shape[-1], REVOLUTIONS_LEFT
             )
-        mean_of_row = np.log(turns).reshape(len(X), -1).mean(axis=1)
-        self.samples_a_turn_: float = float(
+        mean_of_row = np.log(revolution_lengths).reshape(len(X), -1).mean(axis=1)
+        self.samples_per_revolution_: float = float(
             np.exp(np.average(mean_of_row, weights=weights))
         )
 
-        def of_row(place, samples):
-            envelopes, step = _envelopes(samples, turns[place])
+        def of_row(row, samples):
+            envelopes, step = _envelopes(samples, revolution_lengths[row])
             spectrum = order_spectrum(envelopes, step, _N_TURNS)
             return at_orders(*spectrum, self.orders_, np.ones(1))[0][0]
 
@@ -199,11 +199,11 @@ class OrderResidual(StretchTransformer):
 
     def _match(self, X, rpm):
         if rpm is None:
-            turns = np.full(len(X), self.samples_a_turn_)
+            revolution_lengths = np.full(len(X), self.samples_per_revolution_)
             factors = np.ones(len(X))
             deviation = np.log(_SPEED_RANGE) / 2
         else:
-            turns = samples_per_revolution(
+            revolution_lengths = samples_per_revolution(
                 rpm, self.sampling_rate, len(X), X.shape[-1], REVOLUTIONS_LEFT
             )
             log_speed = log_speeds(rpm, len(X), X.shape[-1])
@@ -211,9 +211,9 @@ class OrderResidual(StretchTransformer):
             factors = drift_factor(distance.variance)
             deviation = _SPEED_TOLERANCE
 
-        def of_row(place, samples):
-            envelopes = _envelopes(samples, turns[place])
-            variances = self.variances_ + _DRIFT * factors[place]
+        def of_row(row, samples):
+            envelopes = _envelopes(samples, revolution_lengths[row])
+            variances = self.variances_ + _DRIFT * factors[row]
             of_classes = (self.references_, variances)
             return match(*envelopes, _N_TURNS, self.orders_, deviation, *of_classes)
 
@@ -234,7 +234,7 @@ class OrderResidual(StretchTransformer):
         self._check_array("orders_", _ORDERS.shape, "above 0")
         self._check_array("variances_", shape, "at least 0")
         self._check_array("references_", (len(self.classes_), *shape), SQUARABLE)
-        self._check_number("samples_a_turn_", "above 0")
+        self._check_number("samples_per_revolution_", "above 0")
 
     def _capabilities(self):
         return super()._capabilities() | {
@@ -243,5 +243,7 @@ class OrderResidual(StretchTransformer):
         }
 
 
-def _envelopes(samples, turn):
-    return envelopes_over_angle(samples, turn, _FRAME, _N_BANDS, _ORDERS[-1])
+def _envelopes(samples, revolution_length):
+    return envelopes_over_angle(
+        samples, revolution_length, _FRAME, _N_BANDS, _ORDERS[-1]
+    )

@@ -65,9 +65,9 @@ class StretchResidual(StretchTransformer):
         r_c = \Bigl(\prod_{w=1}^{m} r_{c,w}\Bigr)^{1/m} (r_c^{\mathrm{orders}})^q
 
     with :math:`r_{c,w}` the residual of window w of the m windows that fit into the
-    row. Rows of less than three turns of the shaft have no order spectra, and q is 0
+    row. Rows of less than three revolutions of the shaft have no order spectra, and q is 0
     for them. If `fit` is not given speeds, these are rows of less than 0.3 s, three
-    turns at 600 rpm.
+    revolutions at 600 rpm.
 
     The speed of each row comes as the metadata `rpm`, which this estimator requests;
     see `SpectralDistance` and `OrderResidual` for what happens without it. Use
@@ -95,7 +95,7 @@ class StretchResidual(StretchTransformer):
         The fitted residual of windows.
     order_residual_ : OrderResidual or None
         The fitted residual of order spectra. None if a training row has less than three
-        turns.
+        revolutions.
     speeds_ : ndarray of shape (n_speeds,)
         Training speeds in revolutions per minute, ascending; speeds within 2 % count as
         one. Empty without `rpm`.
@@ -225,14 +225,17 @@ class StretchResidual(StretchTransformer):
 
 
 def _long_rows(X, rpm, sampling_rate):
-    """Return the rows of three turns and more, and their speeds; all rows if nothing is known."""
-    turns = np.inf if rpm is None else 0.0
+    """Return the rows of at least three revolutions, and their speeds.
+
+    These are all rows if nothing is known.
+    """
+    n_revolutions = np.inf if rpm is None else 0.0
     if sampling_rate is not None:
         speed = (
             _SUPPOSED_RPM
             if rpm is None
             else np.exp(log_speeds(rpm, len(X), X.shape[-1]))
         )
-        turns = X.shape[-1] * speed / (60 * sampling_rate)
-    rows = np.flatnonzero(np.broadcast_to(turns, len(X)) >= REVOLUTIONS_LEFT)
+        n_revolutions = X.shape[-1] * speed / (60 * sampling_rate)
+    rows = np.flatnonzero(np.broadcast_to(n_revolutions, len(X)) >= REVOLUTIONS_LEFT)
     return rows, None if rpm is None else speeds_of_rows(rpm, len(X))[rows]

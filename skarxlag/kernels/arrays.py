@@ -4,5 +4,5 @@ from typing import Any, TypeAlias
 
 from numpy.typing import NDArray
 
-#: Array of numbers. The docstrings state shape and kind.
+# Array of numbers. The docstrings state shape and kind.
 Array: TypeAlias = NDArray[Any]

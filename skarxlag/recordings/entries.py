@@ -237,14 +237,6 @@ class ListedRecording:
         with self.named():
             yield from refuse_one_way(blocks, f"{self.path}: {name}")
 
-    def blocks(
-        self, n_samples: int | None = None
-    ) -> Iterator[tuple[NDArray[Any], float | None]]:
-        """Yield the samples with their sampling rate, see `open`."""
-        opened = self.open(n_samples)
-        for signal in opened.blocks:
-            yield signal, opened.sampling_rate
-
     @contextmanager
     def named(self) -> Iterator[None]:
         """Put the entry at the beginning of error messages."""

@@ -244,28 +244,31 @@ def _blocks_of_file(entry, state, rows, has_times, position):
     path = entry.path
     n_samples = block_length(rows.window_length)
     # All of a file is read before any of it is used, so that no file is used in part.
-    shapes = [np.atleast_2d(signal).shape for signal, _ in entry.blocks(n_samples)]
+    opened = entry.open(n_samples, reads_speed=rows.takes_rpm)
+    shapes = [np.atleast_2d(signal).shape for signal in opened.blocks]
+    entry = opened.entry
     n_channels = shapes[0][0]
     if n_channels != rows.n_channels:
         raise ValueError(
             f"{path}: the number of channels is {n_channels}, expected {rows.n_channels}"
         )
-    if rows.takes_rpm:
-        entry = entry.with_speed()
-        if entry.rpm is None and rows.needs_rpm:
-            raise ValueError(f"{path}: the speed is not stated; expected --rpm")
+    if entry.rpm is None and rows.needs_rpm:
+        raise ValueError(f"{path}: the speed is not stated; expected --rpm")
     start = None
     if has_times:
         start = recording_start(path, channel=entry.channel, dtype=entry.dtype)
         if start is None:
             length = sum(shape[1] for shape in shapes)
-            start = state[0] * 1e-9 - length / entry.sampling_rate
+            start = state[0] * 1e-9 - length / opened.sampling_rate
     n_read = 0
-    for i, (signal, rate) in enumerate(entry.blocks(n_samples), start=1):
+    opened = entry.open(n_samples)
+    for i, signal in enumerate(opened.blocks, start=1):
         if _state(path) != state:
             raise ValueError(f"{path}: changed while it was read, from block {i}")
         samples = np.atleast_2d(signal)
-        rpm = np.atleast_1d(entry.speeds([n_read], samples.shape[1], rate))[0]
+        rpm = np.atleast_1d(
+            entry.speeds([n_read], samples.shape[1], opened.sampling_rate)
+        )[0]
         is_last = i == len(shapes)
         yield Block(samples, start, rpm, path.name, position if is_last else None)
         start = None

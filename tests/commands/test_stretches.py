@@ -57,7 +57,9 @@ def test_long_recordings_are_compared_by_stretches_and_speeds(run, workshop):
     assert diagnoser["decide"].residual_.order_residual_.n_jobs is None
     assert diagnoser[
         "decide"
-    ].residual_.order_residual_.samples_a_turn_ == pytest.approx(60 * RATE / 900)
+    ].residual_.order_residual_.samples_per_revolution_ == pytest.approx(
+        60 * RATE / 900
+    )
     code, out, _ = run(
         "diagnose", model, "--table", workshop / "600.csv", "-o", workshop / "v.csv"
     )

@@ -39,7 +39,7 @@ def test_pattern_is_recognised_without_a_speed(fitted):
     assert_array_equal(fitted.classes_[found.residuals.argmin(axis=1)], y)
     nowhere = OrderResidual().fit(*stretches(1200))
     assert len(nowhere.speeds_) == 0
-    assert nowhere.samples_a_turn_ == pytest.approx(RATE / 20)
+    assert nowhere.samples_per_revolution_ == pytest.approx(RATE / 20)
     X, y = stretches(900, seed=3)
     assert_array_equal(verdicts(nowhere, X), y)
 

@@ -61,7 +61,9 @@ def test_a_pattern_may_state_channel_and_rate(tmp_path):
 
 def test_one_file_is_listed_and_its_rate_may_be_unknown(folder):
     (entry,) = list_files(folder / "OR_900_a.npy")
-    assert [(len(signal), rate) for signal, rate in entry.blocks()] == [(10, None)]
+    opened = entry.open()
+    assert opened.sampling_rate is None
+    assert [len(signal) for signal in opened.blocks] == [10]
 
 
 @pytest.mark.parametrize(
