@@ -228,6 +228,13 @@ def test_an_error_of_the_speed_moves_all_combs_together():
     assert comb.scores[1] == 0 and comb.factors[1] == 1
 
 
+def test_the_largest_error_and_slip_are_tried_together():
+    comb = kernel.fault_comb(all_combs(0.08), ORDERS, 0.05, 0.03)
+    assert_allclose(comb.factors, np.exp(0.08))
+    nearer = kernel.fault_comb(all_combs(0.08), ORDERS, 0.049, 0.03)
+    assert nearer.scores.max() < comb.scores.min()
+
+
 def test_the_last_orders_count():
     contrast = np.zeros(4001)
     contrast[3999] = 3.0

@@ -141,7 +141,9 @@ def test_detector_alone_says_healthy_or_changed(detector, healthy):
     assert found.loc["a", "p-value"] > 0.01 > found.loc["b", "p-value"]
     assert found["probability"].isna().all() and (found["limits"] == "hold").all()
     assert (found["share of changed"] > 0.9).tolist() == [False, True]
-    assert Judge(detector).window_results(X, 900.0).evidence.shape == (40, 0)
+    judge = Judge(detector)
+    evidence = judge.window_results(X, 900.0).evidence
+    assert evidence.shape == (40, judge.n_evidence) == (40, 0)
     named = recording_verdicts(detector, X[:20], np.zeros(20), ["ok"], rpm=1000.0)
     assert named["verdict"].tolist() == ["ok"]
     without = recording_verdicts(detector, X[:20], np.zeros(20))
@@ -222,6 +224,14 @@ def test_healthy_limits_of_a_detector_decide_between_healthy_and_changed(
     assert found["alarm"].tolist() == ["yes", "no", "yes"]
     assert np.isnan(found.loc["struck", "probability"])
     assert found.loc["worn", "probability"] > 0.5
+
+
+def test_alarm_next_to_a_diagnoser_is_that_of_the_detector(diagnoser, windows):
+    X = windows[0]
+    detector = make_detector(false_alarm_rate=0.3).fit(X[:20])
+    alarm = window_verdicts(diagnoser, X, detector=detector)["alarm"]
+    np.testing.assert_array_equal(alarm, detector.predict(X) == -1)
+    assert (alarm != window_verdicts(diagnoser, X)["alarm"]).any()
 
 
 def test_recording_that_resembles_no_condition(diagnoser, windows, healthy):
