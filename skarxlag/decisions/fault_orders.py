@@ -353,6 +353,22 @@ class FaultOrderClassifier(SignalClassifier):
         learned = self.conditions_.join(by_spectra[np.newaxis], n_joined)
         return self._judge(matches, learned.log_probability, n_rows)
 
+    def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
+        """Compute the probability that a healthy row has a comb as strong.
+
+        Parameters
+        ----------
+        X, rpm : array-like
+            As in `diagnose`.
+
+        Returns
+        -------
+        ndarray of shape (n_rows,)
+            In (0, 1]. With healthy rows in `fit`: the share of rows with a larger
+            score, and an exponential tail above all of them.
+        """
+        return self.diagnose(X, rpm).p_value
+
     def _adaptive_part(self):
         return getattr(self, "conditions_", self.conditions)
 

@@ -103,6 +103,7 @@ def test_diagnose_is_what_the_methods_return(rows, classes):
         "score": fitted.decision_function,
         "probability": fitted.predict_proba,
         "verdict": fitted.predict,
+        "p_value": fitted.p_values,
     }.items():
         np.testing.assert_array_equal(found[name], method(rows, rpm=900))
 
