@@ -83,7 +83,7 @@ def test_the_report_says_what_the_table_says_and_what_came_of_it(report_page):
     assert (
         "lost.npy no verdict: no such file" in text and "Without a verdict: 1." in text
     )
-    assert "Healthy condition: good." in text and f"skarxlag {__version__}" in text
+    assert "Healthy: good" in text and f"skarxlag {__version__}" in text
     assert re.search(r"\d{4}-\d\d-\d\d, skarxlag", text) and "300 rpm" in text
 
 
