@@ -185,7 +185,7 @@ def make_diagnoser(
     """
     if bearing is not None and sampling_rate is None:
         raise ValueError(
-            f"bearing == {bearing!r} needs a sampling_rate in Hz, which is missing."
+            f"The bearing {bearing!r} needs a sampling rate: pass sampling_rate in Hz."
         )
     residual = window_comparison(n_jobs)
     if sampling_rate is not None:
@@ -303,7 +303,7 @@ def make_fault_order_classifier(
     n_jobs: int | None = None,
     **options: Any,
 ) -> DiagnosisPipeline:
-    """Make a classifier that names faults that nobody recorded, behind a model of the signal.
+    """Make a classifier that names faults without recordings of them, behind a model.
 
     The model removes what can be predicted of the signal, such as loud resonances;
     impacts stay in its innovations. It needs no labels: fit it on the very rows that

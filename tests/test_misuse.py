@@ -125,7 +125,8 @@ def test_a_sampling_rate_that_is_too_low_for_the_speed_is_named_and_not_the_spee
 
 def test_a_bearing_without_a_sampling_rate_is_refused_when_the_diagnoser_is_made():
     with pytest.raises(
-        ValueError, match="bearing == '6205' needs a sampling_rate in Hz"
+        ValueError,
+        match="The bearing '6205' needs a sampling rate: pass sampling_rate in Hz",
     ):
         make_diagnoser(bearing="6205")
     with pytest.raises(

@@ -293,7 +293,7 @@ def _from_sheet(sheet):
     expect(has_both, "Orders", sorted(sheet), expected)
     outer = given["outer"]
     inner = given["inner"]
-    expected = f"above outer == {outer:g}: the outer ring stands still"
+    expected = f"above {outer:g}, the order of the outer race, because the outer ring stands still"
     expect(inner > outer, "inner", inner, expected)
     ratio = (inner - outer) / (inner + outer)
     spin = given.get("spin", given.get("ball", (1 - ratio**2) / ratio) / 2)

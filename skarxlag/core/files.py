@@ -50,16 +50,16 @@ def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
     path = Path(os.path.realpath(path))
     # The name is not made of the file's own name, which may be as long as the system
     # allows.
-    beside = path.with_name(f".{uuid.uuid4().hex}.tmp")
+    temporary = path.with_name(f".{uuid.uuid4().hex}.tmp")
     mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else 0o666
     try:
-        with open(beside, "xb", opener=partial(os.open, mode=mode)) as file:
+        with open(temporary, "xb", opener=partial(os.open, mode=mode)) as file:
             file.write(content)
         if path.exists():
-            shutil.copymode(path, beside)
-        os.replace(beside, path)
+            shutil.copymode(path, temporary)
+        os.replace(temporary, path)
     finally:
-        beside.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
 
 
 def read_members(content: bytes) -> tuple[dict[str, Any], bytes]:

@@ -220,8 +220,11 @@ class StretchResidual(StretchTransformer):
 
     def _capabilities(self):
         rate = self.order_residual.sampling_rate if self.order_residual else None
-        own = {"is_stretch": self.order_residual_ is not None, "sampling_rate": rate}
-        return super()._capabilities() | own
+        of_orders = {
+            "is_stretch": self.order_residual_ is not None,
+            "sampling_rate": rate,
+        }
+        return super()._capabilities() | of_orders
 
 
 def _long_rows(X, rpm, sampling_rate):

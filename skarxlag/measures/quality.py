@@ -24,7 +24,7 @@ _HELD = 0.5
 _STUCK = 0.1
 #: Share of the root-mean-square step of a window below which a step counts as none, as
 #: converters of many bits record their own noise. The range would be no measure: it
-#: grows with the length of a window, and steps are small beside it if the signal is
+#: grows with the length of a window, and steps are small compared with it if the signal is
 #: slow.
 _STILL = 1e-4
 #: Shorter runs of equal samples may come from quantisation.

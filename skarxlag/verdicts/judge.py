@@ -105,7 +105,7 @@ class Judge:
             "a diagnoser, a detector, or both",
         )
         if described is not None and described.conditions is None:
-            expected = "a classifier beside a detector"
+            expected = "a classifier next to a detector"
             expect(detector is None, "diagnoser", diagnoser, expected)
             detector = diagnoser
             described = None

@@ -175,7 +175,7 @@ def recording_verdicts(
     run 2    worn   yes
     """
     check_consistent_length(X, recording)
-    # NumPy would make texts of numbers beside texts, and rows of pairs.
+    # NumPy would make texts of numbers next to texts, and rows of pairs.
     recording = pd.Series(recording).to_numpy()
     place = pd.isna(recording).argmax()
     expect(

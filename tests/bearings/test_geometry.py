@@ -126,7 +126,10 @@ def test_named_bearings_have_their_published_orders(name, published):
         ("9,7.94", "expected one of"),
         ("1,7.94,39.04", "n_elements == 1, must be >= 2"),
         ("outer=3.585", "expected at least outer .BPFO. and inner .BPFI."),
-        ({"outer": 5.4, "inner": 3.6}, "inner == 3.6, expected above outer == 5.4"),
+        (
+            {"outer": 5.4, "inner": 3.6},
+            "inner == 3.6, expected above 5.4, the order of the outer",
+        ),
         (
             {"outer": 3.6, "inner": 5.4, "BSF": 2.3},
             "Order == 'BSF', expected .* twice_spin",

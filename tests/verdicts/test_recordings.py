@@ -549,7 +549,7 @@ def test_limits_that_widen_hold_at_any_plausible_speed(detector, windows):
 def test_combinations_of_models_that_make_no_sense_are_refused(
     detector, diagnoser, healthy
 ):
-    message = r"diagnoser == .*, expected a classifier beside a det"
+    message = r"diagnoser == .*, expected a classifier next to a det"
     with pytest.raises(ValueError, match=message):
         Judge(detector, detector=detector)
     with pytest.raises(ValueError, match="diagnoser states no probabilities"):
