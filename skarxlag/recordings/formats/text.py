@@ -44,10 +44,22 @@ def _contents_of(file, path):
             if {*parts} & {*names}:
                 date, clock = (frame[part].astype(str) for part in parts)
                 frame = frame.assign(**dict.fromkeys(parts, date + " " + clock))
-            yield [frame[name].to_numpy() for name in names]
+            yield [_values(frame[name], layout.decimal) for name in names]
 
     channels = {name: Channel(unit=layout.units.get(name)) for name in layout.names}
     return Contents(channels, read, advice=layout.advice)
+
+
+def _values(column, decimal):
+    """Return the values of a column, in which texts have the decimal point.
+
+    One field that is no number makes texts of all others.
+    """
+    from pandas.api.types import is_numeric_dtype
+
+    if decimal != "." and not is_numeric_dtype(column):
+        column = column.str.replace(decimal, ".")
+    return column.to_numpy()
 
 
 def date_columns(names: list[str], row: Mapping[str, object]) -> list[str]:
