@@ -158,7 +158,7 @@ def diagnose(
     opened = model.open(recording, resample)
     has_profile = opened.entry.profile is not None
     is_compared = are_compared(model.facts, recording.channel)
-    unit = plain_unit(opened.channels[0][1] or "") if is_compared else None
+    unit = plain_unit(opened.channels[0][1] or "")
     judge = model.judge
     starts = []
     results = []

@@ -47,12 +47,28 @@ def test_what_is_not_known_has_no_velocity(n_samples, rate, unit):
     assert velocity_rms(np.ones(n_samples), rate, unit) is None
 
 
-def test_results_state_the_velocity_if_the_unit_is_known(run, tmp_path):
+@pytest.fixture
+def recordings(tmp_path):
+    """Write recordings of which two state a unit, and return their folder."""
     rng = np.random.default_rng(0)
     for name, unit in (("good", "m/s^2"), ("other", "m/s2"), ("plain", "")):
         signal = tones(50) + 0.1 * rng.normal(size=len(TIME))
         rows = (f"{t:.7f};{y:.6f}\n" for t, y in zip(TIME, signal, strict=True))
         (tmp_path / f"{name}.csv").write_text(f"time;x\ns;{unit}\n" + "".join(rows))
+    return tmp_path
+
+
+def test_velocity_needs_the_unit_of_the_file_and_no_model(run, recordings, tmp_path):
+    output = tmp_path / "out.json"
+    files = [recordings / "good.csv", recordings / "plain.csv"]
+    bearing = ("--bearing", "6205", "--rpm", 900)
+    assert run("diagnose", *bearing, *files, "-o", output, "-q")[0] == 0
+    with_unit, without = json.loads(output.read_text())["recordings"]
+    assert with_unit["velocity_rms_mm_s"] == pytest.approx(2.25, rel=0.02)
+    assert without["velocity_rms_mm_s"] is None
+
+
+def test_results_state_the_velocity_if_the_unit_is_known(run, recordings, tmp_path):
     model, output = tmp_path / "model.skops", tmp_path / "out.json"
     for names, states_velocity in ((("good", "other"), True), (("plain",), False)):
         files = [tmp_path / f"{name}.csv" for name in names]
