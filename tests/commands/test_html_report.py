@@ -251,7 +251,7 @@ def test_without_healthy_recordings_the_model_states_the_healthy_spectrum(plant)
 
 
 def test_a_file_of_several_channels_is_drawn_by_that_of_the_model(run, plant):
-    """The model knows the name of its channel, so that nobody has to state it again."""
+    """The model stores the name of its channel, so users need not state it again."""
     noise = signal("good", 8)
     for name in ("one", "two"):
         np.savez(plant / f"{name}.npz", acc=noise, current=noise[::-1], fs=RATE)
