@@ -17,7 +17,7 @@ from ..recordings.entries import ListedRecording, OpenRecording
 from ..recordings.rates import NO_RATE
 from ..verdicts.names import no_verdict
 from ..verdicts.windows import joined_tables
-from .channels import are_compared, plain_unit
+from .channels import plain_unit
 from .messages import CommandError
 from .models import RecordingModel
 from .remarks import recording_remarks
@@ -157,7 +157,6 @@ def diagnose(
     """
     opened = model.open(recording, resample)
     has_profile = opened.entry.profile is not None
-    is_compared = are_compared(model.facts, recording.channel)
     unit = plain_unit(opened.channels[0][1] or "")
     judge = model.judge
     starts = []
@@ -184,9 +183,7 @@ def diagnose(
         # Blocks are of equal length, except for the last, which may be too short.
         stated = [velocity for velocity in velocities if velocity is not None]
         verdict["velocity_rms_mm_s"] = float(np.sqrt(np.mean(np.square(stated))))
-    remarks = recording_remarks(
-        model, opened, recording.channel, is_compared, windows, verdict
-    )
+    remarks = recording_remarks(model, opened, recording.channel, windows, verdict)
     return Diagnosis(verdict, windows, opened.sampling_rate, [*remarks])
 
 

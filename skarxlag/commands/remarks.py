@@ -13,7 +13,7 @@ from ..recordings.entries import OpenRecording
 from ..verdicts.limits import FEW_HEALTHY, HOLD_FOR_RECORDED, LEAST_HEALTHY
 from ..verdicts.names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
 from ..verdicts.windows import HOLD
-from .channels import channel_remarks
+from .channels import are_compared, channel_remarks
 from .refused_rows import compares_orders, why_no_orders
 
 if TYPE_CHECKING:
@@ -35,7 +35,6 @@ def recording_remarks(
     model: RecordingModel,
     opened: OpenRecording,
     stated_channels: Any,
-    is_compared: bool,
     windows: pd.DataFrame,
     verdict: dict[str, Any],
 ) -> Iterator[str]:
@@ -49,8 +48,6 @@ def recording_remarks(
         The recording.
     stated_channels : str, list of str or None
         Its channels as they were stated.
-    is_compared : bool
-        Whether its channels are compared with those of the model.
     windows : DataFrame
         As `window_verdicts` returns it.
     verdict : dict
@@ -60,7 +57,7 @@ def recording_remarks(
     is_trained = model.judge is not None
     if opened.old_rate is not None:
         yield f"Resampled from {opened.old_rate:g} to {model.sampling_rate:g} Hz."
-    if is_compared:
+    if are_compared(model.facts, stated_channels):
         yield from channel_remarks(opened.channels, model.facts, stated_channels)
     if not is_trained and "evidence" in windows:
         for text in windows["evidence"].dropna():

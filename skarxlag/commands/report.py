@@ -185,12 +185,12 @@ class RunFigures:
 
     def _learned(self, row, stretch, n_before, is_alone):
         """Yield figures of a row next to what the model learned, if it compares them."""
+        # A model that is fitted to the row itself learned nothing else.
+        if self._model.judge is None:
+            return
+        diagnoser = self._model.diagnoser
         healthy = self._model.healthy
         rate = stretch.sampling_rate
-        try:
-            diagnoser = self._model.fitted(row, rate)
-        except ValueError:
-            return
         speed = stretch.rpm
         if np.ndim(speed) == 1:
             speed = speed[n_before:][: row.shape[-1]]
