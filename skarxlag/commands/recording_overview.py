@@ -87,7 +87,7 @@ def overview(
     Parameters
     ----------
     opened : OpenRecording
-        The recording.
+        The recording, with its speed if one is stated.
     blocks : iterable of ndarray of shape (n_windows[, n_channels], n_samples)
         Its windows, which follow one another.
     sampling_rate : float or None
@@ -105,7 +105,7 @@ def overview(
     Raises
     ------
     FileNotFoundError, ImportError, ValueError
-        If the signal or its speed cannot be read.
+        If the signal cannot be read.
     """
     signal: list[NDArray[Any]] = []
     errors: list[NDArray[Any]] = []
@@ -125,7 +125,7 @@ def overview(
             samples = output.ravel()[before:][:STRETCH].astype(float)
             row = X[(at - duration) // X.shape[-1]]
         duration += output.size
-    recording = opened.entry.with_speed()
+    recording = opened.entry
     rpm = recording.rpm
     if recording.profile is not None and sampling_rate is not None:
         rpm = recording.speeds([first], len(samples), sampling_rate)[0]

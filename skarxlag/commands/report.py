@@ -207,6 +207,8 @@ class RunFigures:
         """Read a recording as the model does, with a stretch around a sample."""
         model = self._model
         opened = model.open(self._recordings[number], self._resample)
+        if not model.takes_rpm:
+            opened = opened._replace(entry=opened.entry.with_speed())
         rate = opened.sampling_rate or model.sampling_rate
         windows = model.windows(opened)
         return overview(opened, windows, rate, self._predictor(rate), at)
