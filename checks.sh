@@ -23,7 +23,7 @@ unknown = [
     symbol["name"]
     for symbol in symbols
     if symbol["isExported"] and (not symbol["isTypeKnown"] or symbol["isTypeAmbiguous"])
-    and not symbol["name"].startswith(("skarxlag.commands.", "skarxlag.core."))
+    and not symbol["name"].startswith(("skarxlag.plant.commands.", "skarxlag.plant.watch.", "skarxlag.plant.pages.", "skarxlag.core."))
     and "skarxlag.persistence.saved_objects" not in symbol["name"]
 ]
 if unknown or len(symbols) < 100:

@@ -2,8 +2,6 @@
 from ._version import __version__ as __version__
 from .bearings import BearingGeometry as BearingGeometry
 from .bearings import bearing_orders as bearing_orders
-from .core.measured_speeds import estimate_shaft_speed as estimate_shaft_speed
-from .core.measured_speeds import rpm_from_tacho as rpm_from_tacho
 from .core.pipelines import DiagnosisPipeline as DiagnosisPipeline
 from .decisions.condition_classifier import ConditionClassifier as ConditionClassifier
 from .decisions.fault_detector import FaultDetector as FaultDetector
@@ -21,6 +19,8 @@ from .distances.comparison import SpectralDistance as SpectralDistance
 from .distances.orders import OrderResidual as OrderResidual
 from .distances.stretches import StretchResidual as StretchResidual
 from .measures.envelope_spectra import envelope_spectrum as envelope_spectrum
+from .measures.measured_speeds import estimate_shaft_speed as estimate_shaft_speed
+from .measures.measured_speeds import rpm_from_tacho as rpm_from_tacho
 from .measures.quality import signal_quality as signal_quality
 from .measures.spectra import LogSpectra as LogSpectra
 from .model_selection import SpecimenSplit as SpecimenSplit
@@ -37,12 +37,12 @@ from .persistence.models import load_diagnoser as load_diagnoser
 from .persistence.models import save_diagnoser as save_diagnoser
 from .persistence.monitor_states import load_monitor_state as load_monitor_state
 from .persistence.monitor_states import save_monitor_state as save_monitor_state
-from .recordings.files import iter_windows as iter_windows
-from .recordings.files import list_channels as list_channels
-from .recordings.files import read_recording as read_recording
-from .recordings.rig import load_recordings as load_recordings
-from .recordings.rig import read_recording_table as read_recording_table
-from .recordings.windows import make_windows as make_windows
+from .plant.readers.files import iter_windows as iter_windows
+from .plant.readers.files import list_channels as list_channels
+from .plant.readers.files import read_recording as read_recording
+from .plant.readers.rig import load_recordings as load_recordings
+from .plant.readers.rig import read_recording_table as read_recording_table
+from .plant.readers.windows import make_windows as make_windows
 from .verdicts.recordings import recording_verdicts as recording_verdicts
 from .verdicts.recordings import window_verdicts as window_verdicts
 

@@ -3,7 +3,7 @@
 import gc
 import sys
 
-from .commands import main
+from .plant.commands import main
 
 
 def run() -> int:

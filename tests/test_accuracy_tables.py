@@ -8,7 +8,7 @@ from sklearn.metrics import (
     recall_score,
 )
 
-from skarxlag.accuracy_tables import (
+from skarxlag.model_selection.accuracy_tables import (
     confusion_table,
     speed_accuracy,
     speed_summary,

@@ -75,8 +75,8 @@ import skarxlag
 assert Path(skarxlag.__file__).is_relative_to(Path.cwd()), skarxlag.__file__
 
 from benchmarks.cross_speed.rigs import find_rig
-from skarxlag.commands import main
-from skarxlag.commands.parsers.evaluate import TITLES
+from skarxlag.plant.commands import main
+from skarxlag.plant.commands.parsers.evaluate import TITLES
 assert TITLES["workshop"] == "WORKSHOP rig"
 assert find_rig("workshop", data_home="x")(50).data.shape == (8, 50)
 

@@ -8,7 +8,7 @@ import pytest
 
 import skarxlag
 from skarxlag import __main__ as program
-from skarxlag.commands import _parser, main
+from skarxlag.plant.commands import _parser, main
 
 
 @pytest.mark.slow
@@ -61,14 +61,14 @@ def test_commands_are_named_if_none_is_given(argv, capsys):
 PRINTS_MUCH = [
     sys.executable,
     "-c",
-    "import sys, types, skarxlag.commands\n"
-    "from skarxlag.commands.parsers import diagnose as parser\n"
+    "import sys, types, skarxlag.plant.commands\n"
+    "from skarxlag.plant.commands.parsers import diagnose as parser\n"
     "parser.add_arguments = lambda parser: None\n"
     "parser.check = lambda args: None\n"
-    "command = types.ModuleType('skarxlag.commands.diagnose')\n"
+    "command = types.ModuleType('skarxlag.plant.commands.diagnose')\n"
     "command.run = lambda args: print('x' * 100_000) or 0\n"
     "sys.modules[command.__name__] = command\n"
-    "sys.exit(skarxlag.commands.main(['diagnose']))\n",
+    "sys.exit(skarxlag.plant.commands.main(['diagnose']))\n",
 ]
 
 
@@ -103,7 +103,7 @@ def test_control_c_ends_without_a_traceback(monkeypatch, capsys, tmp_path):
     def interrupted(args):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("skarxlag.commands.diagnose.run", interrupted)
+    monkeypatch.setattr("skarxlag.plant.commands.diagnose.run", interrupted)
     model = tmp_path / "m.skops"
     model.touch()
     assert main(["diagnose", str(model), "x"]) == 130

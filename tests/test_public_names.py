@@ -41,10 +41,10 @@ def test_what_is_imported_when():
     """Help needs nothing large, estimators do not compile, and displays do not need matplotlib."""
     code = """
 import contextlib, os, sys
-import skarxlag.commands
+import skarxlag.plant.commands
 for argument in ("--version", "--help"):
     with contextlib.suppress(SystemExit):
-        skarxlag.commands.main([argument])
+        skarxlag.plant.commands.main([argument])
 assert not {"numba", "numpy", "scipy", "sklearn", "pandas", "joblib"} & set(sys.modules)
 from skarxlag import *
 import skarxlag.plotting

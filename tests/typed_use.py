@@ -15,8 +15,8 @@ from skarxlag import (
     make_windows,
     read_recording,
 )
-from skarxlag.accuracy_tables import confusion_table
 from skarxlag.datasets import simulate_rig
+from skarxlag.model_selection.accuracy_tables import confusion_table
 from skarxlag.plotting import IdentificationDisplay
 
 

@@ -9,7 +9,7 @@ from sklearn.utils import Bunch
 
 from benchmarks.recipe.rigs import real_rigs
 from skarxlag.datasets import FETCHERS, fetch_cwru, fetch_hit_sm, simulate_rig
-from skarxlag.recordings.windows import make_windows
+from skarxlag.plant.readers.windows import make_windows
 
 #: Names of rigs in tables, by the names of their fetchers.
 NAMES = {"uestc": "UESTC", "hit_sm": "SpectraQuest"}

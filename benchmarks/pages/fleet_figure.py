@@ -25,10 +25,10 @@ from matplotlib.patches import Patch
 from benchmarks.pages.svg_figures import BLUE, GREY, ORANGE, PURPLE, saved_figure
 from benchmarks.speed.rows import coloured_windows
 from skarxlag import make_diagnoser, save_diagnoser
-from skarxlag.commands.diagnosis import diagnose_file
-from skarxlag.commands.models import SavedModel
-from skarxlag.commands.workers import executors, run_tasks
-from skarxlag.recordings.listing import list_files
+from skarxlag.plant.commands.diagnosis import diagnose_file
+from skarxlag.plant.commands.models import SavedModel
+from skarxlag.plant.commands.workers import executors, run_tasks
+from skarxlag.plant.readers.listing import list_files
 
 WINDOW_LENGTH, N_WINDOWS, N_RECORDINGS = 1200, 2400, 24
 #: The recording that ends its process, and the number of verdicts after which a worker

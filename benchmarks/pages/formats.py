@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from benchmarks.pages.blocks import markdown, publish
-from skarxlag.recordings.formats import FORMATS
+from skarxlag.plant.readers.formats import FORMATS
 
 #: Name of each format, whether it is read in parts, and the facts that are read besides
 #: samples.

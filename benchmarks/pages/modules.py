@@ -13,7 +13,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("skarxlag", "benchmarks")
 #: Package that imports its modules by names which it is given: all of them count.
-COMMANDS = "skarxlag.commands"
+COMMANDS = "skarxlag.plant.commands"
 
 
 def imported_modules(names, leave_out=()):

@@ -47,7 +47,7 @@ class Part(NamedTuple):
 
 _CHECKSUMS = ("skarxlag/datasets/checksums/*.sha256", "benchmarks/recipe/rigs.sha256")
 #: Page that the report fills. No import statement names it.
-REPORT = "skarxlag/commands/report.html.j2"
+REPORT = "skarxlag/plant/pages/report.html.j2"
 _WINDOWS = ("windows", "spectraquest")
 _STUDIES = (
     "noise",

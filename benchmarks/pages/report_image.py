@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.pages.browser import picture
-from skarxlag.commands import main as run
 from skarxlag.datasets import fetch_uestc
+from skarxlag.plant.commands import main as run
 
 TRAIN_RPM, RPM = 1000, 1400
 #: Number of the recording that is drawn.

@@ -12,8 +12,8 @@ from contextlib import chdir, redirect_stdout
 from pathlib import Path
 
 from benchmarks.pages.blocks import write_blocks
-from skarxlag.commands import main as run
 from skarxlag.datasets import fetch_uestc
+from skarxlag.plant.commands import main as run
 
 BLOCK = "terminal example"
 TRAIN_RPM = 800

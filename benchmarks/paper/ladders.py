@@ -5,7 +5,7 @@ from functools import partial
 from sklearn.pipeline import Pipeline
 
 from skarxlag import ARXLaguerre, ExtendedStatePIObserver, PIObserver, ThresholdLadder
-from skarxlag.commands.models import DIAGNOSERS
+from skarxlag.plant.commands.models import DIAGNOSERS
 
 
 def make_single_ladder(observer, *, healthy, n_jobs=None):

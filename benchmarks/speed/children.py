@@ -35,11 +35,11 @@ def peak_of_command(folder, n_windows, window_length):
 
     import benchmarks.speed.rows  # noqa: F401
     import skarxlag
-    import skarxlag.commands.diagnose
+    import skarxlag.plant.commands.diagnose
 
     imported = _peak()
     paths = write_model(Path(folder), int(window_length), int(n_windows))
-    skarxlag.commands.main(["diagnose", *map(str, paths)])
+    skarxlag.plant.commands.main(["diagnose", *map(str, paths)])
     print("MiB", _peak() - imported)
 
 

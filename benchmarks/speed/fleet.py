@@ -25,10 +25,10 @@ from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.speed.rows import coloured_windows, rate
 from benchmarks.speed.timing import matrix_product, ratio, take_turns
 from skarxlag import make_diagnoser, save_diagnoser
-from skarxlag.commands.diagnosis import diagnose_file
-from skarxlag.commands.models import SavedModel
-from skarxlag.commands.workers import Workers, run_tasks
-from skarxlag.recordings.listing import list_files
+from skarxlag.plant.commands.diagnosis import diagnose_file
+from skarxlag.plant.commands.models import SavedModel
+from skarxlag.plant.commands.workers import Workers, run_tasks
+from skarxlag.plant.readers.listing import list_files
 
 WINDOW_LENGTH = 1200
 #: The fleet of the example: sensors, their sampling rate in Hz, and the length of a

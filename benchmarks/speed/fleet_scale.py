@@ -28,11 +28,11 @@ from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.speed.processes import run_python
 from benchmarks.speed.rows import coloured_windows
 from benchmarks.speed.scale import steps
-from skarxlag.commands import main as run_command
-from skarxlag.commands.diagnosis import diagnose_file
-from skarxlag.commands.models import SavedModel
-from skarxlag.commands.workers import executors, run_tasks
-from skarxlag.recordings.listing import list_files
+from skarxlag.plant.commands import main as run_command
+from skarxlag.plant.commands.diagnosis import diagnose_file
+from skarxlag.plant.commands.models import SavedModel
+from skarxlag.plant.commands.workers import executors, run_tasks
+from skarxlag.plant.readers.listing import list_files
 
 SENSORS, SAMPLING_RATE, PERIOD = 10_000, 25_600, 600
 #: Recordings of a second of each condition in the training.

@@ -5,12 +5,12 @@ from pathlib import Path
 
 from benchmarks.speed.children import write_model
 from benchmarks.speed.timing import take_turns
-from skarxlag.commands.diagnosis import diagnose_file
-from skarxlag.commands.journal import Journal
-from skarxlag.commands.models import SavedModel
-from skarxlag.commands.report import html_report
-from skarxlag.commands.results import recording_rows, window_rows, write_tables
-from skarxlag.recordings.listing import list_files, list_recordings
+from skarxlag.plant.commands.diagnosis import diagnose_file
+from skarxlag.plant.commands.journal import Journal
+from skarxlag.plant.commands.models import SavedModel
+from skarxlag.plant.commands.results import recording_rows, window_rows, write_tables
+from skarxlag.plant.pages.report import html_report
+from skarxlag.plant.readers.listing import list_files, list_recordings
 
 _COUNTS = (100, 1_000, 10_000, 100_000)
 

@@ -9,10 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .state import expect
-from .validation import (
-    as_samples,
-    warn_user,
-)
+from .validation import as_samples, warn_user
 
 #: Least number of revolutions of the shaft in a stretch whose orders are compared.
 LEAST_REVOLUTIONS = 3

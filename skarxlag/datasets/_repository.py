@@ -13,10 +13,10 @@ from urllib.parse import quote
 from sklearn.datasets import fetch_file, get_data_home
 
 from skarxlag.bearings import BearingGeometry
-from skarxlag.recordings.cutting import cut_recordings
-from skarxlag.recordings.files import list_channels, read_recording
-from skarxlag.recordings.listing import ListedRecording
-from skarxlag.recordings.windows import block_length
+from skarxlag.plant.readers.cutting import cut_recordings
+from skarxlag.plant.readers.files import list_channels, read_recording
+from skarxlag.plant.readers.listing import ListedRecording
+from skarxlag.plant.readers.windows import block_length
 
 #: The array of samples in the converted files that a data home may hold.
 CONVERTED = "acceleration"

@@ -16,20 +16,12 @@ from ..core.capabilities import capabilities, requests, training_speeds
 from ..core.fault_locations import FAULT_LOCATIONS, check_locations
 from ..core.speeds import log_speeds, with_plausible_speeds
 from ..core.state import expect, uses_fitted
-from ..core.validation import (
-    check_rate,
-    warn_of_lost_speeds,
-    weighted_windows,
-)
+from ..core.validation import check_rate, warn_of_lost_speeds, weighted_windows
 from ..distances.stretches import StretchResidual
 from ..kernels import ladder, posterior
 from ..kernels.coloured_noises import coloured_noises
 from ..kernels.speed_references import drift_factor, speed_distance
-from .condition_locations import (
-    locate_conditions,
-    location_answers,
-    location_names,
-)
+from .condition_locations import locate_conditions, location_answers, location_names
 from .left_out_specimens import location_exponent, specimens_of_rows
 from .signal_classifier import SignalClassifier
 

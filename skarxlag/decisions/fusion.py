@@ -16,13 +16,13 @@ from sklearn.utils.metaestimators import available_if
 
 from ..core.base import SignalEstimator
 from ..core.capabilities import capabilities, unfolded_steps
-from ..core.diagnosing_classifier import DiagnosingClassifier
 from ..core.pipelines import as_diagnosis_pipeline
 from ..core.state import expect, is_fitted, uses_fitted
 from ..core.validation import check_count, validate_signals
 from ..kernels.evidence import SMALLEST_PROBABILITY
 from ..kernels.posterior import decided
 from .condition_locations import location_answers, location_numbers
+from .diagnosing_classifier import DiagnosingClassifier
 
 #: Parameters of detectors that are shares of rows.
 _RATES = ("false_alarm_rate", "false_rejection_rate")

@@ -8,12 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.fault_locations import (
-    FAULT_LOCATIONS,
-    FAULTS,
-    HEALTHY,
-    location_of_label,
-)
+from ..core.fault_locations import FAULT_LOCATIONS, FAULTS, HEALTHY, location_of_label
 
 _HEALTHY = FAULT_LOCATIONS.index(HEALTHY)
 

@@ -12,9 +12,9 @@ from sklearn.utils.metaestimators import available_if
 
 from ..core.base import SignalEstimator
 from ..core.capabilities import offers
-from ..core.diagnosing_classifier import DiagnosingClassifier
 from ..core.state import uses_fitted
 from ..core.validation import validate_innovations
+from .diagnosing_classifier import DiagnosingClassifier
 
 
 class SignalClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):

@@ -13,11 +13,7 @@ from sklearn.utils import check_scalar
 from ..core.base import StretchTransformer
 from ..core.capabilities import requests
 from ..core.pipelines import DiagnosisPipeline
-from ..core.speeds import (
-    REVOLUTIONS_LEFT,
-    log_speeds,
-    speeds_of_rows,
-)
+from ..core.speeds import REVOLUTIONS_LEFT, log_speeds, speeds_of_rows
 from ..core.validation import check_count, check_real
 from ..measures.spectra import LogSpectra
 from .comparison import SpectralDistance

@@ -7,12 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.state import expect
-from ..core.validation import (
-    ABOVE_0,
-    check_count,
-    check_rate,
-    check_real,
-)
+from ..core.validation import ABOVE_0, check_count, check_rate, check_real
 
 #: Largest delay of an alarm in windows; the mean time between false alarms is computed
 #: from it.

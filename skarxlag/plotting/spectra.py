@@ -13,12 +13,7 @@ from ..core.capabilities import unfolded_steps
 from ..core.state import expect
 from ..decisions.fault_orders import FaultOrderClassifier
 from ..decisions.order_comparison import order_comparison
-from ..kernels.fault_orders import (
-    FAULTS,
-    NEPER_IN_DB,
-    ORDER_STEP,
-    RACE_MULTIPLES,
-)
+from ..kernels.fault_orders import FAULTS, NEPER_IN_DB, ORDER_STEP, RACE_MULTIPLES
 from ..measures.envelope_spectra import impact_orders
 from ._fitted import known_conditions
 from ._style import (

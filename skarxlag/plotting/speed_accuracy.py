@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from ..accuracy_tables import speed_accuracy
+from ..model_selection.accuracy_tables import speed_accuracy
 from ._style import AxesDisplay, condition_styles
 
 

@@ -15,14 +15,7 @@ from ..core.state import expect
 from ..measures.quality import quality_of_outputs
 from .limits import HealthyLimits
 from .members import NEAREST, Classifier, Detector, KnownConditions
-from .names import (
-    CHANGED,
-    NO_SIGNAL,
-    NO_VERDICT,
-    UNKNOWN,
-    Named,
-    check_conditions,
-)
+from .names import CHANGED, NO_SIGNAL, NO_VERDICT, UNKNOWN, Named, check_conditions
 from .windows import HOLD, WindowResults, WindowStatus
 
 

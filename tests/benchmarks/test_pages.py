@@ -260,7 +260,9 @@ def test_the_package_that_names_are_imported_from_on_demand_is_followed():
 
 def test_the_commands_of_the_package_are_followed():
     imported = modules.imported_modules(["benchmarks.pages.terminal_example"])
-    assert {"skarxlag.commands.fit", "skarxlag.kernels.observer_bank"} <= set(imported)
+    assert {"skarxlag.plant.commands.fit", "skarxlag.kernels.observer_bank"} <= set(
+        imported
+    )
 
 
 @pytest.mark.skipif("SKARXLAG_DATA" not in os.environ, reason="needs the recordings")

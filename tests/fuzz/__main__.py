@@ -15,7 +15,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from skarxlag.recordings.formats import FORMATS
+from skarxlag.plant.readers.formats import FORMATS
 
 from .damage import damaged, forged
 from .executions import run_apart, run_until_failure

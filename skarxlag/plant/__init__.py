@@ -1,0 +1,1 @@
+"""Reading of recordings, and the commands of the shell: the first user of the library."""

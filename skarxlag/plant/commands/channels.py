@@ -1,0 +1,145 @@
+"""Channels of a model: those that it was fitted on, and those that it is asked about."""
+
+from collections.abc import Iterator, Sequence
+from fnmatch import fnmatchcase
+from typing import Any
+
+import numpy as np
+
+from ..readers.entries import ListedRecording
+from .messages import printable
+
+#: Ways to write a unit, in lower case.
+_SAME_UNIT = {
+    "m/s^2": "m/s2",
+    "m/s²": "m/s2",
+    "m/s/s": "m/s2",
+    "mm/sec": "mm/s",
+    "g's": "g",
+}
+
+
+#: Name and unit of each channel of a recording.
+Channels = Sequence[tuple[str, str | None]]
+
+
+def fitted_channels(
+    recordings: Sequence[ListedRecording], channels: Sequence[Channels]
+) -> dict[str, Any]:
+    """Return facts of a model: its channels as they were stated, their names, and the unit.
+
+    The names are those in the first recording for each way in which channels are
+    stated. Of several channels, they are separated by semicolons. The unit is None if
+    recordings state several.
+
+    Parameters
+    ----------
+    recordings : sequence of ListedRecording
+        The recordings.
+    channels : sequence of sequence of tuple
+        Name and unit of each channel of each recording.
+    """
+    names: dict[str, str] = {}
+    for recording, named in zip(recordings, channels, strict=True):
+        names.setdefault(str(recording.channel), _joined(named))
+    units = units_of(channels)
+    return {
+        "channels": np.atleast_1d(recordings[0].channel or []).tolist(),
+        "channel_names": sorted({*names.values()}),
+        "unit": units[0] if len(units) == 1 else None,
+    }
+
+
+def units_of(channels: Sequence[Channels]) -> list[str]:
+    """Return the different units of the first channels; none if the first recording states none."""
+    first = [unit for (_, unit), *_ in channels]
+    if first[0] is None:
+        return []
+    units: dict[str, str] = {}
+    for unit in first:
+        if unit is not None:
+            units.setdefault(plain_unit(unit), printable(unit))
+    return list(units.values())
+
+
+def are_compared(facts: dict[str, Any], stated: Any) -> bool:
+    """Return whether the channels of a recording are compared with those of a model.
+
+    Parameters
+    ----------
+    facts : dict
+        Of the model.
+    stated : str, list of str or None
+        Channels of the recording as they were stated.
+    """
+    is_same = [*np.atleast_1d(stated)] == facts.get("channels")
+    has_names = bool(facts.get("channel_names")) and not is_same
+    return has_names or facts.get("unit") is not None
+
+
+def channel_remarks(
+    channels: Channels, facts: dict[str, Any], stated: Any
+) -> Iterator[str]:
+    """Yield remarks on channels or units that are not those of a model.
+
+    Parameters
+    ----------
+    channels : sequence of tuple
+        Names and units of the channels that are read.
+    facts : dict
+        Of the model.
+    stated : str, list of str or None
+        Channels as they were stated, None if they were not.
+    """
+    names = _joined(channels)
+    fitted = facts.get("channel_names") or []
+    if fitted and names not in fitted and not _is_like(channels, facts, stated):
+        yield f"The channel is {names}, but the model was fitted on {' or '.join(fitted)}."
+    unit = channels[0][1]
+    fitted_unit = facts.get("unit")
+    if unit and fitted_unit and plain_unit(unit) != plain_unit(fitted_unit):
+        yield (
+            f"The unit is {unit}, but the model was fitted on {fitted_unit}. Another "
+            "scale changes nothing, unless the model has a fixed gain; another quantity, "
+            "such as velocity for acceleration, has other spectra."
+        )
+
+
+def _is_like(channels, facts, stated):
+    """Return whether nothing shows that channels are others than those of the model."""
+    patterns = facts.get("channels") or []
+    names = [name for name, _ in channels]
+    # A bracket is part of a name such as x[0].
+    escaped = [pattern.replace("[", "[[]") for pattern in patterns]
+    if len(patterns) == len(names) and all(map(fnmatchcase, names, escaped)):
+        return True
+    # Files with one channel each may call it as they like.
+    fitted = "; ".join(facts["channel_names"]).split("; ")
+    has_position = any(map(str.isdecimal, [*names, *fitted]))
+    return stated is None and (not patterns or has_position)
+
+
+def channels_of_model(facts: dict[str, Any]) -> list[list[str]]:
+    """Return ways to state the channels of a model, the best first; none if they were not stated.
+
+    A position means another channel in a file with more columns, so the name comes
+    first.
+    """
+    stated = facts.get("channels") or []
+    names = facts.get("channel_names") or []
+    by_name = [names[0].split("; ")] if len(names) == 1 else []
+    return [*by_name, stated] if all(stated) and stated else []
+
+
+def _joined(channels):
+    return printable("; ".join(name for name, _ in channels))
+
+
+def plain_unit(unit: str) -> str:
+    """Return one way to write a unit.
+
+    >>> plain_unit(" m/s^2"), plain_unit("G's")
+    ('m/s2', 'g')
+    """
+    unit = unit.strip().lower()
+    return _SAME_UNIT.get(unit, unit)

@@ -1,0 +1,326 @@
+"""Models that diagnose recordings: one in a file, or the pipeline of a bearing."""
+
+import argparse
+import operator
+import os
+from collections.abc import Callable, Iterator
+from functools import lru_cache, partial
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sklearn.base import clone
+
+from ... import diagnosers
+from ...core.capabilities import Capabilities, capabilities
+from ...core.fault_locations import FAULTS, HEALTHY
+from ...decisions.fusion import SensorFusion
+from ...persistence.models import load_diagnoser
+from ...verdicts.judge import Judge
+from ..readers.entries import ListedRecording, OpenRecording
+from ..readers.rates import rates_agree, unit_advice
+from ..readers.windows import block_length, cut_blocks
+from .channels import channels_of_model
+from .messages import CommandError, as_command_error, counted, listed, printable
+from .remarks import NO_COMB
+
+#: Titles and makers of the diagnosers that `evaluate` compares, in the order of its
+#: tables.
+DIAGNOSERS = {
+    "alpio": ("ALPIO", diagnosers.make_alpio),
+    "extended-state": ("Extended state", diagnosers.make_extended_state_pio),
+    "diagnoser": ("Diagnoser", diagnosers.make_diagnoser),
+}
+
+
+def of_outputs(args: argparse.Namespace, model: Any) -> Any:
+    """Return a model for the number of outputs in the arguments."""
+    if args.outputs is None:
+        return model
+    return SensorFusion(estimator=model, n_outputs=args.outputs)
+
+
+class RecordingModel:
+    """Model that diagnoses recordings.
+
+    Parameters
+    ----------
+    diagnoser : Pipeline
+        The diagnoser. Without a judge, it is fitted to each recording, which is one row.
+    facts : dict
+        Facts by the names of `save_diagnoser`, as far as they are known.
+    judge : Judge or None
+        The diagnoser with its healthy limits and its known conditions.
+    takes_rpm : bool
+        Whether it takes the speed of a recording.
+    heading : str
+        Description in one line.
+    identity : str
+        Text that differs between models.
+    load : callable
+        Returns the model in a worker.
+
+    Attributes
+    ----------
+    conditions : list of label
+        Conditions that it names, the healthy one first.
+    healthy : label or None
+        The healthy condition; None if it is not known.
+    train_rpm : list of float
+        Training speeds; empty if they are not known.
+    sampling_rate : float or None
+        In Hz; None if it is not known.
+    window_length : int or None
+        Samples in a row; None if a recording is one row.
+    usual_channels : list of list of str
+        Ways to state its channels, the best first.
+    summary : dict
+        The model and its facts, as results state them.
+    """
+
+    def __init__(
+        self,
+        diagnoser: Any,
+        facts: dict[str, Any],
+        judge: Judge | None,
+        *,
+        takes_rpm: bool,
+        heading: str,
+        identity: str,
+        load: Callable[[], "RecordingModel"],
+    ) -> None:
+        self.diagnoser: Any = diagnoser
+        self.facts: dict[str, Any] = facts
+        self.judge: Judge | None = judge
+        self.takes_rpm: bool = takes_rpm
+        self.heading: str = heading
+        self.identity: str = identity
+        self.load: Callable[[], RecordingModel] = load
+        self.summary: dict[str, Any] = facts
+        self.conditions: list[Any] = facts["conditions"]
+        self.healthy: Any = facts["healthy"]
+        self.train_rpm: list[float] = facts.get("train_rpm") or []
+        self.sampling_rate: float | None = facts.get("sampling_rate")
+        self.window_length: int | None = facts.get("window_length")
+        #: Samples that are read at a time; None if a recording is one row.
+        self._n_read: int | None = None
+        if self.window_length is not None:
+            self._n_read = block_length(self.window_length)
+        self.usual_channels: list[list[str]] = channels_of_model(facts)
+
+    def open(self, recording: ListedRecording, resample: bool = False) -> OpenRecording:
+        """Open a recording, with the channels of the model if none are stated.
+
+        A file that has no more channels than the model needs none to be stated. With
+        `resample`, the recording is brought to the sampling rate of the model.
+        """
+        return recording.open(
+            self._n_read,
+            channels=self.channel_choices(recording),
+            reads_speed=self.takes_rpm,
+            resample=self.sampling_rate if resample else None,
+        )
+
+    def channel_choices(self, recording: ListedRecording) -> list[Any]:
+        """Return ways to state the channels of a recording, the best first."""
+        if recording.channel is not None:
+            return [recording.channel]
+        usual = [names if len(names) > 1 else names[0] for names in self.usual_channels]
+        return [*usual, None]
+
+    def windows(self, opened: OpenRecording) -> Iterator[NDArray[Any]]:
+        """Yield the rows of an open recording, block by block."""
+        if self.window_length is None:
+            return (signal[np.newaxis] for signal in opened.blocks)
+        return cut_blocks(opened.blocks, opened.entry.name, self.window_length)
+
+    def fitted(self, row: NDArray[Any], sampling_rate: float | None) -> Any:
+        """Return the diagnoser, which is fitted to the row unless it was trained."""
+        if self.judge is not None:
+            return self.diagnoser
+        diagnoser = clone(self.diagnoser)
+        diagnoser.set_params(decide__sampling_rate=sampling_rate)
+        return diagnoser.fit(row[np.newaxis])
+
+    def judge_of(
+        self, row: NDArray[Any], rpm: Any, sampling_rate: float | None
+    ) -> Judge:
+        """Return a judge that is fitted to a row, for a model without one."""
+        # Its limits hold at the speed of the row that it is fitted to.
+        return Judge(
+            self.fitted(row, sampling_rate),
+            conditions=self.conditions,
+            train_rpm=[np.mean(rpm)],
+        )
+
+
+def bearing_model(bearing: str) -> RecordingModel:
+    """Return the model that names fault locations by the orders of a bearing.
+
+    Parameters
+    ----------
+    bearing : str
+        The bearing, as `skarxlag.bearings.bearing_orders` takes it.
+    """
+    conditions = [HEALTHY, *FAULTS]
+    # The sampling rate of each recording replaces this one.
+    diagnoser = diagnosers.make_fault_order_classifier(
+        bearing=bearing, sampling_rate=1.0
+    )
+    return RecordingModel(
+        diagnoser,
+        {"bearing": bearing, "conditions": conditions, "healthy": HEALTHY},
+        None,
+        takes_rpm=True,
+        heading=(
+            f"No model: fault locations by the orders of bearing {bearing}. {HEALTHY} "
+            f"means that no comb exceeds the limit of other healthy machines. {NO_COMB}"
+        ),
+        identity=f"bearing {bearing}",
+        load=partial(bearing_model, bearing),
+    )
+
+
+class SavedModel(RecordingModel):
+    """Model in a file, with its healthy limits, its known conditions and its facts.
+
+    Facts that are missing from the file are read from the fitted steps. They are None
+    if they are not known.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+
+    Attributes
+    ----------
+    path : path-like
+        The file.
+    capabilities : Capabilities
+        Description of the diagnoser.
+    known_conditions, detector : estimator or None
+        The models that were saved with the diagnoser.
+    n_channels : int
+        Channels of a row.
+    rows : str
+        Word for the rows: windows or stretches.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        with as_command_error():
+            diagnoser, stated = load_diagnoser(path)
+            identity = sha256(Path(path).read_bytes()).hexdigest()
+        self.path: str | os.PathLike[str] = path
+        self.known_conditions: Any = stated.pop("known_conditions", None)
+        self.detector: Any = stated.pop("detector", None)
+        self.capabilities: Capabilities = capabilities(diagnoser)
+        try:
+            judge = Judge(
+                diagnoser,
+                known=self.known_conditions,
+                detector=self.detector,
+                has_healthy=stated.get("healthy", "") is not None,
+                outputs=stated.get("channels"),
+                **_stated_training(stated, self.capabilities),
+            )
+        except ValueError as error:
+            raise CommandError(f"{path}: {error}") from error
+        facts = self._all_facts(diagnoser, judge, stated)
+        self.n_channels: int = facts["n_channels"]
+        self.rows: str = "stretches" if self.capabilities.is_stretch else "windows"
+        changed = os.stat(path).st_mtime_ns
+        super().__init__(
+            diagnoser,
+            facts,
+            judge,
+            takes_rpm=self.capabilities.takes_rpm,
+            heading=_heading(path, self.rows, facts),
+            identity=identity,
+            load=partial(_cached_model, os.path.abspath(path), changed),
+        )
+        self.summary = {"file": printable(path)} | facts
+
+    def _all_facts(self, diagnoser, judge, stated):
+        """Return the facts that the file states, and those of the models themselves."""
+        facts = {
+            "diagnoser": type(diagnoser).__name__,
+            "conditions": judge.conditions,
+            "healthy": judge.healthy,
+            "train_rpm": judge.train_rpm or None,
+            "sampling_rate": judge.sampling_rate,
+            "window_length": self.capabilities.window_length,
+            "n_channels": self.capabilities.n_channels,
+        }
+        facts |= {name: value for name, value in stated.items() if value is not None}
+        if self.known_conditions is not None:
+            rate = capabilities(self.known_conditions).stated_rate
+            facts["false_rejection_rate"] = rate
+        return facts
+
+    @property
+    def short_identity(self) -> str:
+        """Beginning of the SHA-256 of the file, which results and states name."""
+        return self.identity[:12]
+
+    def open(self, recording: ListedRecording, resample: bool = False) -> OpenRecording:
+        """Open a recording, and refuse other channels or another rate than those of `fit`."""
+        self.check_order(recording.name, recording.channel)
+        opened = super().open(recording, resample)
+        n_channels = len(opened.channels)
+        if n_channels != self.n_channels:
+            raise CommandError(
+                f"{recording.name}: {counted(n_channels, 'channel')}, but {self.path} was "
+                f"fitted on {self.n_channels}"
+            )
+        rate = opened.sampling_rate
+        expected = self.sampling_rate
+        if not rates_agree(rate, expected):
+            advice = unit_advice(rate, expected) or "; --resample brings it to that"
+            raise CommandError(
+                f"{recording.name}: sampled at {rate:g} Hz, but {self.path} was fitted at "
+                f"{expected:g} Hz{advice}"
+            )
+        return opened
+
+    def check_order(self, name: str, channels: str | list[str] | None) -> None:
+        """Refuse the channels of the model in another order."""
+        fitted = self.facts.get("channels") or []
+        if not isinstance(channels, list) or channels == fitted:
+            return
+        if {*channels} == {*fitted}:
+            raise CommandError(
+                f"{name}: channels {'; '.join(channels)}, but {self.path} was fitted on "
+                f"{'; '.join(fitted)}, in this order"
+            )
+
+
+def _heading(path, rows, facts):
+    """Describe a saved model in one line."""
+    conditions = ", ".join(map(str, facts["conditions"]))
+    speeds = f" at {listed(facts['train_rpm'])} rpm" if facts["train_rpm"] else ""
+    size = f"{rows} of {facts['window_length']} samples"
+    rate = facts["sampling_rate"]
+    if rate:
+        size = f"{size}, {facts['window_length'] / rate:.3g} s at {rate:g} Hz"
+    return (
+        f"{path}: {facts['diagnoser']} calibrated on {conditions}{speeds}, {size}. "
+        f"Healthy: {facts['healthy'] or 'not known'}"
+    )
+
+
+def _stated_training(stated, described):
+    """Return the facts of the training that a file states, by the parameters of `Judge`."""
+    names = ("conditions", "train_rpm", "sampling_rate")
+    facts = {name: stated[name] for name in names if stated.get(name)}
+    if described.healthy is not None and "conditions" not in facts:
+        by_health = partial(operator.ne, described.healthy)
+        facts["conditions"] = sorted(described.conditions, key=by_health)
+    return facts
+
+
+@lru_cache(maxsize=2)
+def _cached_model(path, changed):
+    """Load a model file as it was at a time."""
+    return SavedModel(path)

@@ -1,0 +1,193 @@
+"""Files of results: rows of recordings and of windows in several formats."""
+
+import json
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ...core.fault_locations import location_of_label
+from ...core.files import write_atomically
+from ...verdicts.names import NO_VERDICT
+from ..readers.formats._fields import distinct
+from ..readers.listing import ListedRecording
+from .diagnosis import Diagnosis
+from .files import MARK, result_paths
+from .messages import percent, printable
+
+_FIRST = [
+    "recording",
+    "verdict",
+    "probability",
+    "alarm",
+    "p-value",
+    "windows",
+    "no signal",
+]
+_FIRST_OF_WINDOWS = ["start", "verdict", "alarm", "quality"]
+#: First characters of a text that a spreadsheet would run as a formula, also in full
+#: width.
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+
+
+def recording_rows(
+    recordings: Any, diagnoses: list[Diagnosis], healthy: Any
+) -> pd.DataFrame:
+    """Return a row for each recording: verdict, healthy condition, remarks, error, stated facts."""
+    rows = []
+    for recording, diagnosis in zip(recordings, diagnoses, strict=True):
+        row = dict.fromkeys(_FIRST) | diagnosis.verdict
+        row |= {"recording": printable(recording.name), "healthy": healthy}
+        # A recording that was not diagnosed has an error, such as an implausible speed.
+        reason = str(row["verdict"]).partition(f"{NO_VERDICT}: ")[2]
+        row |= {"remark": " ".join(diagnosis.remarks), "error": printable(reason)}
+        row |= {"condition": recording.condition, "rpm": recording.rpm}
+        row["file_time"] = _time_of(diagnosis.file)
+        facts = {
+            "specimen": recording.specimen,
+            "load": recording.load,
+        } | recording.further
+        stated = {name: text for name, text in facts.items() if text is not None}
+        rows.append(row | {f"stated {name}": text for name, text in stated.items()})
+    table = pd.DataFrame(rows).astype({"windows": "Int64", "no signal": "Int64"})
+    return machine_names(table.assign(alarm=table["alarm"].fillna("-")))
+
+
+def _time_of(file):
+    """Return when the content of a file changed, in ISO 8601; None if it is not known."""
+    if file is None:
+        return None
+    seconds = file[1] // 10**9
+    return datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def agreement(rows: pd.DataFrame, model: Any) -> tuple[int, int]:
+    """Count the verdicts that agree with the stated condition, and those that could.
+
+    A model of locations takes the location that the name of a condition says, if it does not
+    know the name itself. A model of the healthy condition alone agrees by its alarm.
+    """
+    rows = rows[rows["condition"].notna() & (rows["error"] == "")]
+    stated = rows["condition"]
+    conditions = set(map(str, model.conditions))
+    if len(conditions) == 1:
+        right = rows["alarm"] == np.where(stated == str(model.healthy), "no", "yes")
+        return int(right.sum()), len(rows)
+    named = stated.map(
+        lambda name: name if name in conditions else location_of_label(name)
+    )
+    return int((rows["verdict"].astype(str) == named).sum()), int(
+        named.isin(conditions).sum()
+    )
+
+
+def window_rows(
+    recordings: list[ListedRecording], diagnoses: list[Diagnosis]
+) -> pd.DataFrame:
+    """Return a row for each window; the index is the position of its recording."""
+    frames = {
+        place: diagnosis.windows
+        for place, diagnosis in enumerate(diagnoses)
+        if diagnosis.windows is not None
+    }
+    frames = frames or {0: pd.DataFrame(columns=_FIRST_OF_WINDOWS)}
+    windows = pd.concat(frames).droplevel(1)
+    names = [printable(recording.name) for recording in recordings]
+    windows.insert(0, "recording", [names[place] for place in windows.index])
+    return machine_names(windows)
+
+
+def machine_names(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table whose column names have no blanks and are unique.
+
+    >>> list(machine_names(pd.DataFrame(columns=["p-value", "share of a b", "share of a_b"])))
+    ['p_value', 'share_of_a_b', 'share_of_a_b.1']
+    """
+    plain = [
+        "_".join(str(name).replace("p-value", "p_value").split()) for name in table
+    ]
+    return table.set_axis(distinct(plain), axis=1)
+
+
+def write_tables(
+    output: Path, recordings: Any, windows: Any, summary: dict[str, Any]
+) -> None:
+    """Write csv, json or parquet, as the suffix says; json holds the summary of the model, too."""
+    suffix = output.suffix.lower()
+    tables = [recordings, windows]
+    if suffix == ".json":
+        rows = [row | {"window_rows": []} for row in records(recordings)]
+        of_windows = records(windows.drop(columns="recording"))
+        for place, row in zip(windows.index, of_windows, strict=True):
+            rows[place]["window_rows"].append(row)
+        content = json.dumps({"format": MARK, "model": summary, "recordings": rows})
+        contents = [f"{content}\n".encode()]
+    elif suffix == ".csv":
+        texts = [
+            frame.select_dtypes(["object", "string"]).map(_inert) for frame in tables
+        ]
+        tables = [
+            table.assign(**safe) for table, safe in zip(tables, texts, strict=True)
+        ]
+        contents = [
+            table.rename(columns=_inert).to_csv(index=False).encode()
+            for table in tables
+        ]
+    else:
+        for frame in tables:
+            # pandas writes the attributes into the metadata of the file.
+            frame.attrs["format"] = MARK
+        contents = [frame.to_parquet(engine="pyarrow", index=False) for frame in tables]
+    for path, content in zip(result_paths(output), contents, strict=True):
+        write_atomically(path, content)
+
+
+def _inert(value):
+    """Put an apostrophe before a text that a spreadsheet would run as a formula."""
+    is_formula = (
+        isinstance(value, str) and len(value) > 1 and value.startswith(_FORMULA)
+    )
+    return f"'{value}" if is_formula else value
+
+
+def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return rows as JSON has them: missing values are None."""
+    return frame.astype(object).where(frame.notna(), None).to_dict("records")
+
+
+def verdict_table(rows: pd.DataFrame) -> str:
+    """Return a line of text for each recording: stated facts, verdict, probability, alarm.
+
+    >>> rows = pd.DataFrame({
+    ...     "recording": ["run_1.npy"], "verdict": ["good"], "probability": [0.5],
+    ...     "alarm": ["no"], "p_value": [0.25],
+    ... })
+    >>> print(verdict_table(rows))
+              verdict probability        alarm
+    run_1.npy    good       50.0%  no (p 0.25)
+    """
+    table = rows.set_index("recording").rename_axis(None)
+    table["alarm"] += (
+        table["p_value"].map(" (p {:.2g})".format, na_action="ignore").fillna("")
+    )
+    forms = {
+        "condition": str,
+        "rpm": "{:g}".format,
+        "verdict": str,
+        "probability": percent,
+    }
+    forms = {
+        name: form for name, form in (forms | {"alarm": str}).items() if name in table
+    }
+    texts = {
+        name: table[name].map(form, na_action="ignore") for name, form in forms.items()
+    }
+    return (
+        pd.DataFrame(texts)
+        .dropna(axis=1, how="all")
+        .astype(object)
+        .fillna("-")
+        .to_string()
+    )

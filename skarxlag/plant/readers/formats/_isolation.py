@@ -1,0 +1,186 @@
+"""Read files in another process, so that a crash, a hang or a lack of memory costs one file.
+
+Compiled parsers of complicated formats can crash on a damaged file and take the whole
+run with them. Therefore they run in a child process, which reads one file after another
+and sends the samples through a pipe. A process that dies or does not reply is replaced.
+The first one starts with the first such file, which takes some tenths of a second.
+
+The child is no sandbox. It has the rights of its parent, which therefore trusts its
+replies.
+"""
+
+import atexit
+import json
+import math
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+try:
+    import resource
+except ImportError:
+    # Windows has none.
+    resource = None
+
+#: Seconds of processor time that a reply may take, and bytes of the file that allow one
+#: more.
+_PATIENCE = 60.0
+_BYTES_PER_SECOND = 5e6
+#: Seconds on the clock for each of them. On a busy machine, a good file may have to
+#: wait so long.
+_CLOCK = 10
+#: Bytes by which a process may grow, and bytes for each byte of its file.
+_MEMORY = 2**32
+_MEMORY_PER_BYTE = 200
+
+_PROGRAM = "from skarxlag.plant.readers.formats._isolation import serve; serve()"
+_PATHS = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
+
+#: One idle reader for each process that has started one: a fork must not use that of
+#: its parent.
+_idle: dict[int, subprocess.Popen[bytes]] = {}
+
+
+def isolated(
+    function: Callable[..., Iterable[Any]], path: Path, *arguments: Any
+) -> Iterator[Any]:
+    """Yield what a function yields for a file, computed by another process.
+
+    Parameters
+    ----------
+    function : callable
+        Called as ``function(path, *arguments)``. It must be importable, and reports all
+        that is wrong with the file as an exception that can be sent.
+    path : Path
+        The file.
+    *arguments
+        Can be sent to another process, as must be what the function yields.
+
+    Raises
+    ------
+    Exception
+        As raised by the function; and ValueError if the process crashes, or takes too
+        much processor time or time. The message begins with the path.
+    """
+    process = _idle.pop(os.getpid(), None)
+    if process is None or process.poll() is not None:
+        process = _started()
+    patience = _PATIENCE + path.stat().st_size / _BYTES_PER_SECOND
+    is_free = False
+    try:
+        # A process that takes no request sends no reply either.
+        with suppress(OSError):
+            pickle.dump((patience, function, path, *arguments), process.stdin)
+            process.stdin.flush()
+        while (reply := _received(process, path, patience)) is not None:
+            if isinstance(reply, Exception):
+                is_free = True
+                raise reply
+            yield reply
+        is_free = True
+    finally:
+        if not is_free or _idle.setdefault(os.getpid(), process) is not process:
+            _end(process)
+
+
+def _started():
+    command = [sys.executable, "-P", "-c", _PATHS + _PROGRAM, json.dumps(sys.path)]
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    options = {
+        "stdin": subprocess.PIPE,
+        "stdout": subprocess.PIPE,
+        "stderr": subprocess.DEVNULL,
+    }
+    if sys.platform == "win32":
+        options["creationflags"] = subprocess.CREATE_NO_WINDOW
+    return subprocess.Popen(command, env=environment, **options)
+
+
+def _received(process, path, patience):
+    timer = threading.Timer(_CLOCK * patience, process.kill)
+    timer.daemon = True
+    timer.start()
+    try:
+        return pickle.load(process.stdout)
+    except (EOFError, pickle.UnpicklingError) as error:
+        status = process.wait()
+        reason = f"crashed (exit status {status}), damaged?"
+        if sys.platform != "win32" and status == -signal.SIGXCPU:
+            reason = f"took more than {patience:.0f} s of processor time, damaged?"
+        elif timer.finished.is_set():
+            reason = f"gave no answer in {_CLOCK * patience:.0f} s; is the disk or machine busy?"
+        raise ValueError(f"{path}: its reader {reason}") from error
+    finally:
+        timer.cancel()
+
+
+def _end(process):
+    process.kill()
+    # It closes the pipes, also one that holds a request that was never sent.
+    process.communicate()
+
+
+@atexit.register
+def end_readers() -> None:
+    """End the process that waits for a file."""
+    process = _idle.pop(os.getpid(), None)
+    if process is not None:
+        _end(process)
+
+
+def serve() -> None:
+    """Read files in the child process until the parent ends."""
+    # The parent handles Ctrl-C and ends this process.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    replies = os.fdopen(os.dup(1), "wb")
+    # Text that a library prints must not get between the replies.
+    os.dup2(2, 1)
+
+    def send(reply):
+        pickle.dump(reply, replies, pickle.HIGHEST_PROTOCOL)
+        replies.flush()
+
+    while True:
+        try:
+            patience, function, path, *arguments = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            return
+        try:
+            _limit_memory(path)
+            _limit("RLIMIT_CPU", time.process_time() + patience)
+            for reply in function(path, *arguments):
+                send(reply)
+                _limit("RLIMIT_CPU", time.process_time() + patience)
+            send(None)
+        except Exception as error:
+            send(error)
+
+
+def _limit_memory(path):
+    """Limit the growth of this process to the needs of a file of this size, on Linux."""
+    statm = Path("/proc/self/statm")
+    if not statm.exists():
+        return
+    page = os.sysconf("SC_PAGE_SIZE")
+    n_pages = int(statm.read_text().split()[0])
+    growth = _MEMORY + _MEMORY_PER_BYTE * path.stat().st_size
+    growth = min(growth, page * os.sysconf("SC_PHYS_PAGES"))
+    _limit("RLIMIT_AS", page * n_pages + growth)
+
+
+def _limit(name, value):
+    """Limit a resource of this process, unless it is limited to less."""
+    if resource is None:
+        return
+    kind = getattr(resource, name)
+    hard = resource.getrlimit(kind)[1]
+    if hard == resource.RLIM_INFINITY or value < hard:
+        resource.setrlimit(kind, (math.ceil(value), hard))

@@ -1,0 +1,152 @@
+"""Sampling rates: agreement of two rates, and resampling."""
+
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .formats._facts import RATE_TOLERANCE, SECONDS
+
+#: Largest factor by which a signal is interpolated on the way to its new rate.
+_MAX_FACTOR = 10_000
+#: Error on a recording of unknown rate.
+NO_RATE = "sampling_rate is missing; expected --sampling-rate, a column, or the file to state it"
+
+
+def rates_agree(first: float | None, second: float | None) -> bool:
+    """Return whether two sampling rates agree within the precision of clocks and files.
+
+    Parameters
+    ----------
+    first, second : float or None
+        In Hz. None, a rate that is not stated, agrees with every rate.
+
+    Returns
+    -------
+    bool
+        True up to a difference of 0.1 %.
+
+    Examples
+    --------
+    >>> from skarxlag.plant.readers.rates import rates_agree
+    >>> rates_agree(51_199.87, 51_200), rates_agree(48_000, 51_200), rates_agree(None, 51_200)
+    (True, False, True)
+    """
+    if first is None or second is None:
+        return True
+    return abs(first - second) <= RATE_TOLERANCE * max(first, second)
+
+
+def unit_advice(rate: float, expected: float) -> str:
+    """Return advice if a rate differs from the expected one by the factor of a unit of time.
+
+    Examples
+    --------
+    >>> unit_advice(60_000, 1_000), unit_advice(1_500, 1_000)
+    ("; times in min need the unit in their name: 'time (min)'", '')
+    """
+    for unit in ("min", "h", "ms", "us"):
+        if abs(rate / expected / SECONDS[unit] - 1) < 0.01:
+            return f"; times in {unit} need the unit in their name: 'time ({unit})'"
+    return ""
+
+
+def resampled_blocks(
+    signals: Iterable[NDArray[Any]], old_rate: float | None, sampling_rate: float
+) -> Iterator[NDArray[Any]]:
+    r"""Resample a recording block by block.
+
+    The ratio of the rates is written as :math:`p / q`. The signal is interpolated by
+    :math:`p`, filtered, and every :math:`q`-th value kept, by the polyphase filter of
+    :func:`scipy.signal.resample_poly`: a low-pass filter with linear phase at half the
+    lower of the two rates, designed with a Kaiser window. Before that, the first sample
+    is subtracted, and it is added again afterwards, so that an offset of the sensor
+    does not ring at the start. The result does not depend on how the recording is cut
+    into blocks.
+
+    If the new rate is higher, the band above half the old rate stays empty. A diagnoser
+    that was fitted at the higher rate has never seen such a band: record at the rate of
+    the diagnoser if possible.
+
+    Parameters
+    ----------
+    signals : iterable of ndarray of shape (n_samples,) or (n_channels, n_samples)
+        Consecutive parts of one recording.
+    old_rate : float or None
+        Their sampling rate, in Hz. If the rates agree, see :func:`rates_agree`, signals
+        are not changed.
+    sampling_rate : float
+        The new rate, in Hz.
+
+    Returns
+    -------
+    iterator of ndarray of float64
+        The next samples, about as many seconds as a block holds.
+
+    Raises
+    ------
+    ValueError
+        If the old rate is None, or if no ratio of integers up to 10 000 gives the new
+        rate.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skarxlag.plant.readers.rates import resampled_blocks
+    >>> sine = np.sin(2 * np.pi * 50 * np.arange(1000) / 10_000)
+    >>> parts = [*resampled_blocks([sine], 10_000, 5000)]
+    >>> len(np.concatenate(parts))
+    500
+    """
+    if old_rate is None:
+        raise ValueError(
+            f"a recording of unknown rate cannot be resampled to {sampling_rate:g} Hz"
+        )
+    if not rates_agree(old_rate, sampling_rate):
+        signals = _resampled(signals, _ratio(old_rate, sampling_rate))
+    return (signal for signal in signals if signal.shape[-1])
+
+
+def _resampled(signals, ratio):
+    """`resample_poly` on a stream: every part is filtered together with its surroundings."""
+    # This import takes longer than a verdict.
+    from scipy.signal import resample_poly
+
+    p = ratio.numerator
+    q = ratio.denominator
+    # The filter of resample_poly reaches 10 max(p, q) interpolated samples to either
+    # side. Cuts lie at multiples of q, where old and new samples coincide.
+    reach = q * (10 * max(p, q) // (p * q) + 1)
+    offset = None
+    held = None
+    n_before = 0
+    for signal in signals:
+        if offset is None:
+            offset = signal[..., :1]
+            held = signal[..., :0]
+        held = np.concatenate([held, signal - offset], axis=-1)
+        n_new = (held.shape[-1] - n_before - reach) // q * q
+        if n_new >= max(reach, q):
+            stop = n_before + n_new
+            filtered = resample_poly(held, p, q, axis=-1) + offset
+            yield filtered[..., n_before // q * p : stop // q * p]
+            kept = max(stop - reach, 0)
+            held = held[..., kept:].copy()
+            n_before = stop - kept
+    yield (resample_poly(held, p, q, axis=-1) + offset)[..., n_before // q * p :]
+
+
+def _ratio(old, new):
+    exact = Fraction(new) / Fraction(old)
+    for largest in (10, 100, 1000, _MAX_FACTOR):
+        ratio = exact.limit_denominator(largest)
+        # Rates are not known better than this.
+        is_near = abs(ratio / exact - 1) <= 1e-5
+        if is_near and 0 < ratio.numerator <= _MAX_FACTOR:
+            return ratio
+    raise ValueError(
+        f"cannot resample from {old:g} to {new:g} Hz: expected a ratio of integers up to "
+        f"{_MAX_FACTOR}"
+    )

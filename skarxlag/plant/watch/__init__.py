@@ -1,0 +1,1 @@
+"""Diagnosis of samples while they arrive."""

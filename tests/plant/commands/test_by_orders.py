@@ -1,0 +1,222 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.signal import lfilter
+
+from skarxlag import load_diagnoser
+
+from ...bearing_rows import RATE, row
+from .conftest import counts
+
+RATES = ("--sampling-rate", RATE)
+
+
+@pytest.fixture
+def plant(tmp_path):
+    """Recordings of a bearing 6205, healthy and with faults, at 900 rpm."""
+    for place in ("healthy", "inner", "outer"):
+        np.save(
+            tmp_path / f"{place}.npy",
+            np.concatenate([row(place, seed=s) for s in (0, 1)]),
+        )
+    return tmp_path
+
+
+def test_places_are_named_without_a_model(run, plant):
+    files = [plant / f"{place}.npy" for place in ("healthy", "inner", "outer")]
+    code, out, _ = run("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files)
+    assert code == 0
+    lines = out.splitlines()
+    assert lines[0].startswith(
+        "No model: fault locations by the orders of bearing 6205."
+    )
+    for line, place in zip(lines[2:5], ("healthy", "inner", "outer"), strict=True):
+        assert line.split()[2] == place
+    assert "the inner race of 6205" in out and "No comb exceeds its limit" in out
+    assert lines[0].endswith("Most ball faults show no comb.")
+    # Also as a remark on the healthy recording, and on no other.
+    assert [line for line in lines[1:] if "ball faults" in line] == [
+        f"{files[0]}: Most ball faults show no comb."
+    ]
+    arguments = ("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files)
+    arguments += ("--fail-on", "alarm")
+    fail = run(*arguments)
+    assert fail[0] == 3
+
+
+@pytest.mark.parametrize(
+    "bearing", ["9,7.94,39.04", "outer=3.585,inner=5.415", "SKF 6205"]
+)
+def test_bearings_by_dimensions_and_orders_and_speeds_of_a_table(run, plant, bearing):
+    lines = ["path,rpm,sampling_rate", f"inner.npy,900,{RATE}"]
+    (plant / "table.csv").write_text("\n".join(lines))
+    output = plant / "results.csv"
+    options = ("--bearing", bearing, "--table", plant / "table.csv", "-o", output)
+    assert run("diagnose", *options)[0] == 0
+    found = pd.read_csv(output)
+    assert found["verdict"][0] == "inner" and found["alarm"][0] == "yes"
+    assert found["p_value"][0] < 0.02 and found["probability"][0] > 0.9
+    assert "impacts at 5.4" in found["remark"][0].lower()
+
+
+def test_results_as_json_and_a_recording_without_a_signal(run, plant):
+    np.save(plant / "dead.npy", np.zeros(int(RATE)))
+    output = plant / "results.json"
+    options = ("--bearing", "6205", "--rpm", 900, *RATES, "-o", output)
+    assert run("diagnose", plant / "dead.npy", plant / "outer.npy", *options)[0] == 0
+    content = json.loads(output.read_text())
+    assert content["model"]["bearing"] == "6205"
+    assert [each["verdict"] for each in content["recordings"]] == ["no signal", "outer"]
+
+
+@pytest.mark.slow
+def test_processes_and_a_report_work_without_a_model_too(run, plant, monkeypatch):
+    files = [plant / f"{place}.npy" for place in ("healthy", "inner")]
+    arguments = ("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files)
+    output = plant / "report.html"
+    monkeypatch.setattr("skarxlag.plant.commands.diagnose.write_atomically", interrupt)
+    assert run(*arguments, "-o", output, "--processes")[0] == 130
+    monkeypatch.undo()
+    code, out, err = run(*arguments, "-o", output)
+    assert code == 0 and err.count("(from an earlier run)") == 2
+    page = output.read_text()
+    assert page.count("<section ") == 2
+    assert page.count("<figcaption>Envelope spectrum over shaft orders") == 2
+    assert run(*arguments)[1] in out
+
+
+def interrupt(*arguments):
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--bearing", "6299", "x.npy"), "bearing '6299' is not known"),
+        (("--bearing", "6205"), "RECORDING: none given"),
+        (
+            ("--bearing", "6205", "x.npy", "--resample"),
+            "--resample: belongs to a model",
+        ),
+        ((), "expected a model or --bearing"),
+        (
+            ("--bering", "6205"),
+            "skarxlag diagnose: error: unrecognized arguments: --bering",
+        ),
+    ],
+)
+def test_wrong_arguments_are_named(run, plant, monkeypatch, arguments, message):
+    monkeypatch.chdir(plant)
+    code, _, err = run("diagnose", *arguments)
+    assert code == 2 and message in err
+
+
+@pytest.mark.slow
+def test_two_outputs_name_a_place_together(run, plant):
+    for place in ("healthy", "inner"):
+        signal = np.load(plant / f"{place}.npy")
+        np.savez(plant / f"{place}.npz", x=signal, y=signal[::-1])
+    facts = ("--channel", "x;y", "--rpm", 900, *RATES)
+    fit = ("fit", plant / "healthy*.npz", *facts, "-o", plant / "two.skops")
+    fit += ("--bearing", "6205")
+    code, out, err = run(*fit, "--outputs", 2, "--healthy", "healthy")
+    assert code == 0 and "Outputs: x, y. Inputs: none" in out, err
+    both = (plant / "two.skops", plant / "healthy.npz", plant / "inner.npz")
+    code, out, err = run("diagnose", *both, *facts)
+    assert code == 0, err
+    assert [line.split()[2] for line in out.splitlines()[2:4]] == ["healthy", "inner"]
+    report = ("-o", plant / "two.html", "--bearing", "6205")
+    code, _, err = run("diagnose", *both, *facts, *report)
+    assert code == 0 and "BPFO (outer) 3.585" in (plant / "two.html").read_text()
+
+
+def test_what_is_wrong_with_one_recording_is_reported(run, plant):
+    code, _, err = run("diagnose", plant / "none.npy", plant / "inner.npy", "--bearing", "6205",
+                       "--rpm", 900, *RATES)  # fmt: skip
+    assert code == 1 and "none.npy" in err
+    code, _, err = run(
+        "diagnose", plant / "inner.npy", "--bearing", "6205", "--rpm", 900
+    )
+    assert code == 1 and "sampling_rate is missing; expected --sampling-rate" in err
+    code, _, err = run("diagnose", plant / "inner.npy", "--bearing", "6205", *RATES)
+    assert code == 1 and "rpm is missing; expected --rpm" in err
+    code, out, err = run(
+        "diagnose", plant / "inner.npy", "--bearing", "6205", *RATES, "--rpm", 15
+    )
+    assert code == 1 and "two revolutions of the shaft" in out, err
+
+
+@pytest.mark.slow
+def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
+    rng = np.random.default_rng(9)
+    lines = ["path,rpm,sampling_rate"]
+    for number in range(3):
+        np.save(plant / f"good{number}.npy", rng.normal(size=int(20 * RATE)))
+        lines.append(f"good{number}.npy,900,{RATE}")
+    (plant / "table.csv").write_text("\n".join(lines))
+    model = plant / "orders.skops"
+    code, out, err = run("fit", plant / "table.csv", "-o", model, "--bearing", "6205")
+    assert code == 0, err
+    assert counts(out)["healthy"][0] == 3 and "Saved stretches to" in out
+    code, out, _ = run("info", model)
+    assert code == 0 and "healthy limits  " in out and "healthy stretches" in out
+    rough = np.repeat(rng.normal(size=int(3 * RATE)), 2)[: int(3 * RATE)]
+    np.save(plant / "rough.npy", rough)
+    files = [plant / "inner.npy", plant / "good0.npy", plant / "rough.npy"]
+    code, out, err = run("diagnose", model, *files, "--rpm", 900, *RATES)
+    assert code == 0, err
+    rows = [line.split() for line in out.splitlines() if ".npy" in line]
+    verdicts = {Path(name).name: verdict for name, _, verdict, *_ in rows}
+    assert verdicts["inner.npy"] == "inner"
+    assert verdicts["good0.npy"] == "healthy"
+    # The healthy limits are exceeded and no comb is found.
+    assert verdicts["rough.npy"] == "changed"
+    assert "No comb of bearing 6205 shows a fault." in out
+    running = plant / "running.csv"
+    np.savetxt(running, np.load(plant / "inner.npy"), fmt="%.5f")
+    command = ("watch", model, running, "--idle", 0.02, "--poll", 0.005)
+    code, out, err = run(*command, "--rpm", 900)
+    assert code == 0 and json.loads(out.splitlines()[-1])["verdict"] == "inner", err
+    code, out, err = run(*command)
+    assert code == 2
+    assert out == ""
+    assert "--rpm: needed" in err
+    assert "fitted at 900 rpm" in err
+
+
+def test_fit_with_faults_joins_spectra_and_orders(run, plant):
+    lines = ["path,condition,rpm,sampling_rate"]
+    for place in ("healthy", "inner", "outer"):
+        rows = [row(place, seed=seed) for seed in range(2, 8)]
+        np.save(plant / f"{place}_learned.npy", np.concatenate(rows))
+        lines.append(f"{place}_learned.npy,{place},900,{RATE}")
+    (plant / "table.csv").write_text("\n".join(lines))
+    model = plant / "joint.skops"
+    arguments = ("fit", plant / "table.csv", "-o", model, "--bearing", "6205")
+    code, out, err = run(*arguments)
+    assert code == 0 and "Saved stretches to" in out, err
+    fitted, facts = load_diagnoser(model)
+    assert facts["bearing"] == "6205" and fitted["decide"].conditions_ is not None
+    # Another mounting: a resonance, and noise.
+    noise = np.random.default_rng(3).normal(size=int(2 * RATE))
+    moved = lfilter([1], [1, -0.9], np.load(plant / "inner.npy")) + 3 * noise
+    np.save(plant / "moved.npy", moved)
+    code, out, err = run("diagnose", model, plant / "moved.npy", "--rpm", 900, *RATES)
+    assert code == 0 and "inner" in out, err
+
+
+def test_fit_by_orders_needs_bearing_and_speed(run, plant):
+    table = plant / "table.csv"
+    table.write_text(f"path,sampling_rate\ninner.npy,{RATE}\nouter.npy,{RATE}")
+    output = ("-o", plant / "orders.skops")
+    code, _, err = run(
+        "fit", table, *output, "--diagnoser", "alpio", "--bearing", "6205"
+    )
+    assert code == 2 and "argument --bearing: belongs to --diagnoser stretches" in err
+    code, _, err = run(
+        "fit", table, *output, "--bearing", "6205", "--window-length", "10000"
+    )
+    assert code == 1 and "no speed is stated" in err

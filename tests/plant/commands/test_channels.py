@@ -1,0 +1,235 @@
+"""A model keeps its channel and its unit, and a column of times is no signal."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from skarxlag import load_diagnoser, load_recordings, read_recording_table
+from skarxlag.plant.commands import main
+from tests.plant.commands.watching import COLOURS, RATE, WINDOW, sound, verdicts_of
+
+pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
+
+N = 40 * WINDOW
+# A file is read for longer than that on no machine.
+IDLE = ("--idle", 0.5, "--poll", 0.005, "--settle", 0.01)
+OTHERS = {"good": "worn", "worn": "good"}
+ANOTHER = "The channel is acc_y, but the model was fitted on acc_x."
+
+
+def write(path, condition, seed, header="time,acc_x,acc_y", clock=None):
+    """A csv file whose second sensor shows the other condition."""
+    clock = np.arange(N) / RATE + 0.0005 if clock is None else clock
+    columns = [clock, sound(condition, N, seed), sound(OTHERS[condition], N, seed + 10)]
+    table = np.stack(columns, axis=1)
+    np.savetxt(path, table, fmt="%.6f", delimiter=",", header=header, comments="")
+    return path
+
+
+@pytest.fixture(scope="module")
+def plant(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("plant")
+    for condition in COLOURS:
+        write(folder / f"{condition}.csv", condition, 1)
+        write(folder / f"{condition}_in_g.csv", condition, 1, "time,acc_x,acc_y\ns,g,g")
+    write(folder / "new.csv", "good", 2)
+    return folder
+
+
+def fit(plant, output, channel, files=("good.csv", "worn.csv")):
+    """Arguments that fit a model on a channel of a file of each condition."""
+    rows = [
+        f"{file},{condition}" for file, condition in zip(files, COLOURS, strict=True)
+    ]
+    (plant / "table.csv").write_text("\n".join(["path,condition", *rows]))
+    options = ("--diagnoser", "diagnoser", "--window-length", WINDOW)
+    return "fit", plant / "table.csv", "-o", output, "--channel", channel, *options
+
+
+@pytest.fixture(scope="module")
+def saved(plant):
+    """Fit a model on a channel, once for all tests."""
+
+    @cache
+    def model(channel):
+        path = plant / f"{len([*plant.glob('*.skops')])}.skops"
+        assert main([str(argument) for argument in fit(plant, path, channel)]) == 0
+        return path
+
+    return model
+
+
+@pytest.fixture(params=["acc_x", "1", "*x"])
+def model(saved, request):
+    return saved(request.param)
+
+
+@pytest.fixture
+def verdict(run):
+    """Diagnose one recording: its verdict, and all that is printed."""
+
+    def diagnose(model, path, *options):
+        code, out, err = run("diagnose", model, path, *options)
+        assert code == 0, err
+        return out.splitlines()[2].split()[1], out
+
+    return diagnose
+
+
+def test_a_model_states_its_channel(model):
+    facts = load_diagnoser(model)[1]
+    assert facts["channel_names"] == ["acc_x"] and facts["unit"] is None
+
+
+def test_the_channel_of_the_model_is_read_if_none_is_stated(verdict, plant, model):
+    clock = sound("worn", N, 12)
+    moved = write(plant / "moved.csv", "good", 2, "acc_y,acc_x,time", clock)
+    for path in (plant / "new.csv", moved):
+        condition, out = verdict(model, path)
+        assert condition == "good" and "The channel" not in out
+
+
+@pytest.mark.parametrize("channel", ["acc_x", "1", "*x"])
+def test_the_same_channel_by_any_name(verdict, plant, model, channel):
+    condition, out = verdict(model, plant / "new.csv", "--channel", channel)
+    assert condition == "good" and "The channel" not in out
+
+
+@pytest.mark.parametrize("channel", ["acc_y", "2", "*y"])
+def test_another_channel_is_said(verdict, plant, model, channel):
+    condition, out = verdict(model, plant / "new.csv", "--channel", channel)
+    assert condition == "worn" and f"new.csv: {ANOTHER}" in out
+
+
+def test_another_channel_of_a_table_is_said(run, plant, model):
+    (plant / "one.csv").write_text("path,channel\nnew.csv,acc_y\n")
+    assert ANOTHER in run("diagnose", model, "--table", plant / "one.csv")[1]
+
+
+def test_files_of_one_channel_may_call_it_as_they_like(verdict, plant, model):
+    np.save(plant / "alone.npy", sound("good", N, 2))
+    condition, out = verdict(model, plant / "alone.npy")
+    assert condition == "good" and "The channel" not in out
+    np.savez(plant / "alone.npz", velocity=sound("good", N, 2))
+    out = verdict(model, plant / "alone.npz")[1]
+    assert "The channel is velocity, but the model was fitted on acc_x." in out
+
+
+@pytest.mark.parametrize(
+    ("options", "condition"),
+    [((), "good"), (("--channel", "acc_y"), "worn"), (("--channel", "2"), "worn")],
+)
+def test_watch_reads_the_channel_of_the_model(
+    run, plant, model, piped, options, condition
+):
+    piped((plant / "new.csv").read_bytes())
+    code, out, err = run("watch", model, "-", *options)
+    assert code == 0 and verdicts_of(out)[-1]["verdict"] == condition
+    assert err.count(ANOTHER) == (condition == "worn")
+
+
+def test_raw_samples_have_positions_only(run, model, piped):
+    signals = [np.zeros(N), sound("good", N, 2), np.zeros(N)]
+    raw = np.stack(signals, axis=1).astype("<f4").tobytes()
+    watch = ("watch", model, "-", "--dtype", "(3,)<f4")
+    piped(raw)
+    code, out, _ = run(*watch, "--channel", "1")
+    assert code == 0 and verdicts_of(out)[-1]["verdict"] == "good"
+    piped(raw)
+    code, out, err = run(*watch)
+    if load_diagnoser(model)[1]["channels"] == ["1"]:
+        assert code == 0 and verdicts_of(out)[-1]["verdict"] == "good"
+    else:
+        assert code == 1 and "3 channels, expected 1; --channel chooses" in err
+
+
+def test_watch_of_a_folder_reads_the_channel_of_the_model(run, model, tmp_path):
+    write(tmp_path / "a.csv", "good", 2)
+    for options, condition in (((), "good"), (("--channel", "acc_y"), "worn")):
+        code, out, err = run("watch", model, tmp_path, *IDLE, *options)
+        assert code == 0 and verdicts_of(out)[-1]["verdict"] == condition
+        assert err.count(ANOTHER) == (condition == "worn")
+
+
+CLOCKS = {
+    "seconds": np.arange(N) / RATE,
+    "seconds that start again": np.arange(N) / RATE % 1.5,
+    "a count": np.arange(float(N)),
+    "seconds back": -np.arange(N) / RATE,
+}
+
+
+@pytest.mark.parametrize("clock", CLOCKS)
+@pytest.mark.parametrize("channel", ["0", "clock"])
+def test_a_column_of_times_is_no_signal(run, saved, tmp_path, clock, channel):
+    """Its windows have a spectrum like any other: `diagnose` named a condition."""
+    paths = [tmp_path / f"{condition}.csv" for condition in COLOURS]
+    for path in paths:
+        write(path, path.stem, 2, "clock,acc_x,acc_y", CLOCKS[clock])
+    message = "only rises or only falls: it holds times or a count, and is no signal"
+    stated = rf"\w+.csv: channel '{channel}' {message}"
+    for load in (load_recordings, read_recording_table):
+        with pytest.raises(ValueError, match=stated):
+            load(tmp_path / "*.csv", channel=channel, sampling_rate=RATE)
+    code, out, err = run("diagnose", saved("1"), paths[0], "--channel", channel)
+    assert code == 1 and message in err and "no verdict: channel" in out
+    output = tmp_path / "m.skops"
+    code, _, err = run(*fit(tmp_path, output, channel), "--sampling-rate", RATE)
+    assert code == 1 and message in err and not output.exists()
+
+
+def test_a_column_of_times_is_no_signal_in_watch(run, plant, saved, piped):
+    piped((plant / "new.csv").read_bytes())
+    _, out, err = run("watch", saved("1"), "-", "--channel", "0")
+    verdicts = {(line["quality"], line["verdict"]) for line in verdicts_of(out)}
+    assert verdicts == {("ramp", None)}
+    assert "The channel is time, but the model was fitted on acc_x." in err
+
+
+def test_times_in_minutes_without_their_unit(run, plant, saved):
+    """Advice to resample the recording would be wrong."""
+    path = write(plant / "minutes.csv", "good", 2, clock=np.arange(N) / RATE)
+    head, *lines = path.read_text().splitlines()
+    rows = [f"{i / 6e4:.9f},{line.partition(',')[2]}" for i, line in enumerate(lines)]
+    path.write_text("\n".join([head, *rows]))
+    code, out, err = run("diagnose", saved("acc_x"), path)
+    assert code == 1 and "at 1000 Hz; times in min need the unit in their name" in err
+    assert "--resample" not in out + err
+
+
+def test_another_unit_is_said(run, verdict, plant, piped):
+    model = plant / "in_g.skops"
+    code, out, _ = run(*fit(plant, model, "acc_x", ("good_in_g.csv", "worn_in_g.csv")))
+    assert code == 0 and "the recordings have the units" not in out
+    assert load_diagnoser(model)[1]["unit"] == "g"
+    same = write(plant / "same.csv", "good", 2, "time,acc_x,acc_y\ns, G ,g")
+    for path in (plant / "good_in_g.csv", plant / "good.csv", same):
+        assert "The unit" not in verdict(model, path)[1]
+    remark = "The unit is mm/s, but the model was fitted on g. Another scale changes nothing,"
+    path = write(plant / "v.csv", "good", 2, "time,acc_x,acc_y\ns,mm/s,g")
+    assert remark in verdict(model, path)[1]
+    piped(path.read_bytes())
+    assert run("watch", model, "-")[2].count(remark) == 1
+
+
+def test_units_that_differ_in_fit_are_said(run, plant):
+    write(plant / "worn_in_v.csv", "worn", 1, "time,acc_x,acc_y\ns,mm/s,g")
+    model = plant / "units.skops"
+    code, out, _ = run(*fit(plant, model, "acc_x", ("good_in_g.csv", "worn_in_v.csv")))
+    assert code == 0 and "Note: the recordings have the units g, mm/s." in out
+    assert load_diagnoser(model)[1]["unit"] is None
+
+
+def test_another_scale_changes_nothing(verdict, plant, saved, tmp_path):
+    """Units as the documentation says, for all makers but with --fixed-gain."""
+    for name in ("good.csv", "worn.csv"):
+        columns = np.loadtxt(plant / name, delimiter=",", skiprows=1)
+        columns *= [1, 9.80665, 1]
+        options = {"delimiter": ",", "header": "time,acc_x,acc_y", "comments": ""}
+        np.savetxt(tmp_path / name, columns, fmt="%.17g", **options)
+        lines = [
+            verdict(saved("acc_x"), folder / name)[1].splitlines()[2].split()[1:]
+            for folder in (plant, tmp_path)
+        ]
+        assert lines[0] == lines[1]

@@ -1,0 +1,574 @@
+import json
+import re
+import shutil
+import sys
+import warnings
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.io import savemat, wavfile
+from scipy.signal import lfilter
+
+from skarxlag import (
+    make_alpio,
+    make_diagnoser,
+    make_extended_state_pio,
+    make_windows,
+    recording_verdicts,
+)
+from skarxlag.core.capabilities import requests
+from skarxlag.persistence.models import load_diagnoser, save_diagnoser
+from skarxlag.plant.commands import main
+
+from .conftest import counts
+
+COLOURS = {"good": [1.0, -0.9], "inner": [1.0, 0.9], "outer": [1.0, 0.0, 0.8]}
+WINDOW = 200
+
+
+def signal(condition, n_samples, seed, gain=1.0):
+    noise = np.random.default_rng(seed).normal(size=n_samples)
+    return gain * lfilter([1.0], COLOURS[condition], noise)
+
+
+FIT = ("--window-length", WINDOW, "--healthy", "good")
+
+
+@pytest.fixture(scope="module")
+def original(tmp_path_factory):
+    """Recordings of three conditions at two speeds, their table, and a model of them."""
+    folder = tmp_path_factory.mktemp("workshop")
+    lines = ["path,condition,rpm,sampling_rate"]
+    for number, condition in enumerate(["inner", "good", "outer"]):
+        for rpm in (300, 500):
+            name = f"{condition}_{rpm}.npy"
+            gain = 1.0 if condition == "good" else 5.0
+            np.save(folder / name, signal(condition, 20 * WINDOW, number + rpm, gain))
+            lines.append(f"{name},{condition},{rpm},50e3")
+    (folder / "table.csv").write_text("\n".join(lines))
+    fit = ("fit", folder / "table.csv", "-o", folder / "bearing.skops", *FIT)
+    assert main([str(argument) for argument in fit]) == 0
+    return folder
+
+
+@pytest.fixture
+def workshop(original, tmp_path):
+    """A copy of the recordings for one test."""
+    return shutil.copytree(original, tmp_path, dirs_exist_ok=True)
+
+
+@pytest.fixture
+def model(workshop):
+    return workshop / "bearing.skops"
+
+
+def test_fit_prints_and_stores_what_it_used(run, workshop):
+    path = workshop / "m.skops"
+    code, out, err = run("fit", workshop / "table.csv", "-o", path, *FIT)
+    assert code == 0 and counts(out)["good"] == [2, 40] and str(path) in out
+    assert "Limits for a false-alarm rate of 0.01 from 40 healthy windows" in out
+    assert "120 windows: fitting" in err
+    diagnoser, facts = load_diagnoser(path)
+    assert facts["conditions"] == ["good", "inner", "outer"]
+    assert facts["train_rpm"] == [300.0, 500.0]
+    assert (facts["window_length"], facts["n_channels"]) == (WINDOW, 1)
+    assert facts["sampling_rate"] == 50e3 and facts["diagnoser"] == "diagnoser"
+    assert facts["skarxlag"] and "known_conditions" in facts
+    assert facts["detector"][-1].n_rows_ == 40
+    assert diagnoser["identify"].n_jobs is None
+    assert diagnoser["decide"].healthy == "good"
+
+
+@pytest.mark.parametrize(
+    ("names", "healthy"),
+    [
+        (("inner", "Healthy bearing", "outer"), "Healthy bearing"),
+        (("0", "OK", "1"), "OK"),
+    ],
+)
+def test_the_healthy_condition_is_printed(run, workshop, names, healthy):
+    lines = ["path,condition,sampling_rate"]
+    lines += [
+        f"{file}_300.npy,{name},50e3" for file, name in zip(COLOURS, names, strict=True)
+    ]
+    table, path = workshop / "named.csv", workshop / "m.skops"
+    table.write_text("\n".join(lines))
+    fit = ("fit", table, "-o", path, "--window-length", WINDOW, "--diagnoser", "alpio")
+    code, out, _ = run(*fit)
+    assert code == 0
+    assert f"Healthy: {healthy} (by its name; --healthy names another)" in out
+    assert load_diagnoser(path)[1]["conditions"][0] == healthy
+    out = run(*fit, "--healthy", names[2])[1]
+    assert f"Healthy: {names[2]} (--healthy)" in out
+    assert load_diagnoser(path)[1]["conditions"][0] == names[2]
+
+
+def test_fit_requires_the_healthy_condition_that_no_name_states(run, workshop):
+    table, path = workshop / "unnamed.csv", workshop / "m.skops"
+    table.write_text(
+        "path,condition,sampling_rate\ngood_300.npy,a,5\ninner_300.npy,b,5\n"
+    )
+    plain = ("fit", table, "-o", path, "--window-length", WINDOW)
+    arguments = (*plain, "--diagnoser", "detector")
+    for command in (plain, arguments):
+        code, _, err = run(*command)
+        assert code == 2
+        assert "argument --healthy: needed, because the names do not show" in err
+        assert ("--healthy none" in err) == (command == plain) and "a, b" in err
+        assert not path.exists()
+    code, _, err = run(*arguments, "--healthy", "none")
+    assert code == 2 and "argument --healthy: 'none', expected a condition of" in err
+    code, out, _ = run(*plain, "--healthy", "none")
+    assert code == 0
+    assert "Healthy: None" not in out
+    assert "Healthy: none (--healthy)" in out
+    assert load_diagnoser(path)[1]["healthy"] is None
+    code, _, err = run(
+        "diagnose", path, workshop / "good_300.npy", "--fail-on", "alarm"
+    )
+    assert code == 2 and "does not state which condition is healthy" in err
+    code, out, err = run("diagnose", path, workshop / "good_300.npy")
+    assert code == 0, err
+    assert "Healthy: not known" in out and out.count("no healthy limits") == 1
+    assert "not stated" in run("info", path)[1]
+    table.write_text("path,condition,sampling_rate\ngood_300.npy,a,5\n")
+    code, out, _ = run(*arguments)
+    assert code == 0 and "Healthy: a (the only condition)" in out
+
+
+def test_missing_skops_is_reported_before_anything_is_fitted(
+    run, workshop, monkeypatch
+):
+    monkeypatch.setitem(sys.modules, "skops", None)
+    code, _, err = run("fit", workshop / "table.csv", "-o", workshop / "m.skops", *FIT)
+    assert code == 1
+    assert "needs skops: pip install 'skarxlag[io]'" in err
+    assert "fitting" not in err
+
+
+@pytest.mark.parametrize(
+    ("name", "maker"),
+    [("alpio", make_alpio), ("extended-state", make_extended_state_pio)],
+)
+def test_fit_is_the_pipeline_on_the_chosen_windows(run, workshop, name, maker):
+    path = workshop / "m.skops"
+    options = ("--diagnoser", name, "--train-rpm", "500", "--false-alarm-rate", "0.2")
+    assert run("fit", workshop / "table.csv", "-o", path, *FIT, *options)[0] == 0
+    diagnoser, facts = load_diagnoser(path)
+    conditions = ["inner", "good", "outer"]
+    windows = {
+        c: make_windows(np.load(workshop / f"{c}_500.npy"), WINDOW) for c in conditions
+    }
+    X, y = np.concatenate(list(windows.values())), np.repeat(conditions, 20)
+    expected = maker(healthy="good").set_params(decide__false_alarm_rate=0.2)
+    speeds = {"rpm": np.full(len(X), 500.0)} if requests(expected, "fit", "rpm") else {}
+    expected.fit(X, y, **speeds)
+    assert facts["train_rpm"] == [500.0] and facts["diagnoser"] == name
+    assert diagnoser[-1].detection_threshold_ == expected[-1].detection_threshold_
+    np.testing.assert_array_equal(diagnoser.predict_proba(X), expected.predict_proba(X))
+
+
+def test_a_file_without_facts_and_its_windows(run, model, workshop):
+    path, output = workshop / "run_17.npy", workshop / "verdicts.csv"
+    recording = signal("inner", 7 * WINDOW + 50, seed=77, gain=3.0)
+    np.save(path, recording)
+    code, out, _ = run("diagnose", model, path, "-o", output)
+    assert code == 0 and "50000 Hz was assumed" in out
+    rows = pd.read_csv(output)
+    line = next(line for line in out.splitlines() if line.startswith(str(path)))
+    probability = min(rows["probability"].item(), 0.999)
+    assert line.split()[1:] == ["inner", f"{probability:.1%}", "-"]
+    windows = pd.read_csv(workshop / "verdicts_windows.csv")
+    assert windows["start"].tolist() == list(range(0, 7 * WINDOW, WINDOW))
+    assert set(windows["recording"]) == {str(path)} and windows["alarm"].isna().all()
+    diagnoser = load_diagnoser(model)[0]
+    predicted = diagnoser.predict(make_windows(recording, WINDOW))
+    assert windows["verdict"].tolist() == predicted.tolist()
+
+
+@pytest.mark.slow
+def test_reading_in_parts_changes_nothing(run, model, workshop, monkeypatch):
+    output = workshop / "verdicts.csv"
+    arguments = (model, workshop / "inner_300.npy", "--table", workshop / "table.csv")
+    arguments += ("-o", output)
+    written = output, workshop / "verdicts_windows.csv"
+
+    def outcome():
+        return run("diagnose", *arguments)[1], [path.read_bytes() for path in written]
+
+    at_once = outcome()
+    monkeypatch.setattr("skarxlag.plant.readers.windows._BLOCK", 3 * WINDOW)
+    assert outcome() == at_once
+
+
+def test_table_and_files_together(run, model, workshop):
+    code, out, _ = run(
+        "diagnose", model, workshop / "good_300.npy", "--table", workshop / "table.csv"
+    )
+    assert code == 0
+    rows = [line.split() for line in out.splitlines() if ".npy" in line and "%" in line]
+    assert len(rows) == 7
+    assert rows[0][1:4] == ["-", "-", "good"]
+    # Conditions and speeds that the table states stand beside the verdicts.
+    assert all(row[1] == row[3] and row[2] in ("300", "500") for row in rows[1:])
+
+
+def test_a_csv_file_is_a_recording(run, model, workshop):
+    path = workshop / "run.csv"
+    np.savetxt(path, np.stack([signal("good", 3 * WINDOW, 5), signal("inner", 3 * WINDOW, 6)], 1),
+               delimiter=",", header="left,right", comments="")  # fmt: skip
+    assert " good " in run("diagnose", model, path, "--channel", "left")[1]
+    assert " inner " in run("diagnose", model, path, "--channel", "right")[1]
+
+
+def test_detector_needs_healthy_recordings_only(run, workshop):
+    path, full = workshop / "detector.skops", workshop / "table.csv"
+    options = ("--diagnoser", "detector", "--window-length", WINDOW)
+    rate = ("--false-alarm-rate", "0.05")
+    code, out, err = run("fit", full, "-o", path, *options, "--healthy", "good", *rate)
+    assert code == 0 and counts(out)["good"] == [2, 40] and "warning" not in err
+    assert (
+        "Limits for a false-alarm rate of 0.05 from 40 healthy windows; false alarms"
+        in out
+    )
+    detector = load_diagnoser(path)[0]
+    np.testing.assert_allclose(detector[-1].speeds_, [300, 500])
+
+    output = workshop / "v.csv"
+    code, out, _ = run("diagnose", path, "--table", full, "-o", output)
+    assert code == 0 and "probability" not in out
+    rows = pd.read_csv(output).set_index("recording")
+    verdicts = rows["verdict"].to_dict()
+    assert rows["rpm"].tolist() == [300, 500] * 3
+    assert verdicts.pop("good_300.npy") == verdicts.pop("good_500.npy") == "good"
+    assert set(verdicts.values()) == {"changed"}
+    windows = pd.read_csv(workshop / "v_windows.csv")
+    X = make_windows(np.load(workshop / "good_300.npy"), WINDOW)
+    own = windows[windows["recording"] == "good_300.npy"]
+    np.testing.assert_allclose(
+        own["score"], detector.decision_function(X, rpm=300), rtol=1e-9
+    )
+    assert (own["alarm"] == (detector.predict(X, rpm=300) == -1)).all()
+
+    file = workshop / "good_300.npy"
+    assert " good " in run("diagnose", path, file, "--rpm", "300")[1]
+    code, out, _ = run("diagnose", path, file)
+    assert code == 1
+    assert "no verdict: the speed is not stated, and healthy limits hold at 300" in out
+    code, _, err = run("diagnose", path, "--table", full, "--rpm", "300")
+    assert code == 2 and "argument --rpm: no effect, because each line of" in err
+
+
+def test_detector_of_recordings_without_speeds(run, workshop):
+    path, table = workshop / "detector.skops", workshop / "healthy.csv"
+    table.write_text("path,sampling_rate\ngood_300.npy,50e3\ngood_500.npy,50e3\n")
+    options = ("--diagnoser", "detector", "--window-length", WINDOW)
+    code, out, _ = run("fit", table, "-o", path, *options)
+    assert code == 0 and counts(out)["healthy"] == [2, 40]
+    assert "Note: 40 healthy rows are too few to hold" in out
+    assert " healthy " in run("diagnose", path, workshop / "good_500.npy")[1]
+
+
+def test_channels_of_inputs(run, workshop):
+    rng = np.random.default_rng(0)
+    lines = ["path,condition,sampling_rate,channel"]
+    for condition in ("good", "inner"):
+        y = signal(condition, 10 * WINDOW, 3)
+        savemat(workshop / f"{condition}.mat", {"y": y, "u": rng.normal(size=y.size)})
+        lines.append(f"{condition}.mat,{condition},50e3,y;u")
+    table, path = workshop / "two.csv", workshop / "two.skops"
+    table.write_text("\n".join(lines))
+    code, out, _ = run("fit", table, "-o", path, "--window-length", WINDOW)
+    assert code == 0 and "Outputs: y. Inputs: u\n" in out and "have the unit" not in out
+    assert load_diagnoser(path)[1]["n_channels"] == 2
+    file = workshop / "inner.mat"
+    code, out, _ = run("diagnose", path, file, "--channel", "y; u")
+    assert code == 0 and " inner " in out
+    code, out, err = run("diagnose", path, file, "--channel", "u;y")
+    assert code == 1
+    assert f"channels u; y, but {path} was fitted on y; u, in this order" in err
+    code, out, err = run("diagnose", path, file, "--channel", "y")
+    assert code == 1
+    assert err.splitlines()[-1] == f"  {file}: 1 channel, but {path} was fitted on 2"
+
+
+def test_an_input_in_the_unit_of_the_output_is_noted(run, workshop):
+    h5py = pytest.importorskip("h5py")
+    lines = ["path,condition,sampling_rate,channel"]
+    for condition in ("good", "inner"):
+        y = signal(condition, 10 * WINDOW, 3)
+        with h5py.File(workshop / f"{condition}.h5", "w") as file:
+            for name, unit in {"torque": "Nm", "acc_x": "g", "acc_y": "g"}.items():
+                file.create_dataset(name, data=np.roll(y, len(unit))).attrs["unit"] = (
+                    unit
+                )
+        lines.append(f"{condition}.h5,{condition},50e3,*_x;torque;acc_y")
+    table = workshop / "units.csv"
+    table.write_text("\n".join(lines))
+    options = ("-o", workshop / "units.skops", "--window-length", WINDOW)
+    code, out, err = run("fit", table, *options)
+    assert code == 0, err
+    assert "Outputs: acc_x. Inputs: torque, acc_y\n" in out
+    assert "Note: acc_x, acc_y have the unit g. If the inputs are sensors" in out
+
+
+def test_another_sampling_rate_is_refused(run, model, workshop):
+    path = workshop / "run.wav"
+    wavfile.write(path, 44100, signal("good", 2 * WINDOW, 1).astype(np.float32))
+    code, _, err = run("diagnose", model, path)
+    assert code == 1
+    assert f"{path}: sampled at 44100 Hz, but {model} was fitted at 50000 Hz" in err
+    code, _, err = run("diagnose", model, path, "--sampling-rate", "50e3")
+    assert code == 1
+    assert f"{path}: sampling_rate is 50000 Hz but the file states 44100" in err
+    path = workshop / "good_300.npy"
+    assert run("diagnose", model, path, "--sampling-rate", "20e3")[0] == 1
+    code, out, _ = run("diagnose", model, path, "--sampling-rate", "50e3")
+    assert code == 0 and "assumed" not in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--healthy", "x"], "--healthy: 'x', expected a condition of"),
+        (["--train-rpm", "400"], "--train-rpm: 400 to 400 holds no speed of "),
+        (["--train-rpm", "0"], "--train-rpm: '0', expected a speed such as 1797"),
+        (
+            ["--false-alarm-rate", "1"],
+            "--false-alarm-rate: '1', expected a number between 0 and 1",
+        ),
+        (["--diagnoser", "x"], "--diagnoser: invalid choice: 'x'"),
+        (
+            ["--window-length", "10"],
+            "--window-length: '10', expected an integer of at least 100",
+        ),
+        (["-o", "nowhere/m.skops"], "-o/--output: nowhere/m.skops, expected a file"),
+    ],
+)
+def test_wrong_arguments_of_fit_are_named(run, workshop, arguments, message):
+    output = workshop / "m.skops"
+    code, _, err = run("fit", workshop / "table.csv", "-o", output, *arguments)
+    assert code == 2 and f"argument {message}" in err
+    assert not output.exists()
+
+
+def test_tables_that_cannot_be_fitted_are_named(run, workshop):
+    table = workshop / "other.csv"
+    for content, message in [
+        ("path,sampling_rate\ngood_300.npy,5\n", "conditions not stated; expected two"),
+        (
+            "path,condition,sampling_rate\ngood_300.npy,worn,5\n",
+            "conditions worn; expected two",
+        ),
+        ("path,condition,sampling_rate\ngone.npy,good,5\n", "line 2"),
+    ]:
+        table.write_text(content)
+        code, _, err = run(
+            "fit", table, "-o", workshop / "m.skops", "--window-length", WINDOW
+        )
+        assert code == 1 and message in err and str(table) in err
+    table.write_text("path,condition,sampling_rate\ngood_300.npy,good,5\n")
+    code, _, err = run("fit", table, "-o", workshop / "m.skops", "--train-rpm", "300")
+    assert code == 2 and "no column rpm" in err
+    table.write_text("path,sampling_rate\ngood_300.npy,5\n")
+    options = ("--diagnoser", "detector", "--healthy", "good")
+    options += ("--window-length", WINDOW)
+    code, _, err = run("fit", table, "-o", workshop / "m.skops", *options)
+    assert code == 2 and "--healthy" in err
+    assert not (workshop / "m.skops").exists()
+
+
+def test_wrong_arguments_of_diagnose_are_named(run, model, workshop):
+    table, file = workshop / "table.csv", workshop / "good_300.npy"
+    for arguments, message in [
+        ([], "argument RECORDING: none given"),
+        (
+            ["--table", table, "--pattern", "(?P<rpm>.)"],
+            "argument --pattern: for a folder",
+        ),
+        (
+            ["--table", table, "--sampling-rate", "5"],
+            "argument --sampling-rate: no effect",
+        ),
+        ([file, "-o", workshop / "no" / "v.csv"], "argument -o/--output"),
+        (
+            [file, "--sampling-rate", "x"],
+            "argument --sampling-rate: 'x', expected a number",
+        ),
+    ]:
+        code, out, err = run("diagnose", model, *arguments)
+        assert code == 2 and message in err and not out
+
+
+def test_a_recording_that_fails_costs_no_other_its_verdict(run, model, workshop):
+    short, gone = workshop / "short.npy", workshop / "gone.npy"
+    np.save(short, np.zeros(WINDOW - 1))
+    output = workshop / "v.csv"
+    good = [workshop / "good_300.npy", workshop / "inner_300.npy"]
+    code, out, err = run("diagnose", model, gone, good[0], short, good[1], "-o", output)
+    assert code == 1
+    assert "[1/4]" in err.splitlines()[0]
+    assert "gone.npy: no such file" in err.splitlines()[0]
+    assert err.splitlines()[-3] == "2 of 4 recordings failed:"
+    assert str(gone) in err.splitlines()[-2] and "fewer than" in err.splitlines()[-1]
+    rows = pd.read_csv(output)
+    assert rows["recording"].tolist() == [
+        str(path) for path in (gone, good[0], short, good[1])
+    ]
+    expected = [True, False, True, False]
+    assert rows["verdict"].str.startswith("no verdict: ").tolist() == expected
+    assert rows["verdict"].tolist()[1::2] == ["good", "inner"]
+    assert rows["error"].notna().tolist() == [True, False, True, False]
+    assert all(f"{path} " in out for path in good)
+    assert run("diagnose", model, gone, "-q")[0] == 1
+
+
+def test_foreign_model_files_are_refused_in_one_line(run, workshop):
+    path = workshop / "model.skops"
+    path.write_bytes(b"no zip file")
+    code, out, err = run("diagnose", path, workshop / "good_300.npy")
+    assert code == 1 and not out
+    assert err.strip().count("\n") == 0
+    assert f"{path}: no diagnoser saved by skarxlag" in err
+
+
+def test_what_save_diagnoser_wrote_is_accepted(run, workshop):
+    X = make_windows(
+        np.concatenate([signal(c, 20 * WINDOW, 1) for c in COLOURS]), WINDOW
+    )
+    y = np.repeat(list(COLOURS), 20)
+    path = workshop / "mine.skops"
+    save_diagnoser(make_diagnoser(healthy="inner").fit(X, y), path, sampling_rate=50e3)
+    code, out, _ = run("diagnose", path, "--table", workshop / "table.csv")
+    assert code == 0
+    assert (
+        "calibrated on inner, good, outer, windows of 200 samples, 0.004 s at 50000 Hz"
+        in out
+    )
+    rows = [
+        line.split() for line in out.splitlines() if ".npy " in line and "%" in line
+    ]
+    assert len(rows) == 6 and all(row[1] == row[3] for row in rows)
+    save_diagnoser(make_diagnoser().fit(X, y), path)
+    code, out, _ = run(
+        "diagnose", path, workshop / "good_300.npy", "--sampling-rate", "9"
+    )
+    assert code == 0 and " good " in out and "Hz" not in out.splitlines()[0]
+
+
+def test_fit_that_fails_keeps_the_old_file(run, model, workshop, monkeypatch):
+    before = model.read_bytes()
+
+    def full_disk(*args):
+        raise OSError(f"{model}: no space left")
+
+    monkeypatch.setattr("skarxlag.core.files.os.replace", full_disk)
+    code, _, err = run("fit", workshop / "table.csv", "-o", model, *FIT)
+    assert code == 1 and "no space left" in err
+    assert model.read_bytes() == before
+    assert not list(workshop.glob(".*"))
+
+
+def test_a_dead_sensor_gives_no_verdict_and_says_what_to_look_at(run, model, workshop):
+    path = workshop / "silence.npy"
+    half = signal("good", 4 * WINDOW, 3)
+    half[WINDOW : 2 * WINDOW] = 0.3
+    np.save(path, np.zeros(2 * WINDOW))
+    np.save(workshop / "half.npy", half)
+    with warnings.catch_warnings(record=True) as warned:
+        code, out, _ = run(
+            "diagnose", model, path, workshop / "half.npy", "--fail-on", "alarm"
+        )
+    assert code == 3 and not warned
+    assert f"\n{path}: No window carries a signal. Check the sensor" in out
+    assert "silence.npy: 2 of 2 windows carry no signal (constant: 2)." in out
+    assert "half.npy: 1 of 4 windows carry no signal (constant: 1)." in out
+    assert "no signal" in next(
+        line for line in out.splitlines() if line.startswith(str(path))
+    )
+
+
+@pytest.mark.parametrize("command", ["fit", "diagnose"])
+def test_help_shows_few_options_first(run, command):
+    out = run(command, "--help")[1]
+    first = out.partition("\noptions:\n")[2].partition("\n\n")[0]
+    assert 0 < len(re.findall(r"^  -", first, re.M)) <= 14
+    assert out.count("\n\n") >= 5
+
+
+def test_the_alarm_needs_a_speed_near_those_of_the_training(run, model, workshop):
+    file = workshop / "inner_300.npy"
+    code, out, _ = run("diagnose", model, file, "--rpm", 300)
+    assert code == 0 and "Healthy: good" in out and "yes (p " in out
+    code, out, _ = run("diagnose", model, file, "--rpm", 5, "--fail-on", "alarm")
+    assert code == 3 and "no verdict: speed 5 rpm is outside 60 to 2500 rpm" in out
+
+
+def test_the_shell_says_what_recording_verdicts_says(run, model, workshop):
+    output = workshop / "v.json"
+    run("diagnose", model, "--table", workshop / "table.csv", "-o", output)
+    rows = pd.DataFrame(json.loads(output.read_text())["recordings"])
+    rows = rows.set_index("recording")
+    diagnoser, facts = load_diagnoser(model)
+    listed = pd.read_csv(workshop / "table.csv")
+    X = [make_windows(np.load(workshop / name), WINDOW) for name in listed["path"]]
+    counts = [len(windows) for windows in X]
+    expected = recording_verdicts(
+        diagnoser,
+        np.concatenate(X),
+        np.repeat(listed["path"], counts),
+        facts["conditions"],
+        rpm=np.repeat(listed["rpm"], counts),
+        known=facts["known_conditions"],
+        detector=facts["detector"],
+        train_rpm=facts["train_rpm"],
+    )
+    assert (rows[["verdict", "alarm"]] == expected[["verdict", "alarm"]]).all(axis=None)
+    for name in ("probability", "p-value", "p-value of nearest", "share of good"):
+        column = rows[name.replace("-", "_").replace(" ", "_")].astype(float)
+        np.testing.assert_array_equal(column, expected[name])
+
+
+def test_warnings_of_python_do_not_reach_a_person(run, workshop, monkeypatch):
+    original = pd.read_csv
+
+    def read_csv(*arguments, **options):
+        warnings.warn("something is deprecated", DeprecationWarning, stacklevel=1)
+        return original(*arguments, **options)
+
+    monkeypatch.setattr(pd, "read_csv", read_csv)
+    path = workshop / "quiet.skops"
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        code, _, err = run("fit", workshop / "table.csv", "-o", path, *FIT, "-q")
+    assert (code, err) == (0, "") and not warned
+
+
+def test_recordings_are_brought_to_one_rate(run, workshop):
+    path = workshop / "slow.skops"
+    options = ("--resample-to", 25e3, "--window-length", WINDOW)
+    code, _, _ = run("fit", workshop / "table.csv", "-o", path, *options)
+    assert code == 0 and load_diagnoser(path)[1]["sampling_rate"] == 25e3
+
+
+def test_diagnose_reads_the_speed_from_the_file(run, model, workshop):
+    y = signal("inner", 20 * WINDOW, 3, 5.0)
+    np.savez(workshop / "run.npz", y=y, X105RPM=380.0, fs=50e3)
+    np.savez(workshop / "bare.npz", y=y, fs=50e3)
+
+    def windows(name, *options):
+        output = workshop / "out.csv"
+        assert run("diagnose", model, workshop / name, "-o", output, *options)[0] in (
+            0,
+            1,
+        )
+        return (
+            pd.read_csv(output)
+            .select_dtypes("number")
+            .drop(columns="rpm", errors="ignore")
+        )
+
+    of_file = windows("run.npz")
+    pd.testing.assert_frame_equal(of_file, windows("bare.npz", "--rpm", 380))
+    assert not of_file.equals(windows("bare.npz", "--rpm", 3000))

@@ -1,0 +1,168 @@
+"""Writers on a disk that is full: the system itself refuses bytes beyond a limit."""
+
+import os
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from skarxlag import ConditionMonitor, save_diagnoser, save_monitor_state
+from skarxlag.persistence.models import load_diagnoser
+from tests.plant.commands.watching import RATE, WINDOW, sound
+
+resource = pytest.importorskip("resource")
+pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given")
+SHARES = (0.0, 0.001, 0.5, 0.999)
+
+
+@contextmanager
+def room_for(n_bytes):
+    """Let no file of this process grow beyond a number of bytes."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(n_bytes), hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, ignored)
+
+
+def listing(folder):
+    return {
+        path.name: path.read_bytes() for path in folder.rglob("*") if path.is_file()
+    }
+
+
+@pytest.mark.parametrize("share", SHARES)
+@pytest.mark.parametrize("is_there", [True, False])
+def test_models_and_states_are_written_whole_or_not_at_all(
+    tmp_path, fitted, share, is_there
+):
+    monitor = ConditionMonitor(fitted[0], WINDOW)
+    monitor.update(sound("good", 5 * WINDOW, 3))
+    writers = {
+        "model.skops": lambda path: save_diagnoser(fitted[0], path),
+        "state.json": lambda path: save_monitor_state(monitor, path),
+    }
+    for name, write in writers.items():
+        write(tmp_path / name)
+        size = (tmp_path / name).stat().st_size
+        if is_there:
+            (tmp_path / name).write_bytes(b"old")
+        else:
+            (tmp_path / name).unlink()
+        before = listing(tmp_path)
+        with room_for(share * size), pytest.raises(OSError):
+            write(tmp_path / name)
+        assert listing(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    ("suffix", "share"),
+    [*(("csv", share) for share in SHARES), ("json", 0.5), ("html", 0.5)],
+)
+def test_results_are_written_whole_or_not_at_all(run, tmp_path, models, suffix, share):
+    np.save(tmp_path / "one.npy", sound("worn", 5 * WINDOW, 4))
+    output = tmp_path / f"found.{suffix}"
+    command = ("diagnose", models[0], tmp_path / "one.npy", "-o", output)
+    command += ("--sampling-rate", RATE)
+    assert run(*command)[0] == 0
+    size = output.stat().st_size
+    output.write_bytes(old := output.read_bytes())
+    with room_for(share * size):
+        code, _, err = run(*command)
+    assert code == 1 and "Traceback" not in err and "File too large" in err
+    assert output.read_bytes() == old
+    # What was diagnosed is kept, and the same command goes on from there or starts
+    # anew.
+    assert not [name for name in listing(tmp_path) if name.endswith(".tmp")]
+    code, out, _ = run(*command)
+    assert code == 0 and "worn" in out
+    assert not [name for name in listing(tmp_path) if name.endswith("journal")]
+
+
+def test_a_model_that_fit_cannot_write_leaves_nothing(run, tmp_path):
+    lines = ["path,condition,rpm,sampling_rate"]
+    for number, condition in enumerate(["good", "worn"]):
+        np.save(tmp_path / f"{condition}.npy", sound(condition, 30 * WINDOW, number))
+        lines.append(f"{condition}.npy,{condition},600,{RATE}")
+    (tmp_path / "table.csv").write_text("\n".join(lines))
+    before = listing(tmp_path)
+    with room_for(1000):
+        code, _, err = run("fit", tmp_path / "table.csv", "-o", tmp_path / "m.skops",
+                           "--window-length", WINDOW)  # fmt: skip
+    assert code == 1 and "Traceback" not in err and "File too large" in err
+    assert listing(tmp_path) == before
+    assert run("fit", tmp_path / "table.csv", "-o", tmp_path / "m.skops",
+               "--window-length", WINDOW)[0] == 0  # fmt: skip
+    load_diagnoser(tmp_path / "m.skops")
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_watch_ends_with_one_line_if_its_state_cannot_be_written(
+    run, tmp_path, models, share
+):
+    np.savetxt(tmp_path / "s.csv", sound("good", 5 * WINDOW, 3))
+    options = ("--idle", 0.02, "--poll", 0.005, "--state", tmp_path / "state.json")
+    watch = ("watch", models[0], tmp_path / "s.csv", *options)
+    assert run(*watch)[0] == 0
+    size = (tmp_path / "state.json").stat().st_size
+    (tmp_path / "state.json").unlink()
+    before = listing(tmp_path)
+    with room_for(share * size):
+        code, _, err = run(*watch)
+    assert code == 1 and "Traceback" not in err and "File too large" in err
+    assert listing(tmp_path) == before
+
+
+def test_evaluate_leaves_no_half_written_table(run, tmp_path, no_figures):
+    options = ("--n-samples", 9600, "-q", "--output", tmp_path / "results")
+    with room_for(200):
+        code, out, err = run("evaluate", *options)
+    assert code == 1 and not out and "Traceback" not in err and "File too large" in err
+    assert all(len(content) <= 200 for content in listing(tmp_path).values())
+    assert not [name for name in listing(tmp_path) if name.endswith(".tmp")]
+    assert run("evaluate", *options)[0] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    not os.path.exists("/dev/full"), reason="no device that is always full"
+)
+def test_a_full_disk_behind_the_output_ends_with_one_line(models):
+    command = [sys.executable, "-m", "skarxlag", "info", models[0]]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 1 and "Traceback" not in done.stderr
+    assert done.stderr.strip().endswith("No space left on device")
+
+
+#: Compiles a loop while no file can grow, and computes with it.
+COMPILES = """
+import resource, signal
+import numpy as np
+from skarxlag.kernels.residual_levels import switching_gain
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, ({room}, resource.RLIM_INFINITY))
+print(switching_gain(np.ones((1, 4)), 0.1).shape)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("room", [0, 2000])
+def test_machine_code_that_cannot_be_stored_is_used_all_the_same(tmp_path, room):
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    # Half of a file must not mislead the next process, which has room enough.
+    for allowed in (room, 10**9):
+        program = COMPILES.format(room=allowed)
+        found = subprocess.run(
+            [sys.executable, "-c", program],
+            capture_output=True,
+            text=True,
+            env=environment,
+        )
+        assert (found.returncode, found.stdout) == (0, "(1, 4)\n"), found.stderr

@@ -1,0 +1,158 @@
+"""A speed in Hz, or one that no machine has, gives a verdict in no command and no class."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from sklearn.base import clone
+
+from skarxlag import (
+    ConditionMonitor,
+    FaultOrderClassifier,
+    SensorFusion,
+    make_alpio,
+    make_detector,
+    make_diagnoser,
+    make_extended_state_pio,
+    recording_verdicts,
+    save_diagnoser,
+    window_verdicts,
+)
+from tests.plant.commands.watching import IDLE, lines_of
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning"),
+]
+RATE, LENGTH = 2000.0, 1000
+RNG = np.random.default_rng(0)
+GOOD, WORN = (
+    RNG.normal(size=(40, LENGTH)),
+    lfilter([1], [1, -0.5], RNG.normal(size=(40, LENGTH))),
+)
+X, Y, RPM = (
+    np.concatenate([GOOD, WORN]),
+    np.repeat(["good", "worn"], 40),
+    np.tile([900, 1200.0], 40),
+)
+IN_HERTZ, ANYWHERE = [15.0, 20.0], [0.001, 1e9, 0.0, -900.0, np.nan]
+ORDERS = "outer=3.5,inner=5.4"
+
+
+def models():
+    """Each model, and whether it learned the training speeds."""
+    with_speed = {"rpm": RPM}
+    yield make_diagnoser(healthy="good").fit(X, Y, **with_speed), True
+    yield make_diagnoser(healthy="good").fit(X, Y), False
+    yield (
+        make_diagnoser(sampling_rate=RATE, bearing=ORDERS).fit(X, Y, **with_speed),
+        True,
+    )
+    yield make_alpio(healthy="good").fit(X, Y), False
+    yield make_extended_state_pio(healthy="good").fit(X, Y, **with_speed), True
+    yield make_detector(false_alarm_rate=0.1).fit(GOOD, rpm=RPM[:40]), True
+    yield make_detector(false_alarm_rate=0.1).fit(GOOD), False
+    # Combs need no training, so only the user can state at what speeds it was.
+    yield FaultOrderClassifier(bearing=ORDERS, sampling_rate=RATE).fit(GOOD), False
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    return list(models())
+
+
+def test_no_model_gives_a_verdict(fitted):
+    for model, knows_speeds in fitted:
+        for rpm in ANYWHERE + IN_HERTZ * knows_speeds:
+            speeds = np.array([900.0, rpm, 900.0])
+            windows = window_verdicts(model, X[:3], rpm=speeds)["verdict"]
+            assert windows[1].startswith("no verdict: speed "), (model, rpm)
+            assert not windows[[0, 2]].str.startswith("no verdict").any()
+            row = recording_verdicts(model, X[:3], np.zeros(3), rpm=rpm).iloc[0]
+            assert row["verdict"].startswith("no verdict: ") and row["alarm"] == "-"
+
+
+def test_too_few_turns_give_no_verdict_and_no_error():
+    """A row may have less than two turns at a speed that is plausible, or is searched."""
+    combs = FaultOrderClassifier(bearing=ORDERS, sampling_rate=RATE)
+    searching = clone(combs).set_params(speed_range=(150.0, 230.0)).fit(GOOD)
+    two = SensorFusion(estimator=combs).fit(np.stack([GOOD, GOOD], axis=1))
+    for model, rows, rpm in [
+        (combs.fit(GOOD), GOOD[:2], [900.0, 230.0]),
+        (two, np.stack([GOOD, GOOD], axis=1)[:2], [900.0, 230.0]),
+        (searching, GOOD[:2], None),
+    ]:
+        found = window_verdicts(model, rows, rpm=rpm).iloc[1]
+        assert found["verdict"].startswith("no verdict: combs need")
+        assert np.isnan(found["probability of healthy"]) and np.isnan(found["alarm"])
+        if rpm is not None:
+            whole = recording_verdicts(
+                model, rows, [0, 0], rpm=rpm, train_rpm=[900.0]
+            ).iloc[0]
+            assert whole["verdict"] == "healthy" and whole["share of healthy"] == 1
+    monitor = ConditionMonitor(combs.fit(GOOD), RATE, window_length=LENGTH)
+    first, second = (
+        monitor.update(row, rpm=rpm)[0]
+        for row, rpm in zip(GOOD[:2], (900, 230), strict=True)
+    )
+    assert first.verdict == "healthy" and second.quality == "no verdict"
+    assert second.window_verdict.startswith("no verdict: combs need")
+
+
+@pytest.mark.parametrize(
+    ("kind", "knows_speeds"),
+    [
+        *((kind, knows) for kind in ("--rpm", "--table") for knows in (True, False)),
+        # A model without speeds does not look for one in a file, and combs need no
+        # training.
+        ("file", True),
+        ("--bearing", False),
+    ],
+)
+def test_no_recording_gets_a_verdict(run, tmp_path, fitted, kind, knows_speeds):
+    model, path = tmp_path / "model.skops", tmp_path / "run.npz"
+    diagnoser = next(each for each, knows in fitted if knows == knows_speeds)
+    save_diagnoser(diagnoser, model, window_length=LENGTH, sampling_rate=RATE)
+    for rpm in [0.001, 1e9] + IN_HERTZ * knows_speeds:
+        stated = {"rpm": rpm} if kind == "file" else {}
+        np.savez(path, y=GOOD[:20].ravel(), fs=RATE, **stated)
+        arguments = [model, path]
+        if kind == "--table":
+            (tmp_path / "t.csv").write_text(f"path,rpm\nrun.npz,{rpm}\n")
+            arguments = [model, "--table", tmp_path / "t.csv"]
+        elif kind != "file":
+            arguments += ["--rpm", rpm]
+        if kind == "--bearing":
+            arguments = [path, "--bearing", ORDERS, "--rpm", rpm]
+        found = tmp_path / "found.json"
+        code, _, err = run("diagnose", *arguments, "-o", found, "--fail-on", "alarm")
+        assert code == 3 and "Traceback" not in err, err
+        code, _, err = run("diagnose", *arguments, "-o", found)
+        (row,) = json.loads(found.read_text())["recordings"]
+        assert row["verdict"] == f"no verdict: {row['error']}" and row["error"], (
+            rpm,
+            row,
+        )
+        failed = f"1 of 1 recording failed:\n  {row['recording']}: {row['error']}\n"
+        assert code == 1 and failed in err, err
+
+
+@pytest.mark.parametrize("is_column", [True, False])
+@pytest.mark.parametrize("knows_speeds", [True, False])
+def test_no_window_of_a_stream_gets_a_verdict(
+    run, tmp_path, fitted, is_column, knows_speeds
+):
+    model, path = tmp_path / "model.skops", tmp_path / "log.csv"
+    diagnoser = next(each for each, knows in fitted if knows == knows_speeds)
+    save_diagnoser(diagnoser, model, window_length=LENGTH, sampling_rate=RATE)
+    for rpm in [0.001, 1e9] + IN_HERTZ * knows_speeds:
+        signal = GOOD[:2].ravel()
+        path.write_bytes(
+            b"y,n\n" + lines_of(np.stack([signal, np.full(len(signal), rpm)]))
+        )
+        speed = ("--rpm-column", "n") if is_column else ("--channel", "y", "--rpm", rpm)
+        code, out, err = run("watch", model, path, *IDLE, *speed)
+        found = [json.loads(line)["verdict"] for line in out.splitlines()]
+        assert code == 0 and len(found) == 2, err
+        assert all(verdict.startswith("no verdict: speed ") for verdict in found)

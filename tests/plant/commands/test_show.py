@@ -1,0 +1,154 @@
+"""Pages of ``skarxlag show``: views of recordings without a diagnosis."""
+
+import re
+
+import numpy as np
+import pytest
+
+from tests.plant.commands.pages import Document, captions
+
+RATE = 12_000
+#: Order of the inner race of a bearing 6205.
+INNER = 5.415
+ALL = [
+    "Signal: smallest and largest values",
+    "Envelope spectrum over shaft orders",
+    "Spectrum",
+]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Recordings: of a fault of the inner race at 900 rpm, healthy, and odd ones."""
+    folder = tmp_path_factory.mktemp("recordings")
+    rng = np.random.default_rng(0)
+    noise = rng.normal(size=4 * RATE)
+    faulty = noise.copy()
+    faulty[(np.arange(1, 320) * RATE * 60 / (900 * INNER)).astype(int)] += 10
+    signals = {
+        "inner": faulty,
+        "healthy": noise,
+        "<i>odd": noise,
+        "constant": np.full(5000, 3.0),
+        "short": noise[:12],
+        "huge": 1e300 * noise,
+        "tiny": 1e-300 * noise,
+    }
+    for name, signal in signals.items():
+        np.savez(folder / f"{name}.npz", signal=signal, fs=RATE)
+    np.save(folder / "unstated.npy", noise)
+    np.savez(folder / "nan.npz", signal=np.append(noise, np.nan), fs=RATE)
+    (folder / "accelerometer.csv").write_text(
+        "time;a\ns;m/s^2\n"
+        + "".join(
+            f"{n / RATE:.7f};{np.sin(2 * np.pi * 50 * n / RATE):.6f}\n"
+            for n in range(RATE)
+        )
+    )
+    return folder
+
+
+@pytest.fixture
+def page_of(run, folder, tmp_path):
+    """Return the page of some recordings, and the exit status."""
+
+    def show(*names, options=()):
+        output = tmp_path / "page.html"
+        paths = [folder / name for name in names]
+        code, _, err = run("show", *paths, *options, "-o", output)
+        assert output.is_file(), err
+        return output.read_text(), code
+
+    return show
+
+
+def test_the_command_of_the_guide_draws_three_views(run, folder, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    arguments = ("--bearing", "6205", "--rpm", 900)
+    code, out, _ = run("show", folder / "inner.npz", *arguments)
+    assert code == 0 and out == "Written: inner.html\n"
+    page = (tmp_path / "inner.html").read_text()
+    assert captions(page) == ALL
+    assert Document(page).loads == []
+    assert "4 s at 12000 Hz; 900 rpm" in page and "<h1>" in page
+    assert not re.search("http|<script|@import", page)
+    # The command replaces its own page.
+    assert run("show", folder / "inner.npz", *arguments)[0] == 0
+
+
+def test_the_comb_of_the_fault_is_the_highest(page_of):
+    page, _ = page_of("inner.npz", options=("--bearing", "6205", "--rpm", 900))
+    combs = re.findall(r"\((\w+)\) [\d.]+, [+-][\d.]+ %, comb (-?\d+) dB<", page)
+    heights = {name: int(height) for name, height in combs}
+    assert max(heights, key=heights.get) == "inner"
+    assert heights["inner"] > 2 * max(heights["outer"], heights["spin"])
+    # Three multiples of each race, four of the others.
+    n_lines = {line: page.count(f'class="{line}" x1') for line in ("bpfi", "ftf")}
+    assert n_lines == {"bpfi": 3, "ftf": 4}
+
+
+def test_healthy_recordings_stand_next_to_the_spectrum(page_of, folder):
+    options = ("--healthy", folder / "healthy.npz", "--rpm", 900)
+    page, _ = page_of("inner.npz", options=options)
+    assert "stated healthy: 1 recording<" in page
+    assert "Healthy recordings at 900 rpm." in page
+    assert "stated healthy" not in page_of("inner.npz")[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("inner.npz", "the speed of the shaft is not known; state it with --rpm"),
+        ("unstated.npy", "Time (samples)"),
+        ("constant.npz", "Spectrum: the signal is constant."),
+        ("short.npz", "12000 Hz"),
+        ("huge.npz", "4 s at 12000 Hz"),
+        ("tiny.npz", "4 s at 12000 Hz"),
+        ("<i>odd.npz", "&lt;i&gt;odd.npz"),
+    ],
+)
+def test_odd_recordings_are_drawn_as_far_as_they_go(page_of, name, text):
+    page, code = page_of(name)
+    assert code == 0 and text in page and ALL[0] in page
+    assert Document(page).loads == []
+    assert "<i>odd" not in page
+    assert not re.search(r"nan|inf\b", "".join(re.findall(' d="(.*?)"', page)))
+
+
+def test_a_sampling_rate_that_is_missing_is_asked_for(page_of):
+    page, _ = page_of("unstated.npy", options=("--rpm", 900))
+    assert "the sampling rate is not known; state it with --sampling-rate" in page
+
+
+def test_the_velocity_is_stated_if_the_unit_is(page_of):
+    """1 m/s^2 at 50 Hz are 2.25 mm/s RMS."""
+    page, _ = page_of("accelerometer.csv")
+    assert "velocity 2.25 mm/s RMS from 10 to 1000 Hz" in page
+    assert "Signal (m/s^2)" in page
+    assert "Power density (dB re 1 (m/s^2)²/Hz)" in page
+    page, _ = page_of("healthy.npz")
+    assert "velocity" not in page and "Power density (dB)" in page
+
+
+def test_a_recording_that_cannot_be_read_does_not_hide_the_others(page_of, run, folder):
+    page, code = page_of("nan.npz", "healthy.npz", "lost.npz")
+    assert code == 1 and page.count("<section>") == 3
+    assert captions(page).count("Spectrum") == 1
+    assert "no such file" in page and "NaN" in page
+
+
+@pytest.mark.parametrize("name", ["healthy.npz", "notes.html"])
+def test_a_page_replaces_nothing_that_is_foreign(run, folder, tmp_path, name):
+    path = tmp_path / name
+    content = (folder / "healthy.npz").read_bytes()
+    path.write_bytes(content)
+    recording = path if name.endswith("npz") else folder / "healthy.npz"
+    code, _, err = run("show", recording, "-o", path)
+    assert code == 2 and "argument -o/--output" in err and path.read_bytes() == content
+
+
+def test_too_many_recordings_are_refused(run, tmp_path):
+    for number in range(51):
+        np.save(tmp_path / f"{number}.npy", np.arange(3.0))
+    code, _, err = run("show", tmp_path, "-o", tmp_path / "page.html")
+    assert code == 2 and "51 recordings; expected at most 50" in err

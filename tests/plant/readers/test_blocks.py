@@ -1,0 +1,222 @@
+"""Recordings that are read part by part are those that are read at once."""
+
+import os
+import re
+import struct
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.io import savemat, wavfile
+
+from skarxlag import iter_windows, make_windows, read_recording
+from tests.plant.readers.blocks import recording_blocks
+
+RNG = np.random.default_rng(0)
+N_SAMPLES = 103
+Y, U = RNG.integers(-3000, 3000, size=(2, N_SAMPLES)) / 1024
+
+
+def wav_of_24_bit(path):
+    data = b"".join(int(1024 * s).to_bytes(3, "little", signed=True) for s in Y)
+    head = struct.pack("<4sIHHIIHH", b"fmt ", 16, 1, 1, 1000, 3000, 3, 24)
+    # Chunks of odd length are padded.
+    body = b"WAVE" + head + struct.pack("<4sI", b"data", len(data)) + data + b"\0"
+    path.write_bytes(struct.pack("<4sI", b"RIFF", len(body)) + body)
+
+
+def frame():
+    return pd.DataFrame({"y": Y, "u": U})
+
+
+WRITERS = {
+    "vector.npy": lambda path: np.save(path, Y),
+    "rows.npy": lambda path: np.save(path, np.stack([Y, U])),
+    "columns.npy": lambda path: np.save(path, np.stack([Y, U], axis=1).astype("f4")),
+    "fortran.npy": lambda path: np.save(path, np.asfortranarray(np.stack([Y, U]))),
+    "run.npz": lambda path: np.savez(path, y=Y, u=U),
+    "run.mat": lambda path: savemat(path, {"y": Y, "u": U}),
+    "run.csv": lambda path: frame().to_csv(path, index=False),
+    "bare.csv": lambda path: frame().to_csv(path, index=False, header=False),
+    # The first block is integers.
+    "mixed.csv": lambda path: pd.DataFrame({"y": ["1"] * 60 + ["0.5"] * 43}).to_csv(
+        path, index=False
+    ),
+    "run.parquet": lambda path: frame().to_parquet(path),
+    "run.feather": lambda path: frame().to_feather(path, chunksize=40),
+    "run.csv.gz": lambda path: frame().to_csv(path, index=False),
+    "run.bin": lambda path: Y.tofile(path),
+    "groups.parquet": lambda path: frame().to_parquet(path, row_group_size=13),
+    "float.wav": lambda path: wavfile.write(path, 8000, Y),
+    "integer.wav": lambda path: wavfile.write(path, 8000, (Y * 1000).astype("i2")),
+    "byte.wav": lambda path: wavfile.write(path, 8000, (Y * 10 + 128).astype("u1")),
+    "two.wav": lambda path: wavfile.write(path, 8000, np.stack([Y, U], axis=1)),
+    "wide.wav": wav_of_24_bit,
+}
+
+
+@pytest.fixture
+def small_blocks(monkeypatch):
+    monkeypatch.setattr("skarxlag.plant.readers.windows._BLOCK", 25)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n_samples", [1, 20, N_SAMPLES, 1000])
+@pytest.mark.parametrize("name", WRITERS)
+def test_blocks_are_the_recording(tmp_path, name, n_samples):
+    path = tmp_path / name
+    WRITERS[name](path)
+    dtype = "<f8" if name == "run.bin" else None
+    whole, sampling_rate = read_recording(path, channel=0, dtype=dtype)
+    read = recording_blocks(path, n_samples, channel=0, dtype=dtype)
+    blocks, rates = zip(*read, strict=True)
+    np.testing.assert_array_equal(np.concatenate(blocks), whole)
+    assert set(rates) == {sampling_rate}
+    assert all(block.dtype == np.float64 for block in blocks)
+    assert len(blocks) >= -(-N_SAMPLES // n_samples)
+    assert max(map(len, blocks)) <= n_samples
+
+
+@pytest.mark.parametrize(
+    "name", ["columns.npy", "run.npz", "run.csv", "run.parquet", "two.wav"]
+)
+def test_windows_are_those_of_the_whole_recording(tmp_path, small_blocks, name):
+    path = tmp_path / name
+    WRITERS[name](path)
+    for channel in (1, [1, 0]):
+        for window_length in (1, 7, 25, 30, N_SAMPLES):
+            expected = make_windows(
+                read_recording(path, channel=channel)[0], window_length
+            )
+            parts = list(iter_windows(str(path), window_length, channel=channel))
+            np.testing.assert_array_equal(np.concatenate(parts), expected)
+            assert max(map(len, parts)) == max(25 // window_length, 1)
+
+
+def test_default_window_length_is_1200(tmp_path):
+    np.save(tmp_path / "run.npy", np.zeros(2500))
+    assert [windows.shape for windows in iter_windows(tmp_path / "run.npy")] == [
+        (2, 1200)
+    ]
+
+
+def test_mapped_file_is_let_go(tmp_path):
+    np.save(tmp_path / "run.npy", Y)
+    blocks = recording_blocks(tmp_path / "run.npy", 10)
+    block, _ = next(blocks)
+    blocks.close()
+    assert block.base is None and block.flags.writeable
+
+
+@pytest.mark.parametrize("suffix", [".npy", ".csv", ".parquet", ".wav"])
+def test_bad_samples_are_counted_from_the_start_of_the_recording(
+    tmp_path, small_blocks, suffix
+):
+    path = tmp_path / f"run{suffix}"
+    bad = Y.copy()
+    bad[60] = np.inf
+    writer = {
+        ".npy": lambda: np.save(path, bad),
+        ".csv": lambda: pd.DataFrame({"y": bad}).to_csv(path, index=False),
+        ".parquet": lambda: pd.DataFrame({"y": bad}).to_parquet(path),
+        ".wav": lambda: wavfile.write(path, 8000, bad),
+    }
+    writer[suffix]()
+    windows = iter_windows(path, 5)
+    assert [next(windows).shape, next(windows).shape] == [(5, 5), (5, 5)]
+    with pytest.raises(ValueError, match=rf"run{suffix}: .* infinite .*at sample 60"):
+        next(windows)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("x", "channel 'y' is not numeric: 'x' at sample 60"),
+        ("1,2", "cannot be read as .csv, damaged"),
+        ("True", "channel 'y' is not numeric"),
+    ],
+)
+def test_bad_lines_in_the_middle_of_a_csv_file(tmp_path, small_blocks, line, message):
+    lines = [f"{value}" for value in Y]
+    lines[60] = line
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join(["y", *lines]))
+    with pytest.raises(ValueError, match=re.escape(f"{path}: {message}")):
+        list(iter_windows(path, 5))
+
+
+def test_recording_shorter_than_a_window_is_named(tmp_path, small_blocks):
+    path = tmp_path / "run.csv"
+    frame().to_csv(path, index=False)
+    with pytest.raises(ValueError, match=r"run.csv: recording has 103 samples, .*=104"):
+        list(iter_windows(path, N_SAMPLES + 1, channel="y"))
+
+
+def test_wrong_window_lengths_are_named(tmp_path):
+    np.save(tmp_path / "run.npy", Y)
+    for length, error in ((0, ValueError), (2.5, TypeError)):
+        with pytest.raises(error, match="window_length"):
+            next(iter_windows(tmp_path / "run.npy", length))
+
+
+PEAK = """
+import sys
+from pathlib import Path
+import numpy as np
+import scipy.io.wavfile
+import skarxlag.plant.readers.windows
+from skarxlag import iter_windows
+
+def peak():
+    status = Path("/proc/self/status").read_text()
+    return int(status.split("VmHWM:")[1].split()[0]) / 1024
+
+before = peak()
+for path in sys.argv[1:]:
+    n_windows = sum(len(windows) for windows in iter_windows(path, 1200))
+    print(n_windows, peak() - before)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    not os.path.exists("/proc/self/status"), reason="memory is read as on Linux"
+)
+def test_memory_does_not_grow_with_the_recording(tmp_path):
+    paths, n_samples = [tmp_path / "run.npy", tmp_path / "run.wav"], 12_500_000
+    with paths[0].open("wb") as file:
+        header = {"descr": "<f8", "fortran_order": False, "shape": (n_samples,)}
+        np.lib.format.write_array_header_1_0(file, header)
+        file.truncate(file.tell() + 8 * n_samples)
+    with paths[1].open("wb") as file:
+        size = 8 * n_samples
+        file.write(
+            struct.pack("<4sI4s4sI", b"RIFF", size + 36, b"WAVE", b"fmt ", 16)
+            + struct.pack("<HHIIHH4sI", 3, 1, 8000, 64000, 8, 64, b"data", size)
+        )
+        file.truncate(file.tell() + size)
+    command = [sys.executable, "-c", PEAK, *paths]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    for line in done.stdout.splitlines():
+        n_windows, megabytes = map(float, line.split())
+        assert n_windows == n_samples // 1200
+        assert megabytes < 60  # the samples are 95
+    assert len(done.stdout.splitlines()) == len(paths)
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".feather", ".csv", ".npy", ".bin"])
+def test_no_samples_block_by_block(tmp_path, suffix):
+    path = tmp_path / f"run{suffix}"
+    empty = pd.DataFrame({"y": np.zeros(0)})
+    writer = {
+        ".parquet": lambda: empty.to_parquet(path),
+        ".feather": lambda: empty.to_feather(path),
+        ".csv": lambda: empty.to_csv(path, index=False),
+        ".npy": lambda: np.save(path, np.zeros(0)),
+        ".bin": path.touch,
+    }
+    writer[suffix]()
+    with pytest.raises(ValueError, match=rf"run{suffix}: channel '.' is"):
+        list(iter_windows(path, 5, dtype="<f8" if suffix == ".bin" else None))

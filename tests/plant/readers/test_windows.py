@@ -1,0 +1,143 @@
+from itertools import product
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from skarxlag.plant.readers.windows import cut_blocks, make_windows, thin_windows
+
+
+@pytest.mark.parametrize("channels", [(), (1,), (3,)])
+@pytest.mark.parametrize("window_length", [1, 5, 6])
+def test_windows_are_slices_of_the_recording(channels, window_length):
+    for n_samples, hop in product([6, 7, 11, 12], [None, 1, 2, 5, 9]):
+        recording = np.random.default_rng(0).normal(size=(*channels, n_samples))
+        starts = range(0, n_samples - window_length + 1, hop or window_length)
+        expected = np.stack([recording[..., s : s + window_length] for s in starts])
+        np.testing.assert_array_equal(
+            make_windows(recording, window_length, hop=hop), expected
+        )
+
+
+def test_default_length_is_1200_and_the_tail_is_left_out():
+    windows = make_windows(np.arange(2 * 1200 + 1199))
+    assert windows.shape == (2, 1200)
+    assert windows[-1, -1] == 2399
+
+
+@pytest.mark.parametrize("shape", [(12,), (2, 12)])
+@pytest.mark.parametrize(
+    ("dtype", "expected"),
+    [
+        ("f4", "f4"),
+        ("f8", "f8"),
+        ("i2", "f8"),
+        ("u1", "f8"),
+        ("f2", "f8"),
+        (">f8", "f8"),
+    ],
+)
+def test_windows_are_fresh_contiguous_and_writable(shape, dtype, expected):
+    recording = np.arange(np.prod(shape)).reshape(shape).astype(dtype)
+    before = recording.copy()
+    recording.flags.writeable = False
+    windows = make_windows(recording, 4)
+    assert windows.dtype == np.dtype(expected)
+    assert windows.flags.c_contiguous
+    windows[:] = -1
+    np.testing.assert_array_equal(recording, before)
+
+
+@pytest.mark.parametrize(
+    "layout", ["every second sample", "fortran", "reversed", "read-only"]
+)
+def test_memory_layout_does_not_matter(layout):
+    plain = np.random.default_rng(0).normal(size=(3, 40))
+    if layout == "every second sample":
+        recording = np.repeat(plain, 2, axis=1)[:, ::2]
+    elif layout == "fortran":
+        recording = np.asfortranarray(plain)
+    elif layout == "reversed":
+        recording = plain[:, ::-1].copy()[:, ::-1]
+    else:
+        recording = plain.copy()
+        recording.flags.writeable = False
+    assert layout == "read-only" or not recording.flags.c_contiguous
+    np.testing.assert_array_equal(make_windows(recording, 8), make_windows(plain, 8))
+    np.testing.assert_array_equal(
+        make_windows(recording[1], 8), make_windows(plain[1], 8)
+    )
+
+
+def test_memory_mapped_recording(tmp_path):
+    np.save(tmp_path / "signal.npy", np.arange(10.0))
+    mapped = np.load(tmp_path / "signal.npy", mmap_mode="r")
+    windows = make_windows(mapped, 5)
+    assert type(windows) is np.ndarray
+    np.testing.assert_array_equal(windows, np.arange(10.0).reshape(2, 5))
+
+
+def test_lists_and_series_are_recordings():
+    expected = [[0, 1], [2, 3]]
+    np.testing.assert_array_equal(make_windows([0, 1, 2, 3], 2), expected)
+    np.testing.assert_array_equal(make_windows(pd.Series([0, 1, 2, 3]), 2), expected)
+
+
+@pytest.mark.parametrize(
+    ("recording", "message"),
+    [
+        (np.zeros(4), r"recording has 4 samples, fewer than window_length=5"),
+        (
+            np.zeros((100, 2)),
+            r"has 2 samples.*\(100, 2\), expected .*\(n_channels, n_samples\)",
+        ),
+        (np.zeros((2, 3, 10)), "dim 3"),
+        (np.zeros(10, dtype=complex), "[Cc]omplex"),
+        (["a"] * 10, "could not convert string"),
+        (np.array([np.nan] * 10), "recording contains NaN"),
+        (np.array([np.inf] * 10), "recording contains infinity"),
+        (np.zeros(0), "0 sample"),
+    ],
+)
+def test_bad_recordings_are_refused(recording, message):
+    with pytest.raises(ValueError, match=message):
+        make_windows(recording, 5)
+
+
+def test_a_single_number_is_no_recording():
+    with pytest.raises(TypeError, match="got scalar"):
+        make_windows(3.0, 5)
+
+
+@pytest.mark.parametrize("name", ["window_length", "hop"])
+@pytest.mark.parametrize(
+    ("value", "error"),
+    [(0, ValueError), (-3, ValueError), (2.0, TypeError), ("2", TypeError)],
+)
+def test_bad_lengths_are_refused_by_name(name, value, error):
+    with pytest.raises(error, match=name):
+        make_windows(np.zeros(10), **{"window_length": 2, name: value})
+
+
+@pytest.mark.parametrize("hop", [None, 1, 3, 7, 10, 40, 200])
+@pytest.mark.parametrize("cuts", [[], [1, 2, 3], [30, 31, 95], range(5, 100, 5)])
+def test_windows_of_blocks_are_those_of_the_whole(monkeypatch, hop, cuts):
+    monkeypatch.setattr("skarxlag.plant.readers.windows._BLOCK", 20)
+    recording = np.random.default_rng(0).normal(size=(2, 103))
+    parts = list(cut_blocks(np.split(recording, cuts, axis=1), "run", 7, hop))
+    np.testing.assert_array_equal(
+        np.concatenate(parts), make_windows(recording, 7, hop=hop)
+    )
+    assert max(map(len, parts)) <= 2
+
+
+@pytest.mark.parametrize("max_windows", [1, 5, 100])
+def test_thinned_windows_do_not_depend_on_the_parts(max_windows):
+    windows = np.arange(64.0)[:, np.newaxis]
+    kept, position, n_available = thin_windows([windows], max_windows)
+    assert n_available == 64
+    np.testing.assert_array_equal(kept[:, 0], position)
+    assert len(kept) == {1: 1, 5: 4, 100: 64}[max_windows]
+    in_parts, same, _ = thin_windows(np.split(windows, [1, 2, 30]), max_windows)
+    np.testing.assert_array_equal(in_parts, kept)
+    np.testing.assert_array_equal(same, position)
