@@ -37,7 +37,8 @@ MODULES = [
     module.name
     for module in pkgutil.walk_packages(skarxlag.__path__, "skarxlag.")
     if not any(
-        part.startswith("_") or part == "commands" for part in module.name.split(".")
+        part.startswith("_") or part in ("commands", "pages", "watch")
+        for part in module.name.split(".")
     )
 ]
 

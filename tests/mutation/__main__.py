@@ -1,6 +1,6 @@
 """Count the mutants of modules that the tests kill: ``python -m tests.mutation``.
 
-The modules are the kernels, the decision, the verdicts and the journal of an
+The modules are the kernels, the decision and the verdicts of an
 interrupted run. Each mutant is a copy of a module with one small error, see `mutants`.
 It is killed if a test fails that passes without the error, or takes too long. Tests
 that are slow without the error are left out. If an error is in a loop, or in a constant

@@ -25,7 +25,6 @@ SOURCES = {
     "judge": _PACKAGE / "verdicts/judge.py",
     "members": _PACKAGE / "verdicts/members.py",
     "limits": _PACKAGE / "verdicts/limits.py",
-    "journal": _PACKAGE / "commands/journal.py",
 }
 _COMPARISONS = {
     ast.Lt: (ast.LtE, ast.GtE),
