@@ -20,7 +20,6 @@ _COMMANDS = {
     "fit": "calibrate a diagnoser on your recordings",
     "diagnose": "diagnose recordings with a saved diagnoser",
     "show": "draw recordings without a diagnosis",
-    "trend": "draw results and logs over weeks",
     "watch": "diagnose a running sensor with a saved diagnoser",
     "acknowledge": "acknowledge a latched alarm of a running sensor",
     "info": "print what a saved diagnoser is, or the channels of a recording",

@@ -6,7 +6,6 @@ the page; labels are text of the page next to it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from operator import itemgetter
 from typing import Any
 
@@ -29,13 +28,6 @@ _MARGIN = 0.05
 _LARGEST = 1e150
 #: A range of less than this share of the largest value is drawn like that of a constant.
 _CONSTANT = 1e-9
-
-_DAY = 86_400
-#: Steps between dates on an axis, in seconds.
-_DATE_STEPS = (
-    *(60, 300, 900, 1800, 3600, 10_800, 21_600, 43_200),
-    *(days * _DAY for days in (1, 2, 7, 14, 30, 91, 182, 365)),
-)
 
 
 @dataclass(frozen=True)
@@ -90,26 +82,6 @@ class Axis:
     def _labelled(self, values, texts):
         positions = (100 * self.share(values)).round(2)
         return list(zip(positions.tolist(), texts, strict=True))
-
-
-class DateAxis(Axis):
-    """Axis of seconds since 1970 in UTC, with dates as labels."""
-
-    @property
-    def ticks(self) -> list[tuple[float, str]]:
-        """Positions in percent of the axis, and texts.
-
-        >>> DateAxis("Time (UTC)", 0.0, 3 * 86_400.0).ticks
-        [(0.0, '01 Jan'), (33.33, '02 Jan'), (66.67, '03 Jan'), (100.0, '04 Jan')]
-        """
-        span = self.high - self.low
-        step = next((step for step in _DATE_STEPS if span / step <= 4), span / 3)
-        times = np.arange(np.ceil(self.low / step), self.high / step + 1e-9) * step
-        form = "%H:%M" if span <= _DAY else "%d %b %H:%M"
-        if step >= _DAY:
-            form = "%d %b" if span < 300 * _DAY else "%b %Y"
-        texts = [datetime.fromtimestamp(time, UTC).strftime(form) for time in times]
-        return self._labelled(times, texts)
 
 
 @dataclass(frozen=True)
@@ -240,27 +212,6 @@ def curve(x: Any, y: Any) -> str:
         f"{sign}{across} {down}"
         for sign, (across, down) in zip(signs, points, strict=True)
     )
-
-
-def dots(x: Any, y: Any) -> str:
-    """Return the path of points, which the style draws as round ends of no line.
-
-    Parameters
-    ----------
-    x, y : array-like of shape (n_points,)
-        As in `curve`.
-
-    Returns
-    -------
-    str
-        The path.
-
-    Examples
-    --------
-    >>> dots([0, 1], [0.5, np.nan])
-    'M0 120h0'
-    """
-    return "".join(f"M{across} {down}h0" for across, down in _in_units(x, y)[0])
 
 
 def _in_units(x, y):
