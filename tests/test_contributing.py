@@ -48,8 +48,8 @@ FORMAT = '''
 
 import numpy as np
 
-from ._arrays import NamedArrays
-from ._contents import Format
+from .contents import NamedArrays
+from .contents import Format
 
 FORMAT = Format((".marked",))
 

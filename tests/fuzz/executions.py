@@ -7,7 +7,7 @@ from multiprocessing import get_context
 import numpy as np
 
 from skarxlag import load_diagnoser, read_recording
-from skarxlag.plant.readers.formats._isolation import end_readers
+from skarxlag.plant.readers.formats.isolation import end_readers
 
 #: Seconds that a file may take, and bytes that the process may grow by.
 LONGEST = 100.0

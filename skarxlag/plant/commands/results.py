@@ -11,7 +11,7 @@ import pandas as pd
 from ...core.fault_locations import location_of_label
 from ...core.files import write_atomically
 from ...verdicts.names import NO_VERDICT
-from ..readers.formats._fields import distinct
+from ..readers.formats.facts import distinct
 from ..readers.listing import ListedRecording
 from .diagnosis import Diagnosis
 from .files import MARK, result_paths

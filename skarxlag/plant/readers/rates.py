@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .formats._facts import RATE_TOLERANCE, SECONDS
+from .formats.facts import RATE_TOLERANCE, SECONDS
 
 #: Largest factor by which a signal is interpolated on the way to its new rate.
 _MAX_FACTOR = 10_000

@@ -9,7 +9,7 @@ from itertools import chain
 
 from .entries import ListedRecording
 from .files import chosen_channels
-from .formats._fields import number
+from .formats.facts import number
 
 #: Bytes at either end of a file that are compared before all of it.
 _ENDS = 2**16

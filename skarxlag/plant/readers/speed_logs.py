@@ -6,9 +6,9 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from .formats._fields import distinct, number, seconds_of_date
+from .formats.facts import distinct, number, seconds_of_date
+from .recording_tables import read_rows
 from .speeds import SpeedProfile, check_stated_speed, is_ambiguous_speed
-from .tables import read_rows
 
 
 def logged_speed(

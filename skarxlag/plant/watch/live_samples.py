@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..readers.formats._contents import ContentError, choose_channel, choose_channels
-from ..readers.formats._facts import names_speed, names_times
+from ..readers.formats.contents import ContentError, choose_channel, choose_channels
+from ..readers.formats.facts import names_speed, names_times
 from ..readers.formats.raw import frame_type
 
 #: Names, positions or patterns of channels.

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..readers.formats._contents import ContentError
-from ..readers.formats._fields import is_number, number
-from ..readers.formats._text_layout import text_layout
+from ..readers.formats.contents import ContentError
+from ..readers.formats.facts import is_number, number
+from ..readers.formats.text_layout import text_layout
 from .live_samples import Channels, Samples, chosen_channels
 from .live_times import StreamTimes
 

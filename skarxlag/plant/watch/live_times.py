@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..readers.formats._clock import DRIFT, Clock
-from ..readers.formats._contents import ContentError, choose_channel
-from ..readers.formats._facts import SECONDS, names_times
-from ..readers.formats._fields import number, seconds_of_date
-from ..readers.formats._text_layout import TextLayout
+from ..readers.formats.clock import DRIFT, Clock
+from ..readers.formats.contents import ContentError, choose_channel
+from ..readers.formats.facts import SECONDS, names_times, number, seconds_of_date
 from ..readers.formats.text import date_columns
+from ..readers.formats.text_layout import TextLayout
 
 #: Name that stands for no column.
 NO_TIMES = "none"

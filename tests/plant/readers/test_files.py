@@ -9,7 +9,7 @@ import pytest
 from scipy.io import savemat, wavfile
 
 from skarxlag import read_recording
-from skarxlag.plant.readers.formats import _isolation
+from skarxlag.plant.readers.formats import isolation
 
 RNG = np.random.default_rng(0)
 # Multiples of 2**-10, which a decimal text holds exactly.
@@ -393,11 +393,11 @@ def test_a_missing_library_is_named_with_its_extra(
     # A module that cannot be imported, in a fresh process of the reader.
     (tmp_path / f"{library}.py").write_text(f"raise ImportError('x', name={library!r})")
     monkeypatch.syspath_prepend(tmp_path)
-    _isolation.end_readers()
+    isolation.end_readers()
     message = rf"{name}: .*needs {library}: pip install 'skarxlag\[{extra}\]'"
     with pytest.raises(ImportError, match=message):
         read_recording(tmp_path / name)
-    _isolation.end_readers()
+    isolation.end_readers()
 
 
 @pytest.mark.parametrize("suffix", [".mat", ".npz"])

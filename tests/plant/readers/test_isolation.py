@@ -15,7 +15,7 @@ import pytest
 from scipy.io import savemat
 
 from skarxlag import list_channels, read_recording
-from skarxlag.plant.readers.formats import _isolation
+from skarxlag.plant.readers.formats import isolation
 from tests.plant.readers.blocks import recording_blocks
 
 Y = np.arange(50.0)
@@ -51,13 +51,13 @@ def crash_within_a_reply(path):
 def test_a_crash_is_reported_and_the_next_file_is_read(run, function):
     message = r"run.mat: its reader crashed \(exit status .*damaged"
     with pytest.raises(ValueError, match=message):
-        list(_isolation.isolated(function, run))
+        list(isolation.isolated(function, run))
     np.testing.assert_array_equal(read_recording(run)[0], Y)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a program that fails at once")
 def test_a_reader_that_does_not_start_is_reported(run, monkeypatch):
-    _isolation.end_readers()
+    isolation.end_readers()
     monkeypatch.setattr(sys, "executable", "/bin/false")
     with pytest.raises(ValueError, match=r"run.mat: its reader crashed \(exit status"):
         read_recording(run)
@@ -73,11 +73,11 @@ def endless(path):
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit of processor time")
 def test_a_reader_that_computes_for_ever_is_ended(run, monkeypatch):
-    monkeypatch.setattr(_isolation, "_PATIENCE", 0.5)
-    monkeypatch.setattr(_isolation, "_CLOCK", 1000)
+    monkeypatch.setattr(isolation, "_PATIENCE", 0.5)
+    monkeypatch.setattr(isolation, "_CLOCK", 1000)
     message = r"run.mat: .* more than 1 s of processor time, damaged"
     with pytest.raises(ValueError, match=message):
-        list(_isolation.isolated(endless, run))
+        list(isolation.isolated(endless, run))
 
 
 @pytest.mark.slow
@@ -85,13 +85,13 @@ def test_a_reader_that_computes_for_ever_is_ended(run, monkeypatch):
 def test_a_reader_that_has_to_wait_is_not_called_damaged(run, monkeypatch):
     """A busy machine gives a process no time, as a signal does here."""
     read_recording(run)
-    monkeypatch.setattr(_isolation, "_PATIENCE", 0.1)
-    reader = _isolation._idle[os.getpid()]
+    monkeypatch.setattr(isolation, "_PATIENCE", 0.1)
+    reader = isolation._idle[os.getpid()]
     reader.send_signal(signal.SIGSTOP)
     resume = threading.Timer(0.4, reader.send_signal, [signal.SIGCONT])
     resume.start()
     np.testing.assert_array_equal(read_recording(run)[0], Y)
-    assert _isolation._idle[os.getpid()] is reader
+    assert isolation._idle[os.getpid()] is reader
     resume.join()
     reader.send_signal(signal.SIGSTOP)
     message = r"run.mat: .* no answer in 1 s; is the disk or machine busy\?$"
@@ -103,19 +103,19 @@ def test_a_reader_that_has_to_wait_is_not_called_damaged(run, monkeypatch):
 def test_a_caller_that_takes_its_time_is_no_hang(run, monkeypatch):
     blocks = recording_blocks(run, 20)
     next(blocks)
-    monkeypatch.setattr(_isolation, "_PATIENCE", 0)
-    monkeypatch.setattr(_isolation, "_BYTES_PER_SECOND", 1e3)
+    monkeypatch.setattr(isolation, "_PATIENCE", 0)
+    monkeypatch.setattr(isolation, "_BYTES_PER_SECOND", 1e3)
     assert [len(signal) for signal, _ in blocks] == [20, 10]
 
 
 def test_one_process_reads_file_after_file(run):
     read_recording(run)
-    reader = _isolation._idle[os.getpid()]
+    reader = isolation._idle[os.getpid()]
     with pytest.raises(ValueError, match="no channel 'z'"):
         read_recording(run, channel="z")
     list_channels(run)
     np.testing.assert_array_equal(read_recording(run)[0], Y)
-    assert _isolation._idle[os.getpid()] is reader
+    assert isolation._idle[os.getpid()] is reader
 
 
 @pytest.mark.slow
@@ -123,7 +123,7 @@ def test_a_recording_that_is_not_read_to_its_end(run):
     blocks = recording_blocks(run, 10)
     next(blocks)
     blocks.close()
-    assert os.getpid() not in _isolation._idle
+    assert os.getpid() not in isolation._idle
     np.testing.assert_array_equal(read_recording(run)[0], Y)
 
 
@@ -138,7 +138,7 @@ def test_several_files_at_a_time(tmp_path):
     one, other = recording_blocks(paths[0], 30), recording_blocks(paths[1], 30)
     for first, second in zip(one, other, strict=True):
         np.testing.assert_array_equal(first[0] + 1, second[0])
-    assert _isolation._idle[os.getpid()].poll() is None
+    assert isolation._idle[os.getpid()].poll() is None
 
 
 @pytest.mark.slow
@@ -191,7 +191,7 @@ def test_matlab_files_that_unpack_to_gigabytes(tmp_path):
 def test_files_that_have_crashed_the_reader_or_never_ended(path, run, monkeypatch):
     """Found by altering some bytes of a good file; with some versions of SciPy they are read."""
     read_recording(run)
-    monkeypatch.setattr(_isolation, "_PATIENCE", 1)
+    monkeypatch.setattr(isolation, "_PATIENCE", 1)
     with contextlib.suppress(ValueError):
         read_recording(path, channel="y")
     monkeypatch.undo()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skarxlag import load_recordings, make_diagnoser, recording_verdicts, signal_quality
-from skarxlag.plant.readers.monotonic import refuse_one_way
+from skarxlag.plant.readers.entries import refuse_one_way
 
 RNG = np.random.default_rng(0)
 N = 1200

@@ -17,7 +17,7 @@ from types import ModuleType
 from typing import Any
 
 from . import arrow, audio, hdf5, matlab, npy, npz, raw, tdms, text, uff, vallen, wav
-from ._contents import ContentError
+from .contents import ContentError
 
 #: All formats, in the order in which the documentation lists them.
 FORMATS = (matlab, npy, npz, text, wav, audio, arrow, hdf5, tdms, uff, vallen, raw)

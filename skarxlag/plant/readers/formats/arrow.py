@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from ._contents import Channel, Contents, Format, check_unpacked
-from ._facts import names_times
+from .contents import Channel, Contents, Format, check_unpacked
+from .facts import names_times
 
 FORMAT = Format(
     (".parquet", ".feather", ".arrow"), library="pyarrow", extra="io", isolated=True

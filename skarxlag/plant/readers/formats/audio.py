@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from ._contents import Channel, Contents, Format, check_unpacked, slices
+from .contents import Channel, Contents, Format, check_unpacked, slices
 
 FORMAT = Format(
     (".flac", ".w64", ".rf64", ".aif", ".aiff", ".caf", ".au"),

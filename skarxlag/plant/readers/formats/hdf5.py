@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ._arrays import NamedArrays
-from ._contents import ContentError, Contents, Format, check_unpacked
-from ._facts import stated_unit
+from .arrays import NamedArrays
+from .contents import ContentError, Contents, Format, check_unpacked
+from .facts import stated_unit
 
 FORMAT = Format((".h5", ".hdf5", ".hdf"), library="h5py", isolated=True)
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from . import hdf5
-from ._arrays import NamedArrays
-from ._contents import Contents, Format, check_unpacked
+from .arrays import NamedArrays
+from .contents import Contents, Format, check_unpacked
 
 # SciPy's compiled parser can crash or hang on a damaged file.
 FORMAT = Format((".mat",), isolated=True)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ._arrays import NamedArrays
-from ._contents import Contents, Format
+from .arrays import NamedArrays
+from .contents import Contents, Format
 
 FORMAT = Format((".npy",))
 

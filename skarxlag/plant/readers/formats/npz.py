@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.lib import format as npy
 
-from ._arrays import NamedArrays
-from ._contents import Contents, Format, check_unpacked
+from .arrays import NamedArrays
+from .contents import Contents, Format, check_unpacked
 
 FORMAT = Format((".npz",))
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ._arrays import NamedArrays
-from ._contents import ContentError, Contents, Format
+from .arrays import NamedArrays
+from .contents import ContentError, Contents, Format
 
 FORMAT = Format((".bin", ".raw"))
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ._arrays import NamedArrays
-from ._contents import ContentError, Contents, Format, is_numeric
-from ._facts import stated_unit
+from .arrays import NamedArrays
+from .contents import ContentError, Contents, Format, is_numeric
+from .facts import stated_unit
 
 FORMAT = Format((".tdms",), library="nptdms", isolated=True)
 

@@ -9,9 +9,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from ._contents import Channel, ContentError, Contents, Format, check_unpacked
-from ._facts import letters
-from ._text_layout import UTF_16, split_rows, text_layout
+from .contents import Channel, ContentError, Contents, Format, check_unpacked
+from .facts import letters
+from .text_layout import UTF_16, split_rows, text_layout
 
 FORMAT = Format((".csv", ".txt", ".tsv", ".dat", ".csv.gz", ".txt.gz", ".tsv.gz"))
 

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-from ._arrays import NamedArrays
-from ._contents import Contents, Format
-from ._facts import is_rate, rounded
+from .arrays import NamedArrays
+from .contents import Contents, Format
+from .facts import is_rate, rounded
 
 FORMAT = Format((".uff", ".unv"), library="pyuff", isolated=True)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ._contents import Channel, ContentError, Contents, Format
+from .contents import Channel, ContentError, Contents, Format
 
 FORMAT = Format((".tradb",), library="vallenae", isolated=True)
 

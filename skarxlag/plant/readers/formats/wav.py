@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ._contents import Channel, Contents, Format, slices
+from .contents import Channel, Contents, Format, slices
 
 FORMAT = Format((".wav",))
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skarxlag.plant.readers.formats._clock import DRIFT, MEASURED_FOR, Clock
+from skarxlag.plant.readers.formats.clock import DRIFT, MEASURED_FOR, Clock
 
 RATE = 10.0
 TOLERANCE = 0.35

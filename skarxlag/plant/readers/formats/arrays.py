@@ -1,12 +1,22 @@
-"""Find the channels in files of named arrays, and read them."""
+"""Channels in files of named arrays, and the numbers beside them that state their facts."""
 
-from collections.abc import Callable, Mapping
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from ._contents import Channel, Contents, is_numeric, slices
-from ._facts import state_facts
+from .contents import Channel, Contents, is_numeric, slices
+from .facts import (
+    RATE_TOLERANCE,
+    SPEED_NAME,
+    UNIT_NAMES,
+    UNIT_OF_NUMBER,
+    all_letters,
+    is_rate,
+    letters,
+    stated_rate,
+)
 
 
 class NamedArrays:
@@ -132,3 +142,112 @@ class NamedArrays:
             # Channels of TDMS files do not take a tuple.
             return array[samples]
         return array[(*index[:time], samples, *index[time + 1 :])]
+
+
+def state_facts(
+    channels: dict[str, Channel],
+    paths: dict[str, str],
+    numbers: dict[str, Any],
+    texts: dict[str, str],
+    separator: str,
+) -> None:
+    """Fill in sampling rates and shaft speeds from numbers with names such as ``fs`` or ``rpm``.
+
+    A path such as ``run.signal`` names the groups of a file around a channel, a number
+    or a text. The number nearest to the channel on the way up to the root counts. A
+    rate is that of the longest of the channels that it could belong to; shorter ones,
+    such as a speed next to a vibration, were sampled more slowly. Of several speeds
+    with a prefix, the one counts whose prefix begins the name of the channel. Speeds
+    that disagree do not count. Rates that disagree are the `contradiction` of the
+    channel.
+
+    Parameters
+    ----------
+    channels : dict of str to Channel
+        By name. Sampling rates that they have already are kept.
+    paths : dict of str to str
+        Path of each channel.
+    numbers : dict of str to number
+        Single numbers by their paths.
+    texts : dict of str to str
+        Single texts by their paths. They may be units: that of ``run.fs`` is
+        ``run.fs_unit`` or ``run.fs.unit``.
+    separator : str
+        Between the parts of a path.
+
+    Examples
+    --------
+    >>> y, z, u = Channel(5), Channel(9), Channel(7)
+    >>> paths = {"y": "a.X98_y", "z": "z", "u": "u"}
+    >>> numbers = {"fs": 10.0, "a.SampleRate": 20.0, "a.X98RPM": 1772.0, "a.X99RPM": 1750.0}
+    >>> state_facts({"y": y, "z": z, "u": u}, paths, numbers, {}, ".")
+    >>> y.sampling_rate, z.sampling_rate, u.sampling_rate, y.rpm, z.rpm
+    (20.0, 10.0, None, 1772.0, None)
+    """
+    units = _units_of_numbers(texts, separator)
+    rates = defaultdict(dict)
+    speeds = defaultdict(list)
+    for path, number in numbers.items():
+        if not is_rate(number):
+            continue
+        group, _, name = path.rpartition(separator)
+        plain = all_letters(name)
+        if rate := stated_rate(plain, float(number), units.get((group, plain))):
+            rates[group][name] = rate
+        if match := SPEED_NAME.fullmatch(name):
+            speeds[group].append((match[1], float(number)))
+    rate_groups = {}
+    longest = defaultdict(int)
+    for name, path in paths.items():
+        above = _groups_above(path, separator)
+        group = next((group for group in above if group in rates), None)
+        rate_groups[name] = group
+        longest[group] = max(longest[group], channels[name].length)
+    for name, channel in channels.items():
+        group = rate_groups[name]
+        is_rated = group is not None and channel.length == longest[group]
+        if is_rated and channel.sampling_rate is None:
+            channel.sampling_rate, channel.contradiction = _agreed(rates[group])
+        channel.rpm = _nearest_speed(paths[name], speeds, separator)
+
+
+def _units_of_numbers(texts, separator):
+    """Return units in lower case, by group and letters of the number that they belong to."""
+    units = {}
+    for path, text in texts.items():
+        group, _, name = path.rpartition(separator)
+        number = None
+        if letters(name) in UNIT_NAMES:
+            group, _, number = group.rpartition(separator)
+        elif match := UNIT_OF_NUMBER.fullmatch(all_letters(name)):
+            number = match[1]
+        if number is not None:
+            units[group, all_letters(number)] = text.strip().lower()
+    return units
+
+
+def _groups_above(path: str, separator: str) -> Iterator[str]:
+    """Yield the groups around a path, the nearest first."""
+    while path:
+        path = path.rpartition(separator)[0]
+        yield path
+
+
+def _agreed(rates):
+    """Return the rate that several names state, or None; and the rates if they disagree."""
+    values = list(rates.values())
+    if max(values) <= (1 + RATE_TOLERANCE) * min(values):
+        return values[0], {}
+    return None, rates
+
+
+def _nearest_speed(path, speeds, separator):
+    """Return the nearest speed. Contradictory values do not count."""
+    last = path.rpartition(separator)[2]
+    for group in _groups_above(path, separator):
+        stated = speeds.get(group, [])
+        of_channel = {speed for prefix, speed in stated if last.startswith(prefix)}
+        values = of_channel or {speed for _, speed in stated}
+        if len(values) == 1:
+            return values.pop()
+    return None

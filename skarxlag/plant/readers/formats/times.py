@@ -6,10 +6,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._clock import Clock, changes
-from ._contents import ContentError, Contents
-from ._facts import RATE_TOLERANCE, SECONDS, letters, names_times, rounded
-from ._fields import number, seconds_of_date, unit_in_name
+from .clock import Clock, changes
+from .contents import ContentError, Contents
+from .facts import (
+    RATE_TOLERANCE,
+    SECONDS,
+    letters,
+    names_times,
+    number,
+    rounded,
+    seconds_of_date,
+    unit_in_name,
+)
 
 #: Times from which the sampling rate is computed, and more if they are too coarse.
 _N_PROBED = 10_000

@@ -41,7 +41,7 @@ _CLOCK = 10
 _MEMORY = 2**32
 _MEMORY_PER_BYTE = 200
 
-_PROGRAM = "from skarxlag.plant.readers.formats._isolation import serve; serve()"
+_PROGRAM = "from skarxlag.plant.readers.formats.isolation import serve; serve()"
 _PATHS = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
 
 #: One idle reader for each process that has started one: a fork must not use that of

@@ -10,9 +10,16 @@ from itertools import chain
 
 import numpy as np
 
-from ._contents import ContentError
-from ._facts import SECONDS, names_times
-from ._fields import distinct, is_number, number, seconds_of_date, unit_in_name
+from .contents import ContentError
+from .facts import (
+    SECONDS,
+    distinct,
+    is_number,
+    names_times,
+    number,
+    seconds_of_date,
+    unit_in_name,
+)
 
 _LINES = 200
 UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
