@@ -107,11 +107,9 @@ def make_diagnoser(
     """The recommended diagnoser, for windows and for stretches of a second.
 
     One model of all conditions takes out what they share, and what measured inputs
-    explain. `LogSpectra` measures the innovations by their colour, their floor between
-    impacts and their steadiness. `SpectralDistance` compares these three groups with
-    those of each condition and discounts what a change of speed does to them: the
-    product of the three distances counts as much as the joint distance of colour and
-    steadiness.
+    explain. `LogSpectra` measures the innovations by their spectral shape and their
+    steadiness. `SpectralDistance` compares both, as one vector, with those of each
+    condition, and discounts what a change of speed does to them.
 
     With a sampling rate, a row may be longer than a window of 4800 samples: its windows
     are compared one by one. Rows of three revolutions of the shaft and more are compared by

@@ -17,7 +17,6 @@ VARIANTS = {
     "PIObserver": [{"evaluation": name} for name in RESIDUAL_EVALUATIONS],
     "ExtendedStatePIObserver": [{"evaluation": name} for name in RESIDUAL_EVALUATIONS],
     "ExtendedStatePIObserverBank": [{"n_members": 8}],
-    "SpectralDistance": [{}, {"joint_weight": 0.5}],
     "FaultOrderClassifier": [
         {"bearing": "6205", "sampling_rate": 100.0, "speed_range": (2000.0, 2600.0)}
     ],

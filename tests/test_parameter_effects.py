@@ -82,12 +82,9 @@ EFFECTS = {
     },
     ExtendedStatePIObserverBank: BANK_EFFECTS | {"saturation": ({}, 0.0, levels)},
     LogSpectra: {
-        "measures": ({}, ("power", "spectral_shape"), levels),
         "spectrum_order": ({}, 16, levels),
     },
     SpectralDistance: {
-        "joint_weight": ({}, 0.5, distances),
-        "joint_groups": ({"joint_weight": 0.5}, (0, 2), distances),
         "smooth_drift": ({}, 1.0, distances),
         "rough_drift": ({}, 0.1, distances),
         "frequency_drift": ({}, 1.0, distances),

@@ -90,7 +90,7 @@ def test_ladder_counts_a_window_as_often_as_its_weight_says():
 
 
 RESIDUALS = {
-    "compare": (SpectralDistance(joint_weight=0.5), {}),
+    "compare": (SpectralDistance(), {}),
     "orders": (OrderResidual(sampling_rate=100), {"rpm": np.linspace(500, 700, 12)}),
     "stretches": (
         StretchResidual(

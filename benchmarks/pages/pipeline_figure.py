@@ -50,7 +50,7 @@ def pipeline_diagram():
         "recording": (0, 0, "a recording (a file, or a running sensor)"),
         "cut": (0, 1, "cut\nmake_windows"),
         "identify": (0, 2, "identify: what can be predicted?\nARXLaguerre"),
-        "measure": (0, 3, "measure: shape, floor, impulsiveness\nLogSpectra"),
+        "measure": (0, 3, "measure: shape, impulsiveness\nLogSpectra"),
         "compare": (
             0,
             4,

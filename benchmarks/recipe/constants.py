@@ -40,10 +40,10 @@ from skarxlag import (
 PROTOCOLS = ("one speed", "others")
 ORDER_WEIGHTS = (0.0, 0.25, 0.5, 0.75, 1.0)
 EXPONENTS = (8, 12, 16, 20, 24, 28, 32, 40, 50, 64)
-#: Model orders, spectrum orders, smooth drifts and joint weights of each grid.
+#: Model orders, spectrum orders and smooth drifts of each grid.
 GRIDS = {
-    "constants": ((4, 8, 32), (128, 256, 512), (0.1, 0.2, 0.4), (0.5, 1.0)),
-    "constants wide": ((2, 4, 32), (256,), (0.4, 0.6, 0.8, 1.2), (0.5, 0.75, 1.0)),
+    "constants": ((1, 4, 32), (64, 128, 256), (0.15, 0.3, 0.6)),
+    "constants wide": ((1,), (128,), (0.05, 0.1, 0.2, 0.4, 0.8, 1.2)),
 }
 TIE = 0.005
 #: Order of the model for measured inputs, which the real rigs do not have.
@@ -55,7 +55,6 @@ NAMES = [
     "model order",
     "spectrum order",
     "smooth drift",
-    "joint weight",
     "order weight",
 ]
 
@@ -93,13 +92,11 @@ class Fold:
             orders.fit(train, self.y, rpm=self.rpm)
             self.of_orders = np.log(orders.transform(test, rpm=self.rpm_test))
 
-    def log_residuals(self, smooth, joint):
+    def log_residuals(self, smooth):
         """Logarithms of the residuals of the windows, their mean over each row."""
         n = len(self.train) // len(self.y)
         n_test = len(self.test) // len(self.y_test)
-        distance = SpectralDistance(
-            joint_weight=joint, joint_groups=(0, 2), smooth_drift=smooth
-        )
+        distance = SpectralDistance(smooth_drift=smooth)
         distance.fit(self.train, np.repeat(self.y, n), rpm=np.repeat(self.rpm, n))
         residuals = distance.transform(self.test, rpm=np.repeat(self.rpm_test, n_test))
         return np.log(residuals).reshape(len(self.y_test), n_test, -1).mean(axis=1)
@@ -131,7 +128,7 @@ def score_rig(rig, kinds, grid, report=print):
     """
     accuracies = []
     calibrations = []
-    orders, spectrum_orders, drifts, joint_weights = grid
+    orders, spectrum_orders, drifts = grid
     for kind, order, spectrum_order in product(kinds, orders, spectrum_orders):
         length = ROWS[kind] or int(rig.sampling_rate)
         every = [
@@ -139,9 +136,9 @@ def score_rig(rig, kinds, grid, report=print):
             for name, a, b in folds(rig)
         ]
         weights = ORDER_WEIGHTS if ROWS[kind] is None else ORDER_WEIGHTS[:1]
-        for smooth, joint in product(drifts, joint_weights):
+        for smooth in drifts:
             residuals = [
-                (name, fold, fold.log_residuals(smooth, joint)) for name, fold in every
+                (name, fold, fold.log_residuals(smooth)) for name, fold in every
             ]
             for weight in weights:
                 # Windows have no orders: their scores count for every weight.
@@ -163,7 +160,7 @@ def score_rig(rig, kinds, grid, report=print):
                         each: _calibration_error(results, each) for each in EXPONENTS
                     }
                     for each in same:
-                        values = (order, spectrum_order, smooth, joint, each)
+                        values = (order, spectrum_order, smooth, each)
                         setting = dict(zip(NAMES, values, strict=True))
                         cell = {"rig": rig.name, "rows": kind, "trained at": protocol}
                         accuracies.append(setting | cell | {"right": right})
@@ -207,12 +204,12 @@ def choose(accuracies):
 
     Examples
     --------
-    >>> rows = [(4, 128, 0.1, 0.5, 0.5, "a", 0.7), (4, 128, 0.1, 0.5, 0.5, "b", 1.0),
-    ...         (8, 128, 0.1, 0.5, 0.5, "a", 0.5), (8, 128, 0.1, 0.5, 0.5, "b", 1.0)]
+    >>> rows = [(4, 128, 0.1, 0.5, "a", 0.7), (4, 128, 0.1, 0.5, "b", 1.0),
+    ...         (8, 128, 0.1, 0.5, "a", 0.5), (8, 128, 0.1, 0.5, "b", 1.0)]
     >>> frame = pd.DataFrame(rows, columns=[*NAMES, "rig", "right"])
     >>> setting, _ = choose(frame.assign(**{"rows": "w", "trained at": "one speed"}))
     >>> [float(value) for value in setting]
-    [4.0, 128.0, 0.1, 0.5, 0.5]
+    [4.0, 128.0, 0.1, 0.5]
     """
     cells = accuracies.groupby([*NAMES, "rows", "trained at"])["right"].agg(
         ["min", "mean"]

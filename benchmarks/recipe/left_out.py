@@ -29,5 +29,4 @@ def diagnoser_without(rig):
         identify__order=(int(constants["model order"]), MODEL_ORDER[1]),
         decide__residual__measure__spectrum_order=int(constants["spectrum order"]),
         decide__residual__compare__smooth_drift=float(constants["smooth drift"]),
-        decide__residual__compare__joint_weight=float(constants["joint weight"]),
     )

@@ -14,10 +14,8 @@ WITHOUT = {
     "model of the signal": f"{RECIPE}, plain windows, no model",
     "measured inputs": f"{RECIPE}, measured inputs left out",
     "expected change with speed": f"{RECIPE}, no drift at all",
-    "spectral shape": f"{RECIPE}, without spectral shape",
-    "floor between impacts": f"{RECIPE}, without floor",
-    "impulsiveness": f"{RECIPE}, without impulsiveness",
-    "joint distance, next to the product of distances": f"{RECIPE}, product of groups alone",
+    "spectral shape": f"{RECIPE}, impulsiveness alone",
+    "impulsiveness": f"{RECIPE}, spectral shape alone",
     "short-time spectra, in place of a bank of observers": PROPOSAL,
 }
 #: The columns of the table: the mean over the real rigs, and each rig.

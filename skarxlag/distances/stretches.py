@@ -19,10 +19,7 @@ from ..measures.spectra import LogSpectra
 from .comparison import SpectralDistance
 from .orders import OrderResidual
 
-#: Constants of the recommended diagnoser, see ``python -m benchmarks.recipe
-#: constants``: those of `SpectralDistance`, whose joint distance is that of colour and
-#: steadiness; weight of the orders.
-WINDOW_DISTANCE = {"joint_weight": 0.5, "joint_groups": (0, 2), "smooth_drift": 0.4}
+#: Weight of the orders, see ``python -m benchmarks.recipe constants``.
 ORDER_WEIGHT = 0.5
 #: Assumed speed of the shaft in revolutions per minute if `fit` is not given the speeds
 #: of rows. It decides whether rows are long enough for orders.
@@ -43,7 +40,7 @@ def window_comparison(n_jobs: int | None = None) -> DiagnosisPipeline:
         Steps "measure" and "compare".
     """
     measure = ("measure", LogSpectra(n_jobs=n_jobs))
-    compare = ("compare", SpectralDistance(**WINDOW_DISTANCE))
+    compare = ("compare", SpectralDistance())
     return DiagnosisPipeline([measure, compare], n_jobs=n_jobs)
 
 

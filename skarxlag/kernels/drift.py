@@ -174,14 +174,14 @@ def along_axes(rows: Array, axes: Array) -> Array:
 
     Parameters
     ----------
-    rows : ndarray of shape (n_rows, n_features) or (n_rows, n_groups, n_features)
+    rows : ndarray of shape (n_rows, n_features)
         Rows.
-    axes : ndarray of shape (n_features, n_axes) or (n_groups, n_features, n_axes)
-        Axes, of each group its own.
+    axes : ndarray of shape (n_features, n_axes)
+        Axes.
 
     Returns
     -------
-    ndarray of shape (n_rows, n_axes) or (n_rows, n_groups, n_axes)
+    ndarray of shape (n_rows, n_axes)
         Their product.
     """
     return (rows[..., np.newaxis, :] @ axes)[..., 0, :]
@@ -194,53 +194,52 @@ def squared_distances(
     precisions: Any,
     indices: Any,
 ) -> Array:
-    r"""Compute the mean of :math:`p_k (V^T x - m)_k^2` over the axes k, for each row x and group.
+    r"""Compute the mean of :math:`p_k (V^T x - m)_k^2` over the axes k, for each row x.
 
     Parameters
     ----------
-    rows : ndarray of shape (n_rows, n_groups, n_features)
+    rows : ndarray of shape (n_rows, n_features)
         Rows.
-    axes : ndarray of shape (n_groups, n_features, n_axes)
-        The matrix V of each group.
-    references : ndarray of shape (n_references, n_classes, n_groups, n_axes)
+    axes : ndarray of shape (n_features, n_axes)
+        The matrix V.
+    references : ndarray of shape (n_references, n_classes, n_axes)
         The references m, for example at several speeds.
-    precisions : ndarray of shape (n_references, n_groups, n_axes)
+    precisions : ndarray of shape (n_references, n_axes)
         The reciprocal variances p.
     indices : ndarray of int of shape (n_tried, n_rows)
         References that each row is compared with.
 
     Returns
     -------
-    ndarray of shape (n_tried, n_rows, n_classes, n_groups)
+    ndarray of shape (n_tried, n_rows, n_classes)
         The means; 0 without axes.
 
     Examples
     --------
-    >>> rows, references = np.array([[[3.0, 5.0]]]), np.ones((1, 1, 1, 2))
-    >>> precisions, index = np.array([[[1.0, 0.5]]]), np.zeros((1, 1), int)
-    >>> squared_distances(rows, np.eye(2)[np.newaxis], references, precisions, index)
-    array([[[[6.]]]])
+    >>> rows, references = np.array([[3.0, 5.0]]), np.ones((1, 1, 2))
+    >>> precisions, index = np.array([[1.0, 0.5]]), np.zeros((1, 1), int)
+    >>> squared_distances(rows, np.eye(2), references, precisions, index)
+    array([[[6.]]])
     """
-    squares = np.empty((*indices.shape, *references.shape[1:3]))
-    along = np.empty(axes.shape[2])
+    squares = np.empty((*indices.shape, references.shape[1]))
+    along = np.empty(axes.shape[1])
     _fill_squares(rows, axes, references, precisions, indices, along, squares)
     return squares
 
 
 @compiled
 def _fill_squares(rows, axes, references, precisions, indices, along, squares):
-    n_groups, n_features, n_axes = axes.shape
+    n_features, n_axes = axes.shape
     for w in range(len(rows)):
-        for g in range(n_groups):
-            along[:] = 0.0
-            for f in range(n_features):
+        along[:] = 0.0
+        for f in range(n_features):
+            for k in range(n_axes):
+                along[k] += rows[w, f] * axes[f, k]
+        for tried in range(len(indices)):
+            index = indices[tried, w]
+            for c in range(references.shape[1]):
+                total = 0.0
                 for k in range(n_axes):
-                    along[k] += rows[w, g, f] * axes[g, f, k]
-            for speed in range(len(indices)):
-                index = indices[speed, w]
-                for c in range(references.shape[1]):
-                    total = 0.0
-                    for k in range(n_axes):
-                        change = along[k] - references[index, c, g, k]
-                        total += precisions[index, g, k] * (change * change)
-                    squares[speed, w, c, g] = total / max(n_axes, 1)
+                    change = along[k] - references[index, c, k]
+                    total += precisions[index, k] * (change * change)
+                squares[tried, w, c] = total / max(n_axes, 1)

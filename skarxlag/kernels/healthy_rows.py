@@ -8,14 +8,12 @@ from numpy.typing import NDArray
 from . import spectra
 from .arrays import Array
 from .scaling import centred, root_mean_square
+from .short_time import LENGTH
 
 #: Order of a window's own autoregressive model.
 SPECTRUM_ORDER = 128
 #: Cosine coefficients of the spectral shape that are kept.
 N_COEFFICIENTS = 48
-#: Samples in a segment of the short-time spectrum, and from one segment to the next.
-SEGMENT = 128
-HOP = 16
 #: Impulsiveness of Gaussian noise is ln 2, less what the mean of few segments hides.
 GAUSSIAN_IMPULSIVENESS = 0.36
 #: Added to what impulsiveness lies above that of noise, so that its logarithm is finite.
@@ -75,7 +73,7 @@ def number_of_cepstra(window_length: int) -> int:
     >>> number_of_cepstra(4800)
     110
     """
-    n_bands = max(min(SEGMENT, window_length) // 2 - 1, 1)
+    n_bands = max(min(LENGTH, window_length) // 2 - 1, 1)
     return N_COEFFICIENTS + n_bands - 1
 
 
@@ -124,12 +122,11 @@ def measure_rows(signals: Array, n_windows: int, *, with_level: bool) -> Rows:
     length = signals.shape[1] // n_windows
     unit, peak = centred(signals[:, : n_windows * length])
     windows = spectra.unit_peak(unit.reshape(-1, length))
-    segment = min(SEGMENT, length)
     spectral_shape = spectra.autoregressive_log_spectrum(
         windows, SPECTRUM_ORDER, spectra.LOG_SPECTRUM_CELLS
     )
-    mean, median = spectra.short_time_log_spectra(windows, segment, min(HOP, segment))
-    steadiness = median - mean
+    segment = min(LENGTH, length)
+    steadiness = spectra.steadiness(windows, segment, max(segment // 8, 1))
     cepstra = log_spectra_cepstra(spectral_shape, steadiness)
 
     def by_row(features):

@@ -1,4 +1,4 @@
-"""Log spectrum of a signal, and mean and median power of its bands.
+"""Log spectrum of a signal, and steadiness of its bands.
 
 Every signal is processed separately, so that its result does not depend on the other
 signals.
@@ -12,8 +12,13 @@ from scipy import fft
 from .arrays import Array
 from .linear_prediction import predictors
 from .scaling import largest
-from .short_time import band_levels, hann_window
+from .short_time import LENGTH, band_levels, hann_window
 
+#: Frequencies at which the spectral shape is evaluated, at least. Their logarithms are
+#: averaged over each band, so that a sharp line counts wherever in its band it lies.
+_LEAST_CELLS = 252
+#: Segments of the short-time spectrum start this share of a segment apart.
+_OVERLAP = 8
 #: Cells of (0, pi) on which the log spectrum of a window is taken.
 LOG_SPECTRUM_CELLS = 256
 #: Least power of which the logarithm is taken.
@@ -75,12 +80,47 @@ def _midpoint_power(coefficients, n):
     return response.real**2 + response.imag**2
 
 
-def short_time_log_spectra(signals: Array, segment: int, hop: int) -> Array:
-    r"""Compute the logarithms of the mean and of the median power of each band over time.
+def own_spectra(signals: Array, order: int) -> Array:
+    """Compute the spectral shape and the steadiness of each signal on common bands.
+
+    Parameters
+    ----------
+    signals : ndarray of shape (n_signals, n_samples)
+        Signals, in any unit.
+    order : int
+        Order of the autoregressive model of a signal, at least 1.
+
+    Returns
+    -------
+    ndarray of shape (n_signals, 2, n_bands)
+        Log spectrum of the model, up to a constant, and logarithm of median over mean
+        power. The short-time spectrum has half as many bands, so two neighbours have
+        the same steadiness.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(0).normal(size=(2, 1200))
+    >>> own_spectra(noise, 128).shape
+    (2, 2, 126)
+    """
+    unit = unit_peak(signals)
+    segment = min(LENGTH, unit.shape[1])
+    hop = max(segment // _OVERLAP, 1)
+    of_bands = np.repeat(steadiness(unit, segment, hop), 2, axis=1)
+    n_bands = of_bands.shape[1]
+    n_cells = -(-_LEAST_CELLS // n_bands)
+    fine = autoregressive_log_spectrum(unit, order, n_bands * n_cells)
+    # Sums of which the order does not depend on the number of signals.
+    shape = np.einsum("wbc->wb", fine.reshape(-1, n_bands, n_cells)) / n_cells
+    return np.stack([shape, of_bands], axis=1)
+
+
+def steadiness(signals: Array, segment: int, hop: int) -> Array:
+    r"""Compute the logarithm of median over mean power of each band over time.
 
     The bands are those of a short-time Fourier transform with a Hann window. The median
-    is the power between impacts, and a switching gain settles at it. In a band in which
-    impacts ring, the mean is far above the median.
+    is the power between impacts. In a band in which impacts ring, the mean is far above
+    it.
 
     Parameters
     ----------
@@ -93,19 +133,18 @@ def short_time_log_spectra(signals: Array, segment: int, hop: int) -> Array:
 
     Returns
     -------
-    ndarray of shape (2, n_signals, max(segment // 2 - 1, 1))
-        Natural logarithms of mean and median, up to a constant that depends on the
-        signal and is the same for both. They are 0 for a signal of zeros, and if a
-        segment is shorter than 4 samples.
+    ndarray of shape (n_signals, max(segment // 2 - 1, 1))
+        0 for a signal of zeros, and if a segment is shorter than 4 samples.
     """
     if segment < 4:
-        return np.zeros((2, len(signals), 1))
+        return np.zeros((len(signals), 1))
     # A band without power is steady: what rounding leaves in it must not count.
     energy = np.einsum("wk,wk->w", signals, signals)
     floor = _ROUNDING * segment / signals.shape[1] * energy
     floor[floor == 0] = 1.0
     levels = band_levels(signals, hann_window(segment), hop, floor)
-    return np.log(levels, dtype=np.float64)
+    mean, median = np.log(levels, dtype=np.float64)
+    return median - mean
 
 
 def unit_peak(signals: Array) -> Array:

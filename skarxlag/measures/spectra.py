@@ -1,13 +1,10 @@
 """Measures of windows: groups of log spectra on common frequency bands."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..core.base import GroupTransformer
-from ..core.state import expect
 from ..core.validation import check_count
-from ..kernels.healthy_rows import SEGMENT
-from ..kernels.measures import MEASURES, measure
+from ..kernels.spectra import own_spectra
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -17,22 +14,20 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     The groups are:
 
     - "spectral_shape": the log power spectrum of the autoregressive model that is
-      identified on the window alone, averaged over each band.
-    - "power" and "floor": the logarithms of the mean and of the median power of each
-      band over time, from the short-time Fourier transform with a Hann window of 128
-      samples, or of all samples of a shorter window. The impacts of a fault are short,
-      so they hardly change the median.
-    - "steadiness": floor less power. It is 0 for a steady tone, :math:`\log\log 2` for
-      Gaussian noise, and far lower for a band in which impacts ring.
+      identified on the window alone, averaged over each of 126 bands.
+    - "steadiness": the logarithm of the median power of a band over time less that of
+      the mean power, from the short-time Fourier transform with a Hann window of 128
+      samples, or of all samples of a shorter window. It is 0 for a steady tone,
+      :math:`\log\log 2` for Gaussian noise, and far lower for a band in which impacts
+      ring. Two neighbouring bands have the same value, because this transform has half
+      as many bands.
 
-    A constant factor on a window moves spectral shape, power and floor by the same
-    constant in all bands. `SpectralDistance` removes this constant.
+    A constant factor on a window moves the spectral shape by the same constant in all
+    bands. `SpectralDistance` removes this constant.
 
     Parameters
     ----------
-    measures : sequence of str, default=("spectral_shape", "floor", "steadiness")
-        Names of the groups, each once, in the order of the result.
-    spectrum_order : int, default=256
+    spectrum_order : int, default=128
         Order of the autoregressive model of a window, at least 1. At most an eighth of
         the samples of a window is used.
     n_jobs : int or None, default=None
@@ -54,8 +49,8 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
 
     Notes
     -----
-    The model of a pipeline's first step adds the same log spectrum to spectral shape,
-    power and floor of all windows. This term cancels in a comparison, so one model for all
+    The model of a pipeline's first step adds the same log spectrum to the spectral
+    shape of all windows. This term cancels in a comparison, so one model for all
     conditions is as good as one for each. With several models, the groups of one model
     follow those of another.
 
@@ -65,26 +60,19 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     >>> noise = np.random.default_rng(0).normal(size=(10, 1200))
     >>> spectra = LogSpectra().fit_transform(noise)
     >>> spectra.shape
-    (10, 3, 63)
-    >>> float(spectra[:, 2].mean().round(1))
+    (10, 2, 126)
+    >>> float(spectra[:, 1].mean().round(1))
     -0.3
     """
 
-    measures: Sequence[str] = ("spectral_shape", "floor", "steadiness")
-    spectrum_order: int = 256
+    spectrum_order: int = 128
     n_jobs: int | None = None
 
     def _groups(self, signals):
-        segment = min(SEGMENT, signals.shape[1])
-        return measure(signals, self._group_names(), segment, self.spectrum_order)
+        return own_spectra(signals, self.spectrum_order)
 
     def _group_names(self):
-        return (
-            [self.measures] if isinstance(self.measures, str) else list(self.measures)
-        )
+        return ["spectral_shape", "steadiness"]
 
     def _check_parameters(self):
         check_count(self.spectrum_order, "spectrum_order")
-        names = self._group_names()
-        fits = 0 < len(names) == len(set(names) & set(MEASURES))
-        expect(fits, "measures", self.measures, f"different names of {list(MEASURES)}")

@@ -40,10 +40,10 @@ CALLS = {
         noise(17, 2, 21), ORDERS, POLES, noise(3, 7), 4, np.empty((17, 3, 17))
     ),
     "distances": lambda: drift.squared_distances(
-        noise(3, 2, 4),
-        noise(2, 4, 3),
-        noise(5, 3, 2, 3),
+        noise(3, 4),
+        noise(4, 3),
         noise(5, 2, 3),
+        noise(5, 3),
         np.array([[0, 4, 2]]),
     ),
     "observer": lambda: observer.observe(noise(17, 2, 21), LOOP),

@@ -16,10 +16,7 @@ def spectral_shape(signals, order, n_frequencies):
 
 
 def band_steadiness(signals, segment, hop):
-    mean, median = spectra.short_time_log_spectra(
-        spectra.unit_peak(signals), segment, hop
-    )
-    return median - mean
+    return spectra.steadiness(spectra.unit_peak(signals), segment, hop)
 
 
 def ar2(n_signals, n_samples, seed=0):
@@ -172,15 +169,13 @@ def test_bands_that_hold_nothing_but_rounding_are_steady():
     # A tone at the middle of a cell, of which the Hann window leaves rounding in other
     # cells.
     tone = np.sin(2 * np.pi * 8 / 64 * np.arange(6400))[np.newaxis]
-    mean, median = spectra.short_time_log_spectra(tone, 64, 32)
-    assert_allclose(median - mean, 0, atol=0.05)
+    assert_allclose(band_steadiness(tone, 64, 32), 0, atol=0.05)
 
 
 def test_floor_of_the_power_is_1e_12_of_the_power_of_the_signal():
     # More than half of the segments hold noise that is about as weak as the floor.
     weak = 1e-6 * np.random.default_rng(8).normal(size=(1, 3200))
     weak[0, 1920:] *= 6e5
-    mean, median = spectra.short_time_log_spectra(spectra.unit_peak(weak), 32, 32)
     unit = weak[0] / np.abs(weak).max()
     window = np.sin(np.pi * np.arange(1, 33) / 33) ** 2
     power = np.abs(np.fft.fft(unit.reshape(100, 32) * window)[:, 1:16]) ** 2
@@ -188,21 +183,19 @@ def test_floor_of_the_power_is_1e_12_of_the_power_of_the_signal():
     floor = 1e-12 * 32 * np.mean(unit**2)
     assert 0.1 < power[quiet].mean() / floor < 10
     literal = np.sort(power + floor, axis=0)
-    assert_allclose(mean[0], np.log(literal.mean(axis=0)), atol=1e-5)
-    assert_allclose(median[0], np.log(literal[49:51].mean(axis=0)), atol=1e-5)
+    expected = np.log(literal[49:51].mean(axis=0) / literal.mean(axis=0))
+    assert_allclose(band_steadiness(weak, 32, 32)[0], expected, atol=1e-5)
 
 
 def test_segments_of_four_samples_by_hand():
     signal_ = np.random.default_rng(6).normal(size=(1, 12))
-    mean, median = spectra.short_time_log_spectra(signal_, 4, 4)
     w = np.sin(np.arange(1, 5) * np.pi / 5) ** 2
     x = signal_[0].reshape(3, 4) * w
     # The one band of four samples between 0 and the Nyquist frequency is that of a
     # quarter.
     power = (x[:, 0] - x[:, 2]) ** 2 + (x[:, 1] - x[:, 3]) ** 2
-    assert mean.shape == median.shape == (1, 1)
     expected = np.log(np.median(power) / power.mean())
-    assert_allclose((median - mean)[0, 0], expected, rtol=1e-6)
+    assert_allclose(band_steadiness(signal_, 4, 4), [[expected]], rtol=1e-6)
 
 
 def test_ridge_parameter_is_1e_9():
@@ -214,3 +207,15 @@ def test_ridge_parameter_is_1e_9():
     )
     found = spectral_shape(signals, 8, 32)
     assert_allclose(found, expected, rtol=1e-11)
+
+
+@pytest.mark.parametrize("n_samples", [3, 40, 128, 600])
+def test_shape_and_steadiness_have_the_same_bands(n_samples):
+    signals = ar2(3, n_samples)
+    shape, of_bands = spectra.own_spectra(signals, 20).swapaxes(0, 1)
+    segment = min(n_samples, 128)
+    expected = band_steadiness(signals, segment, max(segment // 8, 1))
+    assert_array_equal(of_bands, np.repeat(expected, 2, axis=1))
+    n_bands = of_bands.shape[1]
+    fine = spectral_shape(signals, 20, -(-252 // n_bands) * n_bands)
+    assert_allclose(shape, fine.reshape(3, n_bands, -1).mean(axis=2), rtol=1e-12)

@@ -420,11 +420,8 @@ def test_missing_file():
         ("measure", "n_models_", 7),
         ("measure", "spectrum_order", 0),
         ("compare", "axes_", np.zeros((0, 0))),
-        ("compare", "axes_", np.full((3, 62, 62), np.nan)),
+        ("compare", "axes_", np.full((252, 250), np.nan)),
         ("compare", "references_", np.zeros((3, 10**6))),
-        ("compare", "joint_axes_", np.zeros((1, 1))),
-        ("compare", "joint_references_", np.zeros((3, 10**6))),
-        ("compare", "joint_groups", (0, 0)),
         ("decide", "rungs_", np.array(["good"])),
         ("decide", "isolation_thresholds_", np.zeros(0)),
         ("decide", "healthy_index_", 3),
@@ -435,7 +432,7 @@ def test_tampered_model_is_refused_at_load_by_name(tmp_path, step, name, value):
     steps = [
         ("identify", ARXLaguerre(bank=False)),
         ("measure", LogSpectra()),
-        ("compare", SpectralDistance(joint_weight=0.5, joint_groups=(0, 2))),
+        ("compare", SpectralDistance()),
         ("decide", ThresholdLadder()),
     ]
     diagnoser = DiagnosisPipeline(steps).fit(X, Y)

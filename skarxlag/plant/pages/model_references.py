@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
 
 from ...core.state import estimators_within, is_fitted
 from ...decisions.order_comparison import order_comparison
@@ -105,7 +104,7 @@ def shape_reference_figure(
     distance = _fitted_part(diagnoser, SpectralDistance)
     names = distance.classes_.astype(str).tolist()
     condition = names.index(str(healthy))
-    group = list(measure.measures).index(_GROUP)
+    group = measure.get_feature_names_out().tolist().index(_GROUP)
     innovations = identify.transform(row[np.newaxis])[0]
     # A stretch is measured in windows of the length that `fit` had.
     length = int(measure.window_shape_[-1])
@@ -152,12 +151,10 @@ def healthy_shape(
         log_speed = np.log(rpm)
     recorded = distance.recorded_ > 0
     weights, _ = reference_weights(np.array([log_speed]), log_speeds, recorded)
-    along_axes = weights[0, :, condition] @ distance.references_[:, condition, group]
-    # References are cosine coefficients times the axes.
-    coefficients = np.linalg.solve(distance.axes_[group].T, along_axes)
-    n_frequencies = len(coefficients) + 1
-    scaled = np.concatenate([[0.0], coefficients]) * np.sqrt(n_frequencies / 2)
-    return fft.idct(scaled, norm="ortho")
+    along_axes = weights[0, :, condition] @ distance.references_[:, condition]
+    # The least spectra that the axes map to the reference have no gain.
+    shapes = np.linalg.lstsq(distance.axes_.T, along_axes)[0]
+    return shapes.reshape(-1, int(distance.window_shape_[-1]))[group]
 
 
 def _fitted_part(model, kind):

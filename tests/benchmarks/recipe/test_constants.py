@@ -15,7 +15,7 @@ def scores():
         for speed in (600.0, 900.0)
         for condition, pole in {"dull": -0.8, "even": 0.0, "sharp": 0.8}.items()
     ]
-    grid = ((4,), (64,), (0.1, 0.4), (0.5,))
+    grid = ((4,), (64,), (0.1, 0.4))
     kinds = ["windows of 1200", "windows of 4800"]
     rig = Rig("coloured noise", 12_000.0, recordings)
     return [
