@@ -27,12 +27,13 @@ def as_command_error() -> Iterator[None]:
         raise CommandError(" ".join(str(error).split())) from error
 
 
-def require(package: str, purpose: str, extra: str) -> None:
+def require(packages: Iterable[str], purpose: str, extra: str) -> None:
     """Raise an error if a package of an extra is not installed."""
-    if find_spec(package) is None:
-        raise CommandError(
-            f"{purpose} needs {package}: pip install 'skarxlag[{extra}]'"
-        )
+    for package in packages:
+        if find_spec(package) is None:
+            raise CommandError(
+                f"{purpose} needs {package}: pip install 'skarxlag[{extra}]'"
+            )
 
 
 def printable(text: object) -> str:

@@ -2,16 +2,13 @@
 
 import argparse
 import sys
-from itertools import chain
 from typing import Any
 
 import numpy as np
 from scipy.stats import kurtosis
 
-from ...bearings import bearing_orders
 from ...core.files import write_atomically
-from ...models.identification import ARXLaguerre
-from ..pages import recording_views as views
+from ..pages.drawings import recording_pictures
 from ..pages.pages import render
 from ..pages.recording_overview import STRETCH, Overview, overview
 from ..readers.listing import ListedRecording
@@ -20,18 +17,12 @@ from .channels import plain_unit
 from .messages import CommandError, as_command_error, printable
 from .velocity import velocity_rms
 
-#: Order of the model that shows what cannot be predicted.
-_ORDER = 8
-#: Samples that it is identified on, at most.
-_IDENTIFIED = 2**18
-
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
-    orders = None if args.bearing is None else bearing_orders(args.bearing)
     with as_command_error():
         healthy = [_view(recording).stretch for recording in args.listed_healthy]
-    entries = [_entry(recording, orders, healthy) for recording in args.listed]
+    entries = [_entry(recording, args.bearing, healthy) for recording in args.listed]
     page = render("show", entries=entries, bearing=args.bearing)
     write_atomically(args.output, page.encode())
     failed = [entry for entry in entries if entry["error"]]
@@ -41,12 +32,12 @@ def run(args: argparse.Namespace) -> int:
     return 1 if failed else 0
 
 
-def _entry(recording, orders, healthy):
+def _entry(recording, bearing, healthy):
     name = printable(recording.name)
     try:
         with as_command_error():
             view = _view(recording)
-            figures = _figures(view, orders, healthy)
+            figures = _pictures(view, bearing, healthy)
             facts = _facts(view)
     except CommandError as error:
         # The message names the file once or twice.
@@ -58,33 +49,17 @@ def _entry(recording, orders, healthy):
 def _view(recording: ListedRecording) -> Overview:
     """Read a recording once."""
     opened = recording.open(STRETCH, reads_speed=True)
-    first = next(opened.blocks)
-    windows = (signal[np.newaxis] for signal in chain([first], opened.blocks))
-    return overview(opened, windows, opened.sampling_rate, _predictor(first))
+    windows = (signal[np.newaxis] for signal in opened.blocks)
+    return overview(opened, windows, opened.sampling_rate)
 
 
-def _predictor(signal):
-    """Return the predictions of a model of the signal; None if there is none."""
-    identify = ARXLaguerre(order=_ORDER, bank=False, unit_rms=False)
-    try:
-        identify.fit(signal[np.newaxis, ..., :_IDENTIFIED])
-    except ValueError:
-        # The signal is constant or too short.
-        return None
-    return lambda X: identify.predict_output(X)[:, 0]
-
-
-def _figures(view, orders, healthy) -> list[Any]:
+def _pictures(view, bearing, healthy) -> list[Any]:
     alike = [
         other
         for other in healthy
         if rates_agree(other.sampling_rate, view.stretch.sampling_rate)
     ]
-    return [
-        views.signal_figure(view),
-        views.orders_figure(view.stretch, orders),
-        views.spectrum_figure(view.stretch, alike, "stated healthy"),
-    ]
+    return [*recording_pictures(view, bearing, alike, "stated healthy")]
 
 
 def _facts(view):

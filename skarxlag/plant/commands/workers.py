@@ -151,7 +151,7 @@ def _processes(n_workers):
 
 @contextmanager
 def _cluster(address):
-    require("distributed", "--dask", "distributed")
+    require(("distributed",), "--dask", "distributed")
     from distributed import Client, KilledWorker
     from distributed.comm import CommClosedError
 

@@ -5,7 +5,6 @@ from typing import Any
 
 from ..._version import __version__
 from ..commands.files import MARK
-from ..commands.messages import require
 
 
 def render(name: str, **facts: Any) -> str:
@@ -18,7 +17,6 @@ def render(name: str, **facts: Any) -> str:
     **facts
         Names in the template. All texts are escaped.
     """
-    require("jinja2", "a report", "io")
     from jinja2 import Environment, PackageLoader
 
     environment = Environment(

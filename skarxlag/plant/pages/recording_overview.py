@@ -1,7 +1,6 @@
 """Recordings read once, block by block: extremes over time, and a stretch of the signal."""
 
-from collections.abc import Callable, Iterable
-from contextlib import suppress
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,17 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.validation import output_of_windows
+from ...models.identification import ARXLaguerre
 from ..commands.channels import units_of
 from ..readers.entries import OpenRecording
-from .figures import extremes
 
-#: Samples of the stretch whose spectra are drawn, at most.
+#: Samples of a block, and of the stretch whose spectra are drawn, at most.
 STRETCH = 2**20
-#: Extremes that are kept of the first block of a signal. A long signal has many blocks.
-_FINE = 2_000
-
-#: Function from windows to predictions of their output.
-Predict = Callable[[NDArray[Any]], NDArray[Any]]
+#: Points of a curve, at most, and extremes that are kept of a block.
+_MOST_POINTS = 600
+#: Order of the model that shows the part of a signal that cannot be predicted, and
+#: samples that it is identified on, at least and at most.
+_ORDER = 8
+_FEWEST_IDENTIFIED = 64
+_IDENTIFIED = 2**18
 
 
 @dataclass(frozen=True)
@@ -51,12 +52,17 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Overview:
-    """Extremes of the signal and of its unpredictable part, and a stretch of it.
+    """Extremes of a signal and of its unpredictable part, and a stretch of it.
 
     Parameters
     ----------
-    signal, unpredicted : tuple of two ndarrays of shape (n_columns,)
-        Smallest and largest values over time. The second is NaN if no model predicts.
+    signal : tuple of two ndarrays of shape (n_points,)
+        Smallest and largest values over time, less the mean of the signal.
+    unpredicted : tuple of two ndarrays of shape (n_points,), or None
+        The same of what a model of the recording does not predict. None if no model
+        can be identified.
+    mean : float
+        Mean of the signal.
     duration : int
         Samples of the recording.
     stretch : Stretch
@@ -68,7 +74,8 @@ class Overview:
     """
 
     signal: tuple[NDArray[Any], NDArray[Any]]
-    unpredicted: tuple[NDArray[Any], NDArray[Any]]
+    unpredicted: tuple[NDArray[Any], NDArray[Any]] | None
+    mean: float
     duration: int
     stretch: Stretch
     first: int
@@ -79,7 +86,6 @@ def overview(
     opened: OpenRecording,
     blocks: Iterable[NDArray[Any]],
     sampling_rate: float | None,
-    predict: Predict | None,
     at: int = 0,
 ) -> Overview:
     """Read a recording once, block by block.
@@ -92,8 +98,6 @@ def overview(
         Its windows, which follow one another.
     sampling_rate : float or None
         In Hz.
-    predict : callable or None
-        As in `unpredicted`.
     at : int, default=0
         Sample that the stretch and its row contain.
 
@@ -109,30 +113,36 @@ def overview(
     """
     signal: list[NDArray[Any]] = []
     errors: list[NDArray[Any]] = []
+    model: ARXLaguerre | None = None
     duration = 0
+    sums = 0.0
     first = 0
     samples = row = np.empty(0)
-    size = None
-    for X in blocks:
+    for number, X in enumerate(blocks):
         output = output_of_windows(X)
-        size = size or max(output.size // _FINE, 1)
-        n_parts = -(-output.size // size)
-        signal.append(_reduced(output, n_parts))
-        errors.append(_reduced(unpredicted(predict, X, output), n_parts))
+        if number == 0:
+            model = _model_of(output)
+        signal.append(extremes(output.ravel()))
+        if model is not None:
+            errors.append(extremes(_unpredicted(model, output)))
         if duration <= at < duration + output.size:
             before = max((at - duration) // STRETCH * STRETCH, 0)
             first = duration + before
             samples = output.ravel()[before:][:STRETCH].astype(float)
             row = X[(at - duration) // X.shape[-1]]
         duration += output.size
+        sums += output.mean() * output.size
+    mean = sums / duration
     recording = opened.entry
     rpm = recording.rpm
     if recording.profile is not None and sampling_rate is not None:
         rpm = recording.speeds([first], len(samples), sampling_rate)[0]
     unit = next(iter(units_of([opened.channels])), None)
+    low, high = _joined(signal)
     return Overview(
-        signal=extremes(*np.concatenate(signal, axis=1)),
-        unpredicted=extremes(*np.concatenate(errors, axis=1)),
+        signal=(low - mean, high - mean),
+        unpredicted=_joined(errors) if errors else None,
+        mean=float(mean),
         duration=duration,
         stretch=Stretch(samples, sampling_rate, rpm, unit),
         first=first,
@@ -140,37 +150,37 @@ def overview(
     )
 
 
-def _reduced(values, n_parts):
-    flat = values.ravel()
-    return np.stack(extremes(flat, flat, n_parts))
+def extremes(values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return the smallest and the largest values of at most 600 equal parts of a series.
 
-
-def unpredicted(
-    predict: Predict | None, X: NDArray[Any], output: NDArray[Any]
-) -> NDArray[Any]:
-    """Return what a model does not predict of the output; NaN if it predicts nothing.
-
-    Parameters
-    ----------
-    predict : callable or None
-        Returns predictions of shape (n_windows, n_predicted), which end with the
-        windows.
-    X : ndarray of shape (n_windows[, n_channels], n_samples)
-        Windows.
-    output : ndarray of shape (n_windows, n_samples)
-        Their output.
-
-    Returns
-    -------
-    ndarray of shape (n_windows, n_samples)
-        Prediction errors in the unit of the sensor. They are NaN while the model
-        settles.
+    Examples
+    --------
+    >>> low, high = extremes(np.arange(1200.0))
+    >>> low[:3], high[:3]
+    (array([0., 2., 4.]), array([1., 3., 5.]))
     """
-    errors = np.full(output.shape, np.nan)
-    if predict is not None:
-        # A window may be too short for the model, or hold no numbers.
-        with suppress(ValueError):
-            predicted = predict(X)
-            first = output.shape[1] - predicted.shape[1]
-            errors[:, first:] = output[:, first:] - predicted
-    return errors
+    n_points = min(_MOST_POINTS, len(values))
+    edges = np.linspace(0, len(values), n_points, endpoint=False).astype(int)
+    return np.fmin.reduceat(values, edges), np.fmax.reduceat(values, edges)
+
+
+def _joined(parts):
+    """Return the extremes of parts that follow one another."""
+    low, high = (np.concatenate(side) for side in zip(*parts, strict=True))
+    return extremes(low)[0], extremes(high)[1]
+
+
+def _model_of(output):
+    """Return an autoregressive model of a signal; None if it is too short."""
+    if output.size < _FEWEST_IDENTIFIED:
+        return None
+    identify = ARXLaguerre(order=_ORDER, bank=False, unit_rms=False)
+    # Windows of several channels, or of one in this form, may have any length.
+    return identify.fit(output.reshape(1, 1, -1)[..., :_IDENTIFIED])
+
+
+def _unpredicted(model, output):
+    """Return the prediction errors of a block; they are missing while the model settles."""
+    signal = output.ravel()
+    predicted = model.predict_output(signal[np.newaxis, np.newaxis])[0, 0]
+    return signal[-len(predicted) :] - predicted

@@ -1,7 +1,7 @@
-"""Report of `diagnose`: recordings by severity, and figures of the most severe."""
+"""Report of `diagnose`: recordings by severity, and pictures of the most severe."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import lru_cache, partial
 from typing import Any
@@ -10,24 +10,19 @@ import numpy as np
 import pandas as pd
 
 from ...bearings import bearing_orders
-from ...core.capabilities import unfolded_steps
 from ...core.validation import output_of_windows
-from ...models.identification import ARXLaguerre
-from ...plotting._fitted import chosen_model
 from ...verdicts.names import NO_SIGNAL, NO_VERDICT
 from ..commands.diagnosis import Diagnosis
 from ..commands.messages import CommandError, counted, percent
 from ..commands.results import agreement, records
 from ..readers.listing import ListedRecording
 from ..readers.rates import rates_agree
-from . import recording_views as views
-from .figures import verdict_style
-from .model_references import order_references_figure, shape_reference_figure
+from .drawings import order_pictures, recording_pictures, windows_picture
 from .pages import render
 from .recording_overview import STRETCH, Stretch, overview
 
-#: Recordings with figures, the most severe first.
-MOST_DRAWN = 50
+#: Recordings with pictures, the most severe first.
+MOST_DRAWN = 20
 #: Healthy recordings next to whose spectra a spectrum is drawn: those of the nearest
 #: speeds.
 _MOST_HEALTHY = 5
@@ -47,7 +42,7 @@ def html_report(
     """Return the report of a run.
 
     The most severe recordings come first. Recordings that are not healthy have a
-    section with details, and the first 50 recordings have figures, too.
+    section with details, and the first 20 recordings have pictures, too.
 
     Parameters
     ----------
@@ -79,15 +74,15 @@ def html_report(
         has_alarm=rows["alarm"] == "yes",
     )
     ranked = rows.sort_values(
-        ["severity", "has_alarm", "probability", "p_value"],
-        ascending=[True, False, False, True],
+        ["severity", "has_alarm", "p_value", "probability"],
+        ascending=[True, False, True, False],
         kind="stable",
     )
     entries = records(ranked)
     n_drawn = min(len(entries), MOST_DRAWN)
-    drawing = RunFigures(model, recordings, diagnoses, rows, resample, bearing)
-    for number, entry in zip(ranked.index[:n_drawn], entries, strict=False):
-        entry["figures"] = drawing.of_recording(number)
+    drawing = RunPictures(model, recordings, diagnoses, rows, resample, bearing)
+    for place, entry in zip(ranked.index[:n_drawn], entries, strict=False):
+        entry["figures"] = drawing.of_recording(place)
     counts = Counter((entry["label"], entry["severity"]) for entry in entries)
     return render(
         "report",
@@ -115,8 +110,21 @@ def stated_conditions(rows: pd.DataFrame, conditions: Sequence[Any]) -> pd.DataF
     )
 
 
-class RunFigures:
-    """Figures of the recordings of a run, next to the healthy ones of the same run.
+def verdict_style(verdict: str, healthy: str) -> str:
+    """Return the style of a verdict: that of a fault, of healthy, or of no verdict.
+
+    Examples
+    --------
+    >>> verdict_style("inner race", "normal"), verdict_style("no signal", "normal")
+    ('fault', 'unclear')
+    """
+    if verdict == healthy:
+        return "healthy"
+    return "unclear" if verdict in (NO_SIGNAL, NO_VERDICT) else "fault"
+
+
+class RunPictures:
+    """Pictures of the recordings of a run, next to the healthy ones of the same run.
 
     Parameters
     ----------
@@ -137,8 +145,7 @@ class RunFigures:
         self._recordings = recordings
         self._diagnoses = diagnoses
         self._resample = resample
-        bearing = bearing or model.summary.get("bearing")
-        self._orders = None if bearing is None else bearing_orders(bearing)
+        self._bearing = bearing or model.summary.get("bearing")
         healthy = str(model.healthy)
         has_signal = (rows["error"] == "") & (rows["verdict"] != NO_SIGNAL)
         is_stated = (rows["condition"] == healthy) & has_signal
@@ -148,87 +155,57 @@ class RunFigures:
         # A healthy recording is compared with several others.
         self._healthy_stretch = lru_cache(MOST_DRAWN)(self._read_healthy_stretch)
 
-    def of_recording(self, number: int) -> list[Any]:
-        """Return figures, and sentences on those that cannot be drawn.
+    def of_recording(self, place: int) -> list[Any]:
+        """Return pictures, and sentences on those that cannot be drawn.
 
         There are none if the recording has no result, or cannot be read again.
 
         Parameters
         ----------
-        number : int
+        place : int
             Position of the recording in the run.
         """
-        windows = self._diagnoses[number].windows
+        windows = self._diagnoses[place].windows
         if windows is None:
             return []
         with suppress(*_READING_ERRORS):
-            return [*self._figures(number, windows)]
+            return self._pictures(place, windows)
         return []
 
-    def _figures(self, number: int, windows: pd.DataFrame) -> Iterator[Any]:
-        verdict = self._diagnoses[number].verdict["verdict"]
-        typical = np.flatnonzero(windows["verdict"].astype(str) == str(verdict))
+    def _pictures(self, place: int, windows: pd.DataFrame) -> list[Any]:
+        model = self._model
+        verdict = str(self._diagnoses[place].verdict["verdict"])
+        typical = np.flatnonzero(windows["verdict"].astype(str) == verdict)
         middle = typical[len(typical) // 2] if len(typical) else 0
         start = int(windows["start"].iloc[middle])
-        view = self._read(number, start)
+        view = self._read(place, start)
         stretch = view.stretch
-        yield views.signal_figure(view)
+        references = self._references(place, stretch)
+        pictures = [*recording_pictures(view, self._bearing, references, self._reason)]
         if len(windows) > 1:
             rate = stretch.sampling_rate
-            yield views.windows_figure(windows, rate, self._model.healthy)
-        if verdict != NO_SIGNAL:
-            yield views.orders_figure(stretch, self._orders)
-            references = self._references(number, stretch)
-            n_before = start - view.first
-            yield from self._learned(view.row, stretch, n_before, not references)
-            yield views.spectrum_figure(stretch, references, self._reason)
-
-    def _learned(self, row, stretch, n_before, is_alone):
-        """Yield figures of a row next to what the model learned, if it compares them."""
+            pictures.insert(1, windows_picture(windows, rate, model.healthy))
         # A model that is fitted to the row itself learned nothing else.
-        if self._model.judge is None:
-            return
-        diagnoser = self._model.diagnoser
-        healthy = self._model.healthy
-        rate = stretch.sampling_rate
-        speed = stretch.rpm
-        if np.ndim(speed) == 1:
-            speed = speed[n_before:][: row.shape[-1]]
-        # Most models compare no order spectra.
-        with suppress(ValueError):
-            yield order_references_figure(diagnoser, row, speed, healthy)
-        if is_alone:
-            with suppress(ValueError):
-                yield shape_reference_figure(
-                    diagnoser, row, stretch.mean_rpm, healthy, rate
-                )
+        if verdict != NO_SIGNAL and model.judge is not None:
+            speed = stretch.rpm
+            if np.ndim(speed) == 1:
+                speed = speed[start - view.first :][: view.row.shape[-1]]
+            orders = None if self._bearing is None else bearing_orders(self._bearing)
+            pictures += order_pictures(model.diagnoser, view.row, speed, orders)
+        return pictures
 
-    def _read(self, number, at):
+    def _read(self, place, at):
         """Read a recording as the model does, with a stretch around a sample."""
         model = self._model
-        opened = model.open(self._recordings[number], self._resample)
+        opened = model.open(self._recordings[place], self._resample)
         if not model.takes_rpm:
             opened = opened._replace(entry=opened.entry.with_speed())
         rate = opened.sampling_rate or model.sampling_rate
-        windows = model.windows(opened)
-        return overview(opened, windows, rate, self._predictor(rate), at)
+        return overview(opened, model.windows(opened), rate, at)
 
-    def _predictor(self, rate):
-        """Return the predictions of the model's first step, if it is one that predicts."""
-
-        def predict(X):
-            estimator = self._model.fitted(X[0], rate)
-            identify = unfolded_steps(estimator)[0]
-            if not isinstance(identify, ARXLaguerre):
-                return np.empty((len(X), 0))
-            member, _ = chosen_model(estimator, None)
-            return identify.predict_output(X)[:, member]
-
-        return predict
-
-    def _references(self, number, stretch):
+    def _references(self, place, stretch):
         """Return stretches of the healthy recordings of the nearest speeds."""
-        others = self._healthy[self._healthy != number]
+        others = self._healthy[self._healthy != place]
         if stretch.rpm is not None:
             speeds = [self._recordings[other].rpm or np.inf for other in others]
             distances = np.abs(np.log(np.array(speeds) / stretch.mean_rpm))
@@ -240,9 +217,9 @@ class RunFigures:
             and rates_agree(healthy.sampling_rate, stretch.sampling_rate)
         ]
 
-    def _read_healthy_stretch(self, number):
+    def _read_healthy_stretch(self, place):
         """Return the first stretch of a healthy recording; None if it cannot be read again."""
-        recording = self._recordings[number]
+        recording = self._recordings[place]
         with suppress(*_READING_ERRORS):
             opened = self._model.open(recording, self._resample)
             X = next(self._model.windows(opened))

@@ -1,6 +1,7 @@
 """Helpers that the tests of pages share."""
 
 import re
+from base64 import b64decode
 from html.parser import HTMLParser
 
 
@@ -16,6 +17,7 @@ class Document(HTMLParser):
 
     def handle_starttag(self, tag, attributes):
         self.loads += [value for name, value in attributes if name in ("src", "href")]
+        self.texts += [value for name, value in attributes if name == "alt"]
         if tag not in ("meta", "br", "img"):
             self.open.append(tag)
 
@@ -36,3 +38,10 @@ def text_of(page):
 
 def captions(page):
     return re.findall("<figcaption>(.*?)</figcaption>", page)
+
+
+def pictures(page):
+    """The SVG of each picture, by its caption."""
+    sources = re.findall('src="data:image/svg\\+xml;base64,([^"]*)"', page)
+    texts = [b64decode(source).decode() for source in sources]
+    return dict(zip(captions(page), texts, strict=True))

@@ -8,7 +8,6 @@ from scipy.signal import lfilter
 
 from skarxlag import (
     __version__,
-    bearing_orders,
     make_diagnoser,
     make_windows,
     save_diagnoser,
@@ -19,7 +18,7 @@ from skarxlag.plant.commands.models import SavedModel
 from skarxlag.plant.pages import report
 from skarxlag.plant.pages.report import stated_conditions
 from skarxlag.plant.readers.listing import list_files
-from tests.plant.commands.pages import Document, captions, text_of
+from tests.plant.commands.pages import Document, captions, pictures, text_of
 
 WINDOW, RATE = 400, 8_000.0
 
@@ -68,7 +67,8 @@ def report_page(plant):
 
 
 def test_the_report_is_one_file_that_asks_for_nothing(report_page):
-    assert all(load.startswith("#r") for load in Document(report_page).loads)
+    loads = Document(report_page).loads
+    assert all(load.startswith(("#r", "data:image/svg+xml;base64,")) for load in loads)
     assert not any(part in report_page for part in ("http", "<script", "@import"))
     assert 'name="viewport"' in report_page and "@media print" in report_page
 
@@ -103,58 +103,51 @@ def test_recordings_are_ranked_by_severity(report_page):
 
 def test_figures_show_what_the_verdict_rests_on(report_page):
     shown = sections(report_page)
-    everything = ["Signal: smallest and largest values", "Windows over time"]
     assert captions(shown["worn.npy"]) == [
-        *everything, "Envelope spectrum over shaft orders", "Spectrum"
+        "Signal", "Windows over time", "Envelope spectrum", "Spectrum of low frequencies",
+        "Spectrum",
     ]  # fmt: skip
     # A sensor without a signal has no spectrum, and a lost file no signal.
-    assert captions(shown["dead.npy"]) == everything
+    assert captions(shown["dead.npy"]) == ["Signal", "Windows over time"]
+    assert "Spectra: the signal is constant." in shown["dead.npy"]
     assert captions(shown["lost.npy"]) == []
     for text in (
-        "not predicted by the model",
+        "autoregressive model of the recording itself",
         "worn: 24 of 30 windows",
         "no signal: 6 of 30 windows",
-        "stated healthy: 1 recording<",
-        "Mean speed 300 rpm",
+        "stated healthy: 1 recording at 300 rpm",
+        "Highest peaks: ",
     ):
         assert text in shown["worn.npy"]
+    drawn = pictures(shown["worn.npy"])
+    assert "2x shaft" in drawn["Envelope spectrum"]
+    for line in ("1x shaft", "3x shaft", "50 Hz mains"):
+        assert line in drawn["Spectrum of low frequencies"]
 
 
 def test_a_bearing_marks_the_lines_of_its_faults(plant):
-    """The order of each line is the one that the catalogue states for the bearing."""
     page = diagnosed(plant, plant / "worn.npy", "--rpm", "300", "--bearing", "6205")
-    for name, order in bearing_orders("6205").items():
-        if name in ("outer", "inner", "spin", "cage"):
-            assert f"({name}) {order:.3f}, " in page
-    assert page.count('class="bpfo" x1') == 3
-
-
-def test_without_a_speed_the_report_says_what_is_missing(plant):
-    page = diagnosed(plant, plant / "worn.npy")
-    assert "the speed of the shaft is not known; state it with --rpm" in page
-    assert "Envelope spectrum over shaft orders" not in captions(page)
+    drawn = pictures(page)["Envelope spectrum and lines of bearing 6205"]
+    assert all(name in drawn for name in ("BPFO", "BPFI", "2 BSF", "1x shaft"))
 
 
 def test_each_figure_has_a_text_for_those_who_cannot_see_it(report_page):
-    n_figures = report_page.count("<figure>")
-    texts = re.findall(r'<div role="img" aria-label="([^"]+)"', report_page)
-    assert len(texts) == n_figures > 0
+    texts = re.findall(r'<img src="[^"]+" alt="([^"]+)"', report_page)
+    assert len(texts) == report_page.count("<figure>") > 0
     assert all(text.endswith(".") for text in texts)
 
 
 def test_a_long_recording_makes_no_longer_page(plant):
-    """Figures have at most 2000 points a signal; four recordings take 500 kB."""
+    """Curves have at most 600 points; a recording takes some 300 kB."""
     np.save(plant / "long.npy", np.tile(signal("worn", 4), 200))
     page = diagnosed(plant, plant / "long.npy", "--rpm", "300", "--bearing", "6205")
-    points = [path.count("L") for path in re.findall(r' d="([^"]*)"', page)]
-    assert 500 < max(points) <= 2000
-    assert len(page.encode()) < 500_000 / 4
+    assert len(page.encode()) < 500_000
 
 
 def test_the_most_severe_recordings_are_drawn(plant, monkeypatch):
     monkeypatch.setattr(report, "MOST_DRAWN", 1)
     page = diagnosed(plant)
-    assert [len(captions(part)) for part in sections(page).values()] == [4, 0, 0]
+    assert [len(captions(part)) for part in sections(page).values()] == [5, 0, 0]
     assert "Figures of the first 1 recordings only." in page
 
 
@@ -219,7 +212,7 @@ def test_what_is_written_stands_out_from_the_page(report_page, dark):
     sheet = rest.partition("\n*")[0] if dark else light
     colours = dict(re.findall(r"--(\w+): (#\w+);", sheet))
     page, line = colours.pop("page"), colours.pop("line")
-    assert {"text", "small", "fault", "unclear", "healthy", "signal"} < set(colours)
+    assert {"text", "small", "fault", "unclear", "healthy", "signal"} <= set(colours)
     assert (luminance(page) < luminance(colours["text"])) == dark
     assert min(contrast(colour, page) for colour in colours.values()) >= 4.5
     assert contrast(line, page) > 1.3
@@ -238,17 +231,14 @@ def test_conditions_stand_in_the_order_of_the_model():
     assert found.index.tolist() == ["normal", "ball", "unheard"]
 
 
-def test_without_healthy_recordings_the_model_states_the_healthy_spectrum(plant):
-    """A single recording has nothing of the same run to be compared with."""
-    title = "Spectral shape of the innovations next to that of the model"
+def test_without_healthy_recordings_a_spectrum_is_drawn_alone(plant):
     alone = diagnosed(plant, plant / "worn.npy")
-    assert title in captions(alone) and "learned: good" in alone
     assert "healthy: " not in "".join(sections(alone).values())
     together = diagnosed(plant, plant / "worn.npy", plant / "good.npy")
-    worn, good = (sections(together)[name] for name in sections(together))
-    assert "healthy by verdict: 1 recording" in worn and title not in captions(worn)
+    shown = [*sections(together).values()]
+    assert "healthy by verdict: 1 recording" in shown[0]
     # The only healthy recording is not compared with itself.
-    assert title in captions(good)
+    assert "healthy by verdict" not in shown[1]
 
 
 def test_a_file_of_several_channels_is_drawn_by_that_of_the_model(run, plant):
@@ -262,4 +252,4 @@ def test_a_file_of_several_channels_is_drawn_by_that_of_the_model(run, plant):
     assert run(*fit)[0] == 0
     output = plant / "named.html"
     assert run("diagnose", model, plant / "two.npz", "-o", output, "-q")[0] == 0
-    assert captions(output.read_text())[0] == "Signal: smallest and largest values"
+    assert captions(output.read_text())[0] == "Signal"

@@ -107,5 +107,5 @@ def _listed(args):
     for path in outputs:
         check_output(path, inputs, is_result_file, args.force, SUFFIXES)
     if is_report(args.output):
-        require("jinja2", "a report", "io")
+        require(("jinja2", "matplotlib"), "a report", "io")
     return recordings

@@ -98,4 +98,4 @@ def check(args: argparse.Namespace) -> None:
         args.listed = arguments.table_recordings(args)
         inputs = [args.table, *(recording.path for recording in args.listed)]
         check_output(args.output, inputs, is_model_file, args.force)
-        messages.require("skops", "saving a diagnoser", "io")
+        messages.require(("skops",), "saving a diagnoser", "io")

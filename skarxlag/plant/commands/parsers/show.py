@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def check(args: argparse.Namespace) -> None:
     """List the recordings, and check the output."""
-    require("jinja2", "a page", "io")
+    require(("jinja2", "matplotlib"), "a page", "io")
     with as_command_error():
         args.listed = arguments.named_recordings(args, args.recordings)
         args.listed_healthy = arguments.named_recordings(args, args.healthy)
