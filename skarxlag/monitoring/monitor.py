@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Sequence
-from dataclasses import asdict
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..core.capabilities import capabilities
 from ..core.state import expect
-from ..core.validation import check_flag, check_real
+from ..core.validation import ABOVE_0, check_count, check_flag, check_rate, check_real
+from ..measures.levels import signal_levels
 from ..verdicts.judge import Judge
-from ..verdicts.names import NO_VERDICT
-from ._alarm import CumulativeSumAlarm, healthy_shares, runs_of
-from ._recent import JudgedWindow, RecentWindows, with_recent_verdicts
-from ._settings import MonitorSettings
-from ._windows import WindowStream, checked_samples, saved_count, speeds_of_samples
+from ..verdicts.names import CHANGED, NO_VERDICT, POSSIBLY_CHANGED
+from .alarm import CumulativeSumAlarm
+from .recent import RecentWindows
 from .verdict import MonitorVerdict
+from .windows import WindowStream, checked_samples, saved_count, speeds_of_samples
 
+#: Largest delay of an alarm in windows; the mean time between false alarms is computed
+#: from it.
+_LONGEST_DELAY = 1000
 #: Largest number of windows that are diagnosed together.
 _BATCH = 256
 
@@ -74,7 +76,7 @@ class ConditionMonitor:
     persistence : float, default=0.5
         Probability in (0, 1) that a healthy window exceeds the limits after one that
         did and that it does not overlap. Load and speed of a machine last longer than a
-        window; 0.5 means runs of two. `calibrate` measures it.
+        window; 0.5 means runs of two.
     gap_tolerance : float or None, default=None
         Seconds by which the stated time of a block may differ from the end of the block
         before. Beyond it, a new window starts. None: half a window.
@@ -115,7 +117,7 @@ class ConditionMonitor:
     >>> monitor = ConditionMonitor(diagnoser, 20e3, half_life=1.0)
     >>> for block in np.array_split(smooth[24_000:], 7):
     ...     verdicts = monitor.update(block)
-    >>> verdicts[-1].verdict, verdicts[-1].alarm, verdicts[-1].time
+    >>> verdicts[-1].window_verdict, verdicts[-1].alarm, verdicts[-1].time
     ('good', False, 1.2)
     >>> for block in np.array_split(rough[24_000:], 7):
     ...     verdicts = monitor.update(block)
@@ -140,18 +142,21 @@ class ConditionMonitor:
         gap_tolerance: float | None = None,
         train_rpm: Any = (),
     ) -> None:
-        self._settings = MonitorSettings(
-            sampling_rate=sampling_rate,
-            window_length=window_length,
-            hop=hop,
-            half_life=half_life,
-            false_alarm_interval=false_alarm_interval,
-            alarm_delay=alarm_delay,
-            persistence=persistence,
-            gap_tolerance=gap_tolerance,
-        )
+        check_real(sampling_rate, "sampling_rate", **ABOVE_0)
+        length = int(check_count(window_length, "window_length"))
+        hop = length if hop is None else int(check_count(hop, "hop"))
+        if half_life != np.inf:
+            check_real(half_life, "half_life", **ABOVE_0)
+        check_real(false_alarm_interval, "false_alarm_interval", **ABOVE_0)
+        if alarm_delay is not None:
+            alarm_delay = int(check_count(alarm_delay, "alarm_delay"))
+            expected = f"at most {_LONGEST_DELAY}"
+            expect(alarm_delay <= _LONGEST_DELAY, "alarm_delay", alarm_delay, expected)
         check_flag(latch, "latch")
-        self._latch = bool(latch)
+        check_rate(persistence, "persistence")
+        if gap_tolerance is None:
+            gap_tolerance = 0.5 * length / sampling_rate
+        check_real(gap_tolerance, "gap_tolerance", min_val=0)
         self._judge = Judge(
             diagnoser,
             same_speed=True,
@@ -164,27 +169,52 @@ class ConditionMonitor:
         has_conditions = described.conditions is not None
         self.conditions: list[Any] = self._judge.conditions if has_conditions else []
         self.healthy: Any = self._judge.healthy
+        # A saved state holds no numbers of NumPy.
+        self._settings = {
+            "sampling_rate": float(sampling_rate),
+            "window_length": length,
+            "hop": hop,
+            "half_life": float(half_life),
+            "false_alarm_interval": float(false_alarm_interval),
+            "alarm_delay": alarm_delay,
+            "persistence": float(persistence),
+            "gap_tolerance": float(gap_tolerance),
+            "n_channels": described.n_channels,
+            "rate": self._judge.limits.rate,
+            "conditions": [str(name) for name in self.conditions],
+            "healthy": None if self.healthy is None else str(self.healthy),
+            "train_rpm": [float(speed) for speed in self._judge.train_rpm],
+        }
+        # Windows of monitors of the same models may be diagnosed together.
+        self._models = (id(diagnoser), id(detector), *map(repr, self._settings.items()))
         self._n_channels = described.n_channels
-        self._runs = np.zeros(4, dtype=int)
+        self._latch = bool(latch)
         self._start_afresh()
 
     def _start_afresh(self):
+        settings = self._settings
+        length = settings["window_length"]
+        hop = settings["hop"]
+        rate = settings["sampling_rate"]
         # The shaft speed is one more channel.
-        self._stream = WindowStream(self._n_channels + 1, self._settings)
-        self._recent = RecentWindows(self._judge, self._settings.half_life)
-        self._alarm = self._new_alarm(self._runs) if self._judge.limits.exist else None
-        self._qualities = Counter()
+        self._stream = WindowStream(
+            self._n_channels + 1, length, hop, rate, settings["gap_tolerance"]
+        )
+        self._recent = RecentWindows(self._judge, settings["half_life"])
+        self._windows_an_hour = 3600 * rate / hop
+        self._alarm: CumulativeSumAlarm | None = None
+        if self._judge.limits.exist:
+            self._alarm = CumulativeSumAlarm(
+                settings["false_alarm_interval"] * self._windows_an_hour,
+                self._judge.limits.rate,
+                # Windows that share samples exceed together.
+                max(settings["persistence"], 1 - hop / length),
+                settings["alarm_delay"],
+                self._latch,
+            )
+        self._qualities: Counter[str] = Counter()
         self._rpm: float | None = None
         self._varies = False
-
-    def _new_alarm(self, runs):
-        settings = self._settings
-        shares = (self._judge.limits.rate, settings.least_persistence)
-        if runs.any():
-            shares = healthy_shares(runs)
-        return CumulativeSumAlarm(
-            settings.run_length, *shares, settings.alarm_delay, self._latch
-        )
 
     @property
     def counts(self) -> dict[str, Any]:
@@ -206,7 +236,7 @@ class ConditionMonitor:
     @property
     def false_alarm_interval(self) -> float | None:
         """Return the mean number of hours between false alarms: see the class."""
-        return self._alarm and self._alarm.run_length() / self._settings.windows_an_hour
+        return self._alarm and self._alarm.run_length() / self._windows_an_hour
 
     @property
     def alarm_state(self) -> str:
@@ -262,49 +292,31 @@ class ConditionMonitor:
             If the samples are no real numbers of the channels of the model, or there is
             not one speed, or one for each sample.
         """
+        return diagnose_together([self.cut(samples, time=time, rpm=rpm)])[0]
+
+    def cut(
+        self,
+        samples: ArrayLike,
+        *,
+        time: float | None = None,
+        rpm: ArrayLike | None = None,
+    ) -> CutBlock:
+        """Add the next block, and return its complete windows for `diagnose_together`.
+
+        Parameters and errors are those of `update`.
+        """
         signal = checked_samples(samples, self._n_channels)
         if time is not None:
             check_real(time, "time")
         speeds = self._speeds(rpm, signal.shape[1])
         start, windows = self._stream.push(np.vstack([signal, speeds]), time)
-        verdicts = []
-        for first in range(0, len(windows), _BATCH):
-            batch = windows[first : first + _BATCH]
-            verdicts += self._judged(batch, start + first * self._settings.hop)
-        return verdicts
-
-    def calibrate(self, samples: ArrayLike, *, rpm: float | None = None) -> Self:
-        """Measure how often, and in what runs, healthy windows exceed the limits.
-
-        Both numbers are means of a Beta(1, 1) posterior, near 1/2 with few windows.
-        Several recordings add up. The monitor starts again without samples.
-
-        Parameters
-        ----------
-        samples : array-like of shape (n_samples,) or (n_channels, n_samples)
-            A recording of the healthy machine that was not used to fit the detector.
-        rpm : float or None, default=None
-            As in `update`.
-
-        Returns
-        -------
-        ConditionMonitor
-            This monitor.
-
-        Raises
-        ------
-        ValueError
-            If there are no healthy limits, or healthy windows exceed them too often.
-        """
-        expected = "a detector, or a diagnoser with limits"
-        expect(self._judge.limits.exist, "detector", None, expected)
-        self._start_afresh()
-        verdicts = self.update(samples, rpm=rpm)
-        self._start_afresh()
-        runs = self._runs + runs_of([verdict.exceeds for verdict in verdicts])
-        self._alarm = self._new_alarm(runs)
-        self._runs = runs
-        return self
+        middle = windows[:, -1, windows.shape[2] // 2]
+        rpm = None if self._rpm is None else middle
+        if self._varies:
+            is_missing = np.isnan(windows[:, -1])
+            rpm = np.where(is_missing, middle[:, np.newaxis], windows[:, -1])
+        rows = windows[:, 0] if self._n_channels == 1 else windows[:, :-1]
+        return CutBlock(self, start, rows, middle, rpm)
 
     def _speeds(self, rpm, n_samples):
         """Return the speed at each sample, NaN if it is not known, and keep the last."""
@@ -317,51 +329,38 @@ class ConditionMonitor:
         self._rpm = float(np.append(before, speeds)[-1] if is_array else rpm)
         return speeds
 
-    def _judged(self, windows, start):
-        """Return the verdicts on windows of samples and speeds."""
-        samples = windows[:, 0] if self._n_channels == 1 else windows[:, :-1]
-        speeds = windows[:, -1]
-        middle = speeds[:, speeds.shape[1] // 2]
-        rpm = None if self._rpm is None else middle
-        if self._varies:
-            rpm = np.where(np.isnan(speeds), middle[:, np.newaxis], speeds)
-        results = self._judge.window_results(np.ascontiguousarray(samples), rpm)
-        columns = [column.tolist() for column in results.columns.values()]
-        judged = []
-        for row, values in enumerate(zip(*columns, strict=True)):
-            record = dict(zip(results.columns, values, strict=True))
-            record["rpm"] = float(middle[row])
-            judged.append(self._judged_window(results, row, record, start))
-            start += self._settings.hop
-        return with_recent_verdicts(self._judge, judged)
-
-    def _judged_window(self, results, row, record, start):
-        """Count a window, and return all but the verdict by recent windows."""
-        end = self._stream.time_of(start + self._settings.window_length)
+    def _count(self, cut, row, result):
+        """Count a window, and return its verdict, to which recent windows add theirs."""
+        settings = self._settings
+        start = cut.start + row * settings["hop"]
+        end = self._stream.time_of(start + settings["window_length"])
         self._recent.move_to(end)
-        self._recent.add_p_value(record.get("p-value", np.nan))
+        self._recent.add_p_value(result.p_value)
+        alarm = self._alarm
         exceeds = None
-        if not math.isnan(record["alarm"]):
-            exceeds = bool(record["alarm"])
-            self._alarm.add(exceeds)
-        quality = record["quality"]
+        if not math.isnan(result.alarm):
+            exceeds = bool(result.alarm)
+            alarm.add(exceeds)
+        quality = result.quality
         window_verdict = verdict = means = None
-        if quality == "good" and results.refusal[row] != "":
+        if quality == "good" and result.refusal != "":
             quality = NO_VERDICT
-            window_verdict = verdict = record["verdict"]
+            window_verdict = verdict = result.verdict
         else:
             if quality == "good":
-                self._recent.add(results, row)
-                window_verdict = record["verdict"] if self.conditions else None
+                self._recent.add(*result.evidence)
+                window_verdict = result.verdict if self.conditions else None
             means = self._recent.means()
         self._qualities[quality] += 1
-        alarm = self._alarm
         judged = MonitorVerdict(
             start=start,
             time=end,
-            rpm=record["rpm"],
+            rpm=float(cut.middle[row]),
             quality=quality,
-            quality_share=record["quality share"],
+            quality_share=result.share,
+            rms=result.rms,
+            peak=result.peak,
+            crest_factor=result.crest_factor,
             window_verdict=window_verdict,
             verdict=verdict,
             probability=np.nan,
@@ -369,11 +368,23 @@ class ConditionMonitor:
             alarm=alarm and (alarm.active or alarm.latched),
             alarm_level=alarm.level if alarm else np.nan,
             p_value=self._recent.p_value(),
-            limits=record["limits"],
+            limits=result.limits,
             alarm_state=self.alarm_state,
         )
         # A latched alarm is of earlier windows.
-        return JudgedWindow(judged, means, alarm and alarm.active)
+        return judged, means, bool(alarm and alarm.active)
+
+    def _named(self, judged, is_active, named):
+        """Add the verdict by recent windows, which is not healthy if they exceed the limits."""
+        verdict = named.verdict
+        probability = named.probability
+        is_against = judged.alarm_state == "not yet an alarm" or (
+            judged.p_value < (self._judge.limits.rate or 0.0)
+        )
+        if verdict == self.healthy and (is_active or is_against):
+            verdict = CHANGED if is_active else POSSIBLY_CHANGED
+            probability = np.nan
+        return judged._replace(verdict=verdict, probability=probability)
 
     def state(self) -> dict[str, Any]:
         """Return the state that `restore` continues from after a restart.
@@ -384,35 +395,27 @@ class ConditionMonitor:
             Plain numbers, texts, lists and dicts, which `save_monitor_state` writes.
         """
         return {
-            "settings": self._saved_settings(),
-            "seen": self._runs.tolist(),
+            "settings": self._settings,
             "rpm": self._rpm,
             "varies": self._varies,
             "qualities": dict(self._qualities),
             **{name: part.state() for name, part in self._parts().items()},
         }
 
-    def _saved_settings(self):
-        return {
-            **asdict(self._settings),
-            "n_channels": self._n_channels,
-            "rate": self._judge.limits.rate,
-            "conditions": [str(name) for name in self.conditions],
-            "healthy": None if self.healthy is None else str(self.healthy),
-            "train_rpm": [float(speed) for speed in self._judge.train_rpm],
-        }
-
     def _parts(self):
-        parts = {"stream": self._stream, **self._recent.parts}
+        parts = {"stream": self._stream, "recent": self._recent}
         return parts | {"alarm": self._alarm} if self._alarm else parts
 
-    def restore(self, state: dict[str, Any]) -> Self:
+    def restore(self, state: dict[str, Any], *, pause: float = 0.0) -> Self:
         """Continue from the state of a monitor with the same settings.
 
         Parameters
         ----------
         state : dict
             Result of `state`.
+        pause : float, default=0.0
+            Seconds between the last sample before and the next one, at least 0, of
+            which more than the tolerance of gaps is a gap.
 
         Returns
         -------
@@ -425,14 +428,11 @@ class ConditionMonitor:
             If the state has other settings, conditions, channels or training speeds, or
             is damaged. The monitor is then as after its construction.
         """
-        before = self._runs
+        check_real(pause, "pause", min_val=0)
         try:
-            for name, value in self._saved_settings().items():
+            for name, value in self._settings.items():
                 saved = state["settings"].get(name)
                 expect(saved == value, name, saved, f"{value!r}, as this monitor")
-            self._runs = np.array([saved_count(number) for number in state["seen"]])
-            fits = self._runs.shape == (4,) and np.all(np.diff(self._runs) <= 0)
-            expect(fits, "seen", state["seen"], "as many windows as exceed, or more")
             self._start_afresh()
             for name, part in self._parts().items():
                 part.restore(state[name])
@@ -442,9 +442,124 @@ class ConditionMonitor:
             self._rpm = None if state["rpm"] is None else float(state["rpm"])
         # Errors of damaged states are as varied as the damage.
         except Exception as error:
-            self._runs = before
             self._start_afresh()
             raise ValueError(
                 f"state of another monitor, or damaged: {error}"
             ) from error
+        if pause > 0:
+            stream = self._stream
+            stream.note_time(stream.time_of(stream.n_samples) + pause)
         return self
+
+
+class CutBlock(NamedTuple):
+    """Windows of a monitor that are complete and not yet diagnosed.
+
+    Parameters
+    ----------
+    monitor : ConditionMonitor
+        The monitor.
+    start : int
+        Number of samples before the first window.
+    rows : ndarray of shape (n_windows[, n_channels], window_length)
+        The windows.
+    middle : ndarray of shape (n_windows,)
+        Speed in the middle of each; NaN if it is not stated.
+    rpm : ndarray of shape (n_windows,) or (n_windows, window_length), or None
+        Speeds of the windows.
+    """
+
+    monitor: ConditionMonitor
+    start: int
+    rows: NDArray[Any]
+    middle: NDArray[Any]
+    rpm: NDArray[Any] | None
+
+
+def diagnose_together(cuts: Sequence[CutBlock]) -> list[list[MonitorVerdict]]:
+    """Diagnose windows of several monitors; those of the same models in one batch.
+
+    Parameters
+    ----------
+    cuts : sequence of CutBlock
+        Results of `ConditionMonitor.cut`, each of another monitor.
+
+    Returns
+    -------
+    list of list of MonitorVerdict
+        As `ConditionMonitor.update` returns them, for each of the monitors.
+
+    Examples
+    --------
+    >>> from skarxlag import make_detector
+    >>> X = np.random.default_rng(0).normal(size=(100, 1200))
+    >>> import warnings
+    >>> with warnings.catch_warnings(action="ignore"):  # the speed is not known
+    ...     detector = make_detector().fit(X)
+    >>> monitors = [ConditionMonitor(None, 20e3, detector=detector) for _ in range(2)]
+    >>> signals = np.random.default_rng(1).normal(size=(2, 2400))
+    >>> cuts = [one.cut(signal) for one, signal in zip(monitors, signals)]
+    >>> [[verdict.verdict for verdict in of_one] for of_one in diagnose_together(cuts)]
+    [['healthy', 'healthy'], ['healthy', 'healthy']]
+    """
+    alike = defaultdict(list)
+    for number, cut in enumerate(cuts):
+        kind = None if cut.rpm is None else cut.rpm.ndim
+        alike[cut.monitor._models, kind].append(number)
+    verdicts: list[list[MonitorVerdict]] = [[] for _ in cuts]
+    for numbers in alike.values():
+        owners = [(i, row) for i in numbers for row in range(len(cuts[i].rows))]
+        for first in range(0, len(owners), _BATCH):
+            batch = owners[first : first + _BATCH]
+            for number, verdict in _of_batch(cuts, batch):
+                verdicts[number].append(verdict)
+    return verdicts
+
+
+def _of_batch(cuts, owners):
+    """Yield the number of the monitor and the verdict of each window of a batch."""
+    judge = cuts[owners[0][0]].monitor._judge
+    rows = np.stack([cuts[i].rows[row] for i, row in owners])
+    rpm = None
+    if cuts[owners[0][0]].rpm is not None:
+        rpm = np.stack([cuts[i].rpm[row] for i, row in owners])
+    counted = []
+    for (i, row), result in zip(owners, _results(judge, rows, rpm), strict=True):
+        counted.append(cuts[i].monitor._count(cuts[i], row, result))
+    with_means = [means for _, means, _ in counted if means is not None]
+    named = iter(())
+    if with_means:
+        evidence, n_windows, contrasts = zip(*with_means, strict=True)
+        named = iter(judge.named(np.array(evidence), np.array(n_windows), contrasts))
+    for (i, _), (judged, means, is_active) in zip(owners, counted, strict=True):
+        if means is not None:
+            judged = cuts[i].monitor._named(judged, is_active, next(named))
+        yield i, judged
+
+
+class _Result(NamedTuple):
+    """Results of the models for one window."""
+
+    verdict: Any
+    alarm: float
+    quality: str
+    share: float
+    limits: str
+    p_value: float
+    refusal: str
+    rms: float
+    peak: float
+    crest_factor: float
+    evidence: tuple[Any, ...]
+
+
+def _results(judge, rows, rpm):
+    """Yield the results of the models for each window."""
+    results = judge.window_results(rows, rpm)
+    names = ("verdict", "alarm", "quality", "quality share", "limits", "p-value")
+    unknown = np.full(len(rows), np.nan)
+    columns = [results.columns.get(name, unknown).tolist() for name in names]
+    levels = signal_levels(rows if rows.ndim == 2 else rows[:, 0])
+    columns += [results.refusal.tolist(), *(level.tolist() for level in levels)]
+    for row, values in enumerate(zip(*columns, strict=True)):
+        yield _Result(*values, (results.evidence, results.gathered, row))

@@ -20,13 +20,18 @@ class MonitorVerdict(NamedTuple):
         verdict"``.
     quality_share : float
         Share in [0, 1] of the window that this affects, as `signal_quality` returns it.
+    rms, peak, crest_factor : float
+        Levels of the window's output about its mean, in the unit of the samples, see
+        :func:`skarxlag.measures.levels.signal_levels`.
     window_verdict : object
         Condition of this window alone; ``"no verdict: ..."`` with the reason, such as
         an implausible speed; None if the window carries no signal or there is no
         classifier.
     verdict : object
-        Condition by the evidence of all recent windows; ``"changed"`` if this is the
-        healthy condition, or there is no classifier, while windows keep the alarm on;
+        Condition by the evidence of all recent windows. Instead of the healthy
+        condition: ``"changed"`` while windows keep the alarm on, and ``"possibly
+        changed"`` while `alarm_state` is ``"not yet an alarm"`` or `p_value` is below
+        the stated rate of false alarms. Also
         ``"not identifiable"`` if two locations fit the combs of recent windows; ``"no
         verdict: ..."`` as for the window; None if no window within the half-life had a
         verdict.
@@ -47,10 +52,10 @@ class MonitorVerdict(NamedTuple):
     limits : str
         ``"hold"``, or why the healthy limits do not hold at the speed of the window.
     alarm_state : str
-        ``"off"``; ``"not yet an alarm"`` if recent windows exceed the limits, but the
-        cumulative sum has not reached its limit; ``"on"``; ``"latched"`` if recent
-        windows do not exceed any more, but the alarm was not acknowledged; ``"none"``
-        if there are no healthy limits.
+        ``"off"``; ``"not yet an alarm"`` if the window exceeds the limits, or several
+        recent ones did, but the cumulative sum has not reached its limit; ``"on"``;
+        ``"latched"`` if recent windows do not exceed any more, but the alarm was not
+        acknowledged; ``"none"`` if there are no healthy limits.
     """
 
     start: int
@@ -58,6 +63,9 @@ class MonitorVerdict(NamedTuple):
     rpm: float
     quality: str
     quality_share: float
+    rms: float
+    peak: float
+    crest_factor: float
     window_verdict: object
     verdict: object
     probability: float

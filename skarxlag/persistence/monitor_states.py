@@ -10,7 +10,7 @@ from ..core.state import expect
 from ..monitoring import ConditionMonitor
 from .files import errors_named
 
-_FORMAT = "skarxlag monitor 10"
+_FORMAT = "skarxlag monitor 11"
 #: Largest file of a state in bytes. That of one window of a million samples is smaller.
 _LARGEST = 100 * 2**20
 

@@ -254,10 +254,9 @@ class Judge:
         self,
         evidence: NDArray[Any],
         n_windows: NDArray[np.float64],
-        alarms: Sequence[bool | None],
         contrasts: Sequence[tuple[Any, ...]] = (),
     ) -> list[Named]:
-        """Return the verdicts by means of the evidence of windows, and alarms.
+        """Return the verdicts by means of the evidence of windows.
 
         Parameters
         ----------
@@ -265,8 +264,6 @@ class Judge:
             Means of the evidence of windows.
         n_windows : ndarray of shape (n_means,)
             Number of windows of each mean, or the sum of their weights.
-        alarms : sequence of bool or None
-            Whether healthy limits are exceeded, for each mean.
         contrasts : sequence of tuple, default=()
             With a bearing, for each mean: mean contrast over orders, sum of weights and
             speed, as `FaultOrderClassifier.diagnose_gathered` takes them.
@@ -274,21 +271,15 @@ class Judge:
         Returns
         -------
         list of Named
-            The verdicts; "changed" instead of the healthy condition with an alarm.
+            The verdicts; the healthy condition if there is no classifier.
         """
-        verdicts = [Named(self.healthy, np.nan, None)] * len(evidence)
-        if self.gathers_combs:
-            verdicts = [
-                self._classifier.gathered(*contrast, evidence=mean, n_windows=weight)
-                for contrast, mean, weight in zip(
-                    contrasts, evidence, n_windows.tolist(), strict=True
-                )
-            ]
-        elif self._classifier is not None:
-            verdicts = self._classifier.named(evidence, n_windows)
+        if self._classifier is None:
+            return [Named(self.healthy, np.nan, None)] * len(evidence)
+        if not self.gathers_combs:
+            return self._classifier.named(evidence, n_windows)
         return [
-            Named(CHANGED, np.nan, None)
-            if alarm and named.verdict == self.healthy
-            else named
-            for alarm, named in zip(alarms, verdicts, strict=True)
+            self._classifier.gathered(*contrast, evidence=mean, n_windows=weight)
+            for contrast, mean, weight in zip(
+                contrasts, evidence, n_windows.tolist(), strict=True
+            )
         ]

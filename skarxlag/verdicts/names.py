@@ -15,6 +15,9 @@ from ..core.state import expect
 #: Verdict on a recording whose healthy limits are exceeded and whose condition cannot
 #: be named.
 CHANGED = "changed"
+#: Verdict on recent windows that exceed the healthy limits, but not yet for so long that
+#: there is an alarm.
+POSSIBLY_CHANGED = "possibly changed"
 #: Verdict on a recording that resembles none of the conditions.
 UNKNOWN = "unknown condition"
 #: Verdict on a recording of a fault whose location cannot be named.
@@ -66,7 +69,10 @@ def check_conditions(conditions: Sequence[Any], fitted: Sequence[Any] | None) ->
         is_whole = is_whole and {*conditions} == {*fitted}
         expected = f"a permutation of {list(fitted)}"
     expect(is_whole, "conditions", conditions, expected)
-    verdicts = (CHANGED, UNKNOWN, UNCERTAIN, NO_SIGNAL, NOT_IDENTIFIABLE)
+    verdicts = (
+        *(CHANGED, POSSIBLY_CHANGED, UNKNOWN, UNCERTAIN, NO_SIGNAL),
+        NOT_IDENTIFIABLE,
+    )
     for name in map(str, conditions):
         folded = name.casefold()
         is_verdict = folded in verdicts or folded.startswith(NO_VERDICT)

@@ -25,6 +25,7 @@ from skarxlag import (
 from skarxlag.decisions.comb_probabilities import comb_evidence
 from skarxlag.kernels.evidence import P_VALUE_CORRELATION, effective_number
 from skarxlag.measures.envelope_spectra import best_combs
+from skarxlag.monitoring.monitor import diagnose_together
 
 from .conftest import RATE, WINDOW, sound
 
@@ -226,22 +227,70 @@ def test_a_latched_alarm_stays_on_until_it_is_acknowledged(make):
     assert again.counts["alarms"] == 3
 
 
-def test_calibration_measures_how_often_healthy_windows_exceed(make, detector):
-    monitor = make()
-    healthy = sound("good", 40_000, 7)
-    monitor.update(healthy[:1234])
-    assert monitor.calibrate(healthy[:20_000]).calibrate(healthy[20_000:]) is monitor
-    exceeds = detector.predict(make_windows(healthy, WINDOW)) < 0
-    seen = monitor.state()["seen"]
-    assert seen[:2] == [len(exceeds), exceeds.sum()]
-    assert monitor.false_alarm_interval != make().false_alarm_interval
-    assert monitor.counts["samples"] == 0
-    before = monitor.state()
-    with pytest.raises(
-        ValueError, match="healthy windows exceed the threshold at a rate of"
-    ):
-        monitor.calibrate(20 * healthy)
-    assert repr(monitor.state()) == repr(before)
+def test_no_verdict_is_healthy_while_windows_exceed_the_limits(make, diagnoser):
+    signal = np.concatenate([sound("good", 4000, 3), sound("good", 4000, 4, gain=9.0)])
+    for model, healthy in ((None, "healthy"), (diagnoser, "good")):
+        verdicts = make(model, alarm_delay=5, half_life=0.5).update(signal)
+        by_state = {"off": set(), "not yet an alarm": set(), "on": set()}
+        for verdict in verdicts:
+            by_state[verdict.alarm_state].add(verdict.verdict)
+            if verdict.verdict == healthy:
+                assert not verdict.p_value < 0.05
+        assert healthy in by_state["off"]
+        assert by_state["not yet an alarm"] == {"possibly changed"}
+        assert by_state["on"] == {"changed"}
+        doubtful = [v for v in verdicts if v.verdict == "possibly changed"]
+        assert np.isnan([v.probability for v in doubtful]).all()
+
+
+def test_a_p_value_below_the_rate_is_against_healthy_without_a_window_that_exceeds(
+    make, detector
+):
+    """Each window alone is within the limits, and all of them together are not."""
+    gains = np.linspace(1, 9, 60)
+    windows = make_windows(sound("good", WINDOW, 8), WINDOW)
+    tested = np.concatenate([gain * windows for gain in gains])
+    p_values = detector.p_values(tested)
+    gain = gains[np.flatnonzero(p_values > 0.05)[-1]]
+    last = make().update(np.tile(gain * windows[0], 200))[-1]
+    assert (last.exceeds, last.alarm_state) == (False, "off")
+    assert last.p_value < 0.05 and last.verdict == "possibly changed"
+
+
+def test_levels_are_those_of_the_output(make, of_two):
+    signal = sound("good", 3 * WINDOW, 3) + 5.0
+    windows = make_windows(signal, WINDOW)
+    peaks = np.abs(windows - windows.mean(axis=1, keepdims=True)).max(axis=1)
+    verdicts = make().update(signal)
+    assert [v.rms for v in verdicts] == pytest.approx(windows.std(axis=1))
+    assert [v.peak for v in verdicts] == pytest.approx(peaks)
+    crest = peaks / windows.std(axis=1)
+    assert [v.crest_factor for v in verdicts] == pytest.approx(crest)
+    two = ConditionMonitor(of_two[0], RATE, window_length=WINDOW)
+    first = two.update(np.stack([signal, 0 * signal]))
+    assert [v.rms for v in first] == [v.rms for v in verdicts]
+
+
+def test_monitors_are_diagnosed_together_as_alone(make, detector):
+    """Monitors of one model, of another one, with speeds and without, also of no window."""
+    signals = [troubled()[k : k + 300 + 700 * k] for k in range(7)]
+    speeds = [None, 900.0, None, 900.0, np.full(3100, 900.0), None, 900.0]
+
+    def monitors():
+        settings = [{}] * 5 + [{"half_life": 1.0}, {"model": None}]
+        return [make(**each) for each in settings]
+
+    together = monitors()
+    cuts = [
+        monitor.cut(signal, rpm=rpm)
+        for monitor, signal, rpm in zip(together, signals, speeds, strict=True)
+    ]
+    alone = [
+        monitor.update(signal, rpm=rpm)
+        for monitor, signal, rpm in zip(monitors(), signals, speeds, strict=True)
+    ]
+    assert repr(diagnose_together(cuts)) == repr(alone)
+    assert diagnose_together([make().cut([0.0] * 50)]) == [[]]
 
 
 def test_dead_missing_and_clipped_windows_are_counted_and_give_no_opinion(make):
@@ -305,6 +354,23 @@ def test_evidence_grows_old_over_a_gap(make):
     assert gone.update(worn, time=60.0)[-1].verdict == "worn"
 
 
+@pytest.mark.parametrize("pause", [0.05, 7.0])
+def test_a_pause_before_a_restart_is_a_gap(make, pause):
+    signal = sound("good", 1000, 3)
+    monitor = make()
+    before = monitor.update(signal[:500])
+    again = make().restore(monitor.state(), pause=pause)
+    after = again.update(signal[500:])
+    is_gap = pause == 7.0
+    assert again.counts["gaps"] == is_gap
+    assert again.counts["missing_seconds"] == pytest.approx(pause if is_gap else 0)
+    assert after[0].start == (500 if is_gap else 400)
+    expected = before[-1].time + 0.2 + pause + (0.1 if is_gap else 0.0)
+    assert after[0].time == pytest.approx(expected)
+    with pytest.raises(ValueError, match="pause"):
+        make().restore(monitor.state(), pause=-1.0)
+
+
 def test_slow_drift_of_the_clock_is_no_gap(make):
     monitor = make()
     for k in range(200):
@@ -327,22 +393,21 @@ def test_state_goes_through_a_file_and_the_next_verdicts_are_the_same(make, tmp_
     assert path.stat().st_size < 20_000
 
 
-def test_state_of_a_calibrated_monitor_keeps_the_calibration(make):
-    calibrated = make().calibrate(sound("good", 40_000, 7))
-    again = make().restore(calibrated.state())
-    interval = calibrated.false_alarm_interval
-    assert again.false_alarm_interval == interval != make().false_alarm_interval
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         (lambda s: s["settings"].update(hop=7), "hop == 7, expected 200"),
         (lambda s: s["settings"].update(conditions=["a"]), "conditions == "),
-        (lambda s: s["evidence"].update(sums=[1.0]), "expected 3 finite sums"),
-        (lambda s: s["evidence"].update(sums=[np.nan, 0.0]), "expected 3 finite sums"),
-        (lambda s: s["evidence"].update(time=np.inf), "expected 3 finite sums"),
-        (lambda s: s["evidence"].update(age=None), "damaged"),
+        (
+            lambda s: s["recent"]["evidence"].update(sums=[1.0]),
+            "expected 3 finite sums",
+        ),
+        (
+            lambda s: s["recent"]["evidence"].update(sums=[np.nan, 0.0]),
+            "expected 3 finite sums",
+        ),
+        (lambda s: s["recent"].update(time=np.inf), "time == inf, expected a finite"),
+        (lambda s: s["recent"]["evidence"].update(age=None), "damaged"),
         (lambda s: s["alarm"].update(sum=10**6), "expected a sum from 0 to"),
         (lambda s: s["stream"].update(rest=[[0.0] * 5] * 2), "that fit each other"),
         (lambda s: s["stream"].pop("next_start"), "next_start"),
@@ -355,17 +420,14 @@ def test_state_of_a_calibrated_monitor_keeps_the_calibration(make):
         (lambda s: s["stream"].update(missing_seconds=-1.0), "that fit each other"),
         (lambda s: s["stream"].update(missing_seconds=10**400), "that fit each other"),
         (lambda s: s["stream"].update(reference=[0, 10**400]), "damaged"),
-        (lambda s: s["evidence"].update(weight=np.inf), "finite sums"),
-        (lambda s: s["p_values"].update(weight=-1.0), "expected 1 finite sums"),
+        (lambda s: s["recent"]["evidence"].update(weight=np.inf), "finite sums"),
+        (
+            lambda s: s["recent"]["p_values"].update(weight=-1.0),
+            "expected 1 finite sums",
+        ),
         (
             lambda s: s["settings"].update(healthy="worn"),
             "healthy == 'worn', expected 'good'",
-        ),
-        (lambda s: s.pop("seen"), "seen"),
-        (lambda s: s.update(seen=[-1, 0, 0, 0]), "-1, expected an integer"),
-        (
-            lambda s: s.update(seen=[9, 2, 2, 3]),
-            "expected as many windows as exceed, or more",
         ),
         (lambda s: s["settings"].update(n_channels=2), "n_channels == 2, expected 1"),
         (lambda s: s["settings"].update(train_rpm=[50.0]), "train_rpm == "),
@@ -508,7 +570,7 @@ def test_implausible_speed_gets_no_verdict(rpm, make, diagnoser, with_speeds):
     ):
         monitor = make(model, detector=watching, train_rpm=speeds)
         good = monitor.update(signal[:1000], rpm=850.0 if watching else 900.0)
-        assert {v.verdict for v in good} <= {"good", "healthy", "changed"}
+        assert not any(str(v.verdict).startswith("no verdict") for v in good)
         refused = monitor.update(signal[1000:], rpm=rpm)
         assert {v.quality for v in refused} == {"no verdict"}
         for verdict in refused:
@@ -608,7 +670,7 @@ def test_sampling_rate_must_be_positive(diagnoser):
 def test_a_diagnoser_alone_and_a_detector_alone(make, detector):
     signal = sound("good", 1000, 3)
     last = make(detector=None).update(signal)[-1]
-    assert last.verdict == "good" and last.alarm is False
+    assert last.window_verdict == "good" and last.alarm is False
     watching = make(None)
     last = watching.update(signal)[-1]
     assert (last.verdict, last.window_verdict) == ("healthy", None)
@@ -630,8 +692,6 @@ def test_a_classifier_of_others_names_conditions_and_raises_no_alarm(make):
     assert (last.alarm, last.alarm_state) == (None, "none")
     assert np.isnan(last.alarm_level)
     assert monitor.alarm_delay is None and monitor.false_alarm_interval is None
-    with pytest.raises(ValueError, match="detector is missing"):
-        monitor.calibrate(sound("good", 1000, 6))
 
 
 def turning(n_rows, amplitude, seed, rpm=900.0):
@@ -732,7 +792,7 @@ def test_spectra_decide_alone_while_the_speed_is_not_known(joint):
     joined = joint["decide"].join(evidence[np.newaxis], 4)
     assert blind.probability == pytest.approx(np.exp(joined.log_probability).max())
     seen = monitor.update(rows[4:].ravel(), rpm=850)[-1]
-    assert monitor.state()["contrasts"]["weight"] == 4
+    assert monitor.state()["recent"]["contrasts"]["weight"] == 4
     assert seen.verdict == blind.verdict == "worn outer"
     assert seen.probability > blind.probability
 

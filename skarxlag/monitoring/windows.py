@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from ..core.speeds import speeds_of_rows
 from ..core.state import expect
 from ..core.validation import as_samples
-from ._settings import MonitorSettings
 
 _COUNTS = ("n_samples", "next_start", "n_gaps", "n_steps_back")
 
@@ -41,8 +40,12 @@ class WindowStream:
     ----------
     n_rows : int
         Rows of a block.
-    settings : MonitorSettings
-        Length of a window and hop in samples, sampling rate, and tolerance of gaps.
+    length, hop : int
+        Samples in a window, and from one window to the next.
+    rate : float
+        Sampling rate in Hz.
+    tolerance : float
+        Seconds by which the stated time of a block may be wrong.
 
     Attributes
     ----------
@@ -58,11 +61,13 @@ class WindowStream:
         Sum over the gaps.
     """
 
-    def __init__(self, n_rows: int, settings: MonitorSettings) -> None:
-        self._length = settings.window_length
-        self._hop = settings.hop
-        self._rate = settings.sampling_rate
-        self._tolerance = settings.gap_tolerance
+    def __init__(
+        self, n_rows: int, length: int, hop: int, rate: float, tolerance: float
+    ) -> None:
+        self._length = length
+        self._hop = hop
+        self._rate = rate
+        self._tolerance = tolerance
         self.rest = np.empty((n_rows, 0))
         self.n_samples = 0
         self.next_start = 0
@@ -90,7 +95,7 @@ class WindowStream:
             A view of the samples.
         """
         if time is not None:
-            self._note_time(float(time))
+            self.note_time(float(time))
         signal = np.concatenate([self.rest, block], axis=1)
         first = self.n_samples - self.rest.shape[1]
         self.n_samples += block.shape[1]
@@ -105,7 +110,8 @@ class WindowStream:
         views = np.lib.stride_tricks.sliding_window_view(signal, self._length, axis=1)
         return start, views[:, :: self._hop].transpose(1, 0, 2)
 
-    def _note_time(self, time):
+    def note_time(self, time: float) -> None:
+        """State the time of the next sample; if it is not as expected, windows start again."""
         delay = time - self.time_of(self.n_samples)
         self._reference = (self.n_samples, time)
         if self.n_samples == 0 or abs(delay) <= self._tolerance:

@@ -2,12 +2,9 @@
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..core.state import expect
 from ..kernels.cumulative_sum import alarm_limit, mean_run_length, reference_step
-from ._windows import saved_count
+from .windows import saved_count
 
 #: Share of windows which exceed that is to be detected soonest.
 _FAULTY_RATE = 0.5
@@ -111,7 +108,8 @@ class CumulativeSumAlarm:
             return "on"
         if self.latched:
             return "latched"
-        return "not yet an alarm" if self.sum > 0 else "off"
+        # One window that exceeds adds so much; later ones within the limits take it back.
+        return "not yet an alarm" if self.sum >= self.step - 1 else "off"
 
     def run_length(self) -> float:
         """Return the mean number of healthy windows until an alarm."""
@@ -145,51 +143,3 @@ class CumulativeSumAlarm:
         expect(self.sum <= self.limit, "alarm", state, f"a sum from 0 to {self.limit}")
         self.active = bool(state["active"])
         self.latched = self._latch and bool(state["latched"])
-
-
-def runs_of(exceeds: list[bool | None]) -> NDArray[np.int64]:
-    """Count windows that exceed the limits, and how often one follows another.
-
-    Parameters
-    ----------
-    exceeds : list of bool or None
-        Windows of one recording, in the order of time. None is left out.
-
-    Returns
-    -------
-    ndarray of shape (4,)
-        Numbers of windows; of exceeding ones; of exceeding ones that another window
-        follows; and of those that another exceeding one follows. None exceeds the one
-        before.
-
-    Examples
-    --------
-    >>> runs_of([False, True, True, False, True]).tolist()
-    [5, 3, 2, 1]
-    """
-    windows = np.array([flag for flag in exceeds if flag is not None], dtype=bool)
-    followed = windows[:-1]
-    runs = followed & windows[1:]
-    return np.array([len(windows), windows.sum(), followed.sum(), runs.sum()])
-
-
-def healthy_shares(counts: NDArray[np.int64]) -> tuple[float, float]:
-    """Estimate rate and persistence of exceeding windows: means of Beta(1, 1) posteriors.
-
-    Parameters
-    ----------
-    counts : ndarray of shape (4,)
-        Sum of results of `runs_of`.
-
-    Returns
-    -------
-    rate, persistence : float
-        As `CumulativeSumAlarm` takes them.
-
-    Examples
-    --------
-    >>> healthy_shares(runs_of([False] * 98))
-    (0.01, 0.5)
-    """
-    n_windows, n_exceeding, n_followed, n_runs = counts.tolist()
-    return (n_exceeding + 1) / (n_windows + 2), (n_runs + 1) / (n_followed + 2)
