@@ -16,27 +16,6 @@ from skarxlag import datasets
 
 ROOT = Path(__file__).parents[1]
 
-RIG = '''
-"""A rig of two conditions at two speeds."""
-
-import numpy as np
-from sklearn.utils import Bunch
-
-
-def fetch_workshop(*, data_home=None, window_length=1200):
-    """Windows of noise."""
-    n = 8
-    return Bunch(
-        data=np.random.default_rng(0).normal(size=(n, window_length)),
-        target=np.tile(["good", "bad"], n // 2),
-        target_names=["good", "bad"],
-        rpm=np.repeat([100.0, 200.0], n // 2),
-        recording=np.repeat(["a", "b", "c", "d"], n // 4),
-        start=np.tile([0, window_length], n // 2),
-        sampling_rate=1e3,
-        DESCR="A workshop.",
-    )
-'''
 EVALUATION = """
 def _peak(innovations, fitted):
     return np.abs(observer.observe(innovations, fitted._loop())[0]).max(axis=-1)
@@ -63,9 +42,7 @@ def contents(path):
 '''
 #: New file, its text, the list, its line before and after.
 CHANGES = [
-    ("datasets/workshop.py", RIG, "datasets/__init__.py", '"uestc": fetch_uestc,',
-     '"uestc": fetch_uestc, "workshop": fetch_workshop,'),
-    ("recordings/formats/marked.py", FORMAT, "recordings/formats/__init__.py",
+    ("plant/readers/formats/marked.py", FORMAT, "plant/readers/formats/__init__.py",
      "FORMATS = (matlab,", "FORMATS = (marked, matlab,"),
 ]  # fmt: skip
 USE = """
@@ -73,12 +50,6 @@ import numpy as np
 from pathlib import Path
 import skarxlag
 assert Path(skarxlag.__file__).is_relative_to(Path.cwd()), skarxlag.__file__
-
-from benchmarks.cross_speed.rigs import find_rig
-from skarxlag.plant.commands import main
-from skarxlag.plant.commands.parsers.evaluate import TITLES
-assert TITLES["workshop"] == "WORKSHOP rig"
-assert find_rig("workshop", data_home="x")(50).data.shape == (8, 50)
 
 observer = skarxlag.PIObserver(evaluation="peak")
 X = np.random.default_rng(0).normal(size=(2, 3, 20))
@@ -103,11 +74,7 @@ def test_each_change_is_one_piece_and_one_line_of_a_list(tmp_path):
         source = path.read_text("utf-8")
         assert source.count(line) == 1
         name = Path(file).stem
-        imported = (
-            f"from .{name} import fetch_{name}"
-            if "fetch" in text
-            else f"from . import {name}"
-        )
+        imported = f"from . import {name}"
         head, mark, rest = source.partition("\nfrom .")
         path.write_text(
             head + f"\n{imported}" + (mark + rest).replace(line, longer), "utf-8"

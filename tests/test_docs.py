@@ -19,6 +19,7 @@ from skarxlag import datasets, kernels, plotting
 from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import Rig
 from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
+from tests.public_rigs import write_real_rigs
 
 ROOT = Path(__file__).parents[1]
 # Written by a build of the site.
@@ -180,13 +181,22 @@ def test_links_on_the_site(source, page, link, on_site):
     assert relink(f"[text]({link})", source, page) == f"[text]({on_site})"
 
 
+@pytest.fixture(scope="module")
+def real_rigs(tmp_path_factory):
+    """Data sets that hold the recordings beside the checkout."""
+    if not os.environ.get("SKARXLAG_DATA"):
+        pytest.skip("needs the recordings of the real rigs")
+    root = tmp_path_factory.mktemp("rigs")
+    write_real_rigs(root)
+    return root
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("example", EXAMPLES, ids=_name)
-def test_example(example, monkeypatch, capsys):
-    if "fetch_" in example.read_text("utf-8"):
-        if "SKARXLAG_DATA" not in os.environ:
-            pytest.skip("needs the recordings of the real rigs")
-        monkeypatch.setenv("SCIKIT_LEARN_DATA", os.environ["SKARXLAG_DATA"])
+def test_example(example, monkeypatch, capsys, request):
+    if "load_public_rig" in example.read_text("utf-8"):
+        root = request.getfixturevalue("real_rigs")
+        monkeypatch.setenv("BEARING_DATASETS_ROOT", str(root))
     pyplot = pytest.importorskip("matplotlib.pyplot")
     pyplot.switch_backend("Agg")
     monkeypatch.setattr(pyplot, "show", lambda: None)
@@ -197,14 +207,13 @@ def test_example(example, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("name", ["getting_started", "real_recordings"])
-def test_notebook_runs(name, monkeypatch):
+def test_notebook_runs(name, monkeypatch, request):
     pyplot = pytest.importorskip("matplotlib.pyplot")
     pyplot.switch_backend("Agg")
     monkeypatch.setattr(pyplot, "show", lambda: None)
     if name == "real_recordings":
-        if not os.environ.get("SKARXLAG_DATA"):
-            pytest.skip("needs the recordings of the real rigs")
-        monkeypatch.setenv("SCIKIT_LEARN_DATA", os.environ["SKARXLAG_DATA"])
+        root = request.getfixturevalue("real_rigs")
+        monkeypatch.setenv("BEARING_DATASETS_ROOT", str(root))
     notebook = json.loads((ROOT / "examples" / f"{name}.ipynb").read_text("utf-8"))
     cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
     names = {}
@@ -231,13 +240,6 @@ def test_every_extra_is_in_the_table_of_the_installation():
     text = (ROOT / "docs" / "install.md").read_text("utf-8")
     rows = re.findall(r"^\| `(\w+)` \|", text, flags=re.M)
     assert sorted(rows) == sorted(stated["project"]["optional-dependencies"])
-
-
-def test_every_fetcher_is_in_the_table_of_rigs():
-    text = (ROOT / "docs" / "data.md").read_text("utf-8")
-    row = re.search(r"^\| fetcher \|(.*)\|$", text, flags=re.M)[1]
-    fetchers = {name for name in datasets.__all__ if name.startswith("fetch_")}
-    assert set(re.findall(r"`(fetch_\w+)`", row)) == fetchers
 
 
 def test_every_residual_evaluation_is_in_the_table():

@@ -8,7 +8,8 @@ import numpy as np
 from sklearn.utils import Bunch
 
 from benchmarks.recipe.rigs import real_rigs
-from skarxlag.datasets import FETCHERS, fetch_cwru, fetch_hit_sm, simulate_rig
+from benchmarks.recordings import FETCHERS, fetch_cwru, fetch_hit_sm
+from skarxlag.datasets import simulate_rig
 from skarxlag.plant.readers.windows import make_windows
 
 #: Names of rigs in tables, by the names of their fetchers.

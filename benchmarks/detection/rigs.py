@@ -3,7 +3,8 @@
 from functools import partial
 
 from benchmarks.cross_speed.rigs import find
-from skarxlag.datasets import FETCHERS, fetch_hit_sm, simulate_rig
+from benchmarks.recordings import FETCHERS, fetch_hit_sm
+from skarxlag.datasets import simulate_rig
 
 WINDOW = 4800
 #: Windows of 4800 samples that make a row of about a second.

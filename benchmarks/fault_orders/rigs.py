@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from benchmarks.recordings import fetch_cwru, fetch_hit_sm, fetch_mfpt, fetch_uestc
 from skarxlag.bearings import BEARINGS, BearingGeometry, bearing_orders
 from skarxlag.core.fault_locations import location_of_label
-from skarxlag.datasets import fetch_cwru, fetch_hit_sm, fetch_mfpt, fetch_uestc
 
 #: Function that fetches each rig.
 RIGS = {

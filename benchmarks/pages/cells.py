@@ -36,6 +36,7 @@ from benchmarks.quality.rigs import simulated_rig
 from benchmarks.quality.treatments import DAMAGED, ORDINARY
 from benchmarks.recipe.constants import score_rig
 from benchmarks.recipe.rigs import simulated_rigs
+from benchmarks.recordings import fetch_hit_sm
 from benchmarks.speed.rows import transforms
 from skarxlag import (
     FaultOrderClassifier,
@@ -47,7 +48,7 @@ from skarxlag import (
     read_recording_table,
 )
 from skarxlag.core.fault_locations import location_of_label
-from skarxlag.datasets import fetch_hit_sm, simulate_rig
+from skarxlag.datasets import simulate_rig
 from skarxlag.model_selection import first_and_second_half
 
 SPEEDS = (300, 500)
@@ -119,7 +120,7 @@ def spectraquest():
     home = os.environ.get("SKARXLAG_DATA")
     if home is None:
         return {}
-    rig = fetch_hit_sm(window_length=4800, data_home=home, download_if_missing=False)
+    rig = fetch_hit_sm(window_length=4800, data_home=home)
     return _cell(make_diagnoser, rig, 600, 1200)
 
 

@@ -8,8 +8,8 @@ import argparse
 from pathlib import Path
 
 from benchmarks.pages.svg_figures import BLUE, GREY, ORANGE, saved_figure
+from benchmarks.recordings import fetch_hit_sm
 from skarxlag import bearing_orders, make_fault_order_classifier
-from skarxlag.datasets import fetch_hit_sm
 from skarxlag.plotting import EnvelopeSpectrumDisplay
 
 RPM, BEARING, HIGHEST_ORDER = 900, "6205", 14.0

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.pages.svg_figures import BLUE, GREEN, GREY, ORANGE, saved_figure
+from benchmarks.recordings import fetch_hit_sm
 from skarxlag import bearing_orders
-from skarxlag.datasets import fetch_hit_sm
 
 CONDITION, RPM, BEARING = "OR5", 900, "6205"
 #: Samples of a window, and seconds of a stretch.

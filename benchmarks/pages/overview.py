@@ -14,8 +14,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.signal import welch
 
+from benchmarks.recordings import fetch_uestc
 from skarxlag import make_diagnoser, recording_verdicts
-from skarxlag.datasets import fetch_uestc
 from skarxlag.plotting import condition_styles
 from skarxlag.plotting._style import ANY_PAGE, NEUTRAL
 

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.pages.browser import picture
-from skarxlag.datasets import fetch_uestc
+from benchmarks.recordings import fetch_uestc
 from skarxlag.plant.commands import main as run
 
 TRAIN_RPM, RPM = 1000, 1400

@@ -19,8 +19,8 @@ from benchmarks.pages.svg_figures import (
     legend_below,
     saved_figure,
 )
+from benchmarks.recordings import fetch_uestc
 from skarxlag import make_diagnoser
-from skarxlag.datasets import fetch_uestc
 
 WINDOW_LENGTH, SHOWN = 4800, "O"
 CONDITIONS = {

@@ -12,7 +12,7 @@ from contextlib import chdir, redirect_stdout
 from pathlib import Path
 
 from benchmarks.pages.blocks import write_blocks
-from skarxlag.datasets import fetch_uestc
+from benchmarks.recordings import fetch_uestc
 from skarxlag.plant.commands import main as run
 
 BLOCK = "terminal example"

@@ -12,13 +12,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from skarxlag import make_detector
-from skarxlag.datasets import fetch_uestc
+from skarxlag.datasets import load_public_rig
 
 # %%
 # Rows are windows of a quarter of a second. Each speed is left out of the fit in turn.
 RATE = 0.02
-rig = fetch_uestc(window_length=5000)
-is_healthy = rig.target == "N"
+rig = load_public_rig("uestc", window_length=5000)
+is_healthy = rig.target == "healthy"
 speeds = np.unique(rig.rpm)
 p_values = np.empty(len(rig.data))
 for speed in speeds:

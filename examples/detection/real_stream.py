@@ -12,15 +12,20 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from skarxlag import ConditionMonitor, make_detector, make_diagnoser
-from skarxlag.datasets import fetch_hit_sm
+from skarxlag.datasets import load_public_rig
 
 # %%
 # Diagnoser and detector are fitted on windows of 4800 samples at 600 and 1200 rpm.
 LENGTH = 4800
-rig = fetch_hit_sm(window_length=LENGTH)
+rig = load_public_rig(
+    "hit_sm",
+    where="rig == 'spectraquest'",
+    condition=["fault_type", "fault_severity"],
+    window_length=LENGTH,
+)
 trained = rig.rpm != 900
-healthy = trained & (rig.target == "Normal")
-diagnoser = make_diagnoser(healthy="Normal")
+healthy = trained & (rig.target == "healthy")
+diagnoser = make_diagnoser(healthy="healthy")
 diagnoser.fit(rig.data[trained], rig.target[trained], rpm=rig.rpm[trained])
 detector = make_detector().fit(rig.data[healthy], rpm=rig.rpm[healthy])
 
@@ -28,7 +33,7 @@ detector = make_detector().fit(rig.data[healthy], rpm=rig.rpm[healthy])
 # The stream arrives in blocks of 50 ms.
 recordings = [
     rig.data[(rig.rpm == 900) & (rig.target == name)].ravel()
-    for name in ("Normal", "OR5")
+    for name in ("healthy", "outer moderate")
 ]
 # The gain of the sensor differs between these two recordings.
 stream = np.concatenate([signal / signal.std() for signal in recordings])

@@ -13,19 +13,28 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from skarxlag import make_diagnoser
-from skarxlag.datasets import fetch_hit_sm
+from skarxlag.datasets import load_public_rig
 
 # %%
 # Rows are stretches of a second. The name of a condition states the fault location and
-# the size of the fault: an arc of 2, 5 or 8 degrees.
-rig = fetch_hit_sm(window_length=51_200)
-locations = np.array([name.rstrip("0123456789") for name in rig.target])
-trained = np.isin(rig.target, ["Normal", "IR2", "OR2"]) & (rig.rpm == 600)
-others = np.isin(rig.target, ["IR5", "IR8", "OR5", "OR8"]) & (rig.rpm == 900)
+# the size of the fault: slight, moderate or severe, an arc of 2, 5 or 8 degrees.
+rig = load_public_rig(
+    "hit_sm",
+    where="rig == 'spectraquest'",
+    condition=["fault_type", "fault_severity"],
+    window_length=51_200,
+)
+locations = np.array([name.split()[0] for name in rig.target])
+trained = np.isin(rig.target, ["healthy", "inner slight", "outer slight"]) & (
+    rig.rpm == 600
+)
+others = np.isin(
+    rig.target, ["inner moderate", "inner severe", "outer moderate", "outer severe"]
+) & (rig.rpm == 900)
 
 # %%
 # The program prints the share of stretches whose fault location is right.
-options = {"sampling_rate": rig.sampling_rate, "healthy": "Normal"}
+options = {"sampling_rate": rig.sampling_rate, "healthy": "healthy"}
 diagnosers = {
     "spectra alone": make_diagnoser(**options),
     "spectra and combs": make_diagnoser(**options, bearing="6205"),

@@ -11,15 +11,20 @@ the SpectraQuest rig.
 import matplotlib.pyplot as plt
 
 from skarxlag import bearing_orders, make_fault_order_classifier
-from skarxlag.datasets import fetch_hit_sm
+from skarxlag.datasets import load_public_rig
 from skarxlag.plotting import EnvelopeSpectrumDisplay
 
 # %%
 # The bearing is a 6205, and the nominal speed is 900 rpm.
 orders = bearing_orders("6205")
 print("orders:", {name: round(order, 3) for name, order in orders.items()})
-rig = fetch_hit_sm(window_length=51_200)
-rows = rig.data[(rig.target == "OR5") & (rig.rpm == 900)]
+rig = load_public_rig(
+    "hit_sm",
+    where="rig == 'spectraquest'",
+    condition=["fault_type", "fault_severity"],
+    window_length=51_200,
+)
+rows = rig.data[(rig.target == "outer moderate") & (rig.rpm == 900)]
 
 # %%
 # The pipeline contains a model of the signal and the classifier. It is fitted on the

@@ -18,7 +18,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer
 
 from skarxlag import SpeedSplit, make_diagnoser
-from skarxlag.datasets import fetch_hit_sm
+from skarxlag.datasets import load_public_rig
 
 
 # %%
@@ -27,13 +27,18 @@ def log_spectrum(X):
     return np.log(welch(X / X.std(axis=1, keepdims=True))[1][:, 1:])
 
 
-rig = fetch_hit_sm(window_length=9600)
+rig = load_public_rig(
+    "hit_sm",
+    where="rig == 'spectraquest'",
+    condition=["fault_type", "fault_severity"],
+    window_length=9600,
+)
 spectra = FunctionTransformer(log_spectrum)
 lda = LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto")
 classifiers = {
     "random forest": make_pipeline(spectra, RandomForestClassifier(20, random_state=0)),
     "LDA": make_pipeline(spectra, lda),
-    "make_diagnoser": make_diagnoser(healthy="Normal"),
+    "make_diagnoser": make_diagnoser(healthy="healthy"),
 }
 
 # %%

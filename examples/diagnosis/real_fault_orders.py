@@ -12,15 +12,18 @@ location?
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skarxlag import make_fault_order_classifier
-from skarxlag.datasets import fetch_mfpt
+from skarxlag import BearingGeometry, make_fault_order_classifier
+from skarxlag.datasets import load_public_rig
 
 # %%
 # A row is a recording of three seconds. The classifier is fitted on the very rows that
 # it diagnoses: it identifies a model of the signal, and needs no labels.
-rig = fetch_mfpt(window_length=146_484)
+rig = load_public_rig(
+    "mfpt", where="fs == 48828 and fault_type != 'normal'", window_length=146_484
+)
+bearing = BearingGeometry(8, element_diameter=5.969, pitch_diameter=31.623)
 classifier = make_fault_order_classifier(
-    bearing=rig.bearing, sampling_rate=rig.sampling_rate
+    bearing=bearing, sampling_rate=rig.sampling_rate
 )
 classifier.fit(rig.data)
 diagnosis = classifier.diagnose(rig.data, rpm=rig.rpm)

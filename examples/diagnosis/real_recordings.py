@@ -13,12 +13,12 @@ import matplotlib.pyplot as plt
 from sklearn.metrics import ConfusionMatrixDisplay
 
 from skarxlag import make_diagnoser, recording_verdicts
-from skarxlag.datasets import fetch_uestc
+from skarxlag.datasets import load_public_rig
 
 # %%
 # Conditions are healthy (N), and faults of a ball (B), of the inner race (I) and of the
 # outer race (O).
-rig = fetch_uestc()
+rig = load_public_rig("uestc")
 trained = rig.rpm == 800
 print(
     f"{rig.data.shape[0]} windows of {rig.data.shape[1]} samples at {rig.sampling_rate:g} Hz"
@@ -26,7 +26,9 @@ print(
 
 # %%
 # Fit at one speed, and compute one verdict for each recording at the others.
-diagnoser = make_diagnoser(healthy="N").fit(rig.data[trained], rig.target[trained])
+diagnoser = make_diagnoser(healthy="healthy").fit(
+    rig.data[trained], rig.target[trained]
+)
 verdicts = recording_verdicts(
     diagnoser,
     rig.data[~trained],

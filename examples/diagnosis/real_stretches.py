@@ -13,14 +13,19 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from skarxlag import make_diagnoser
-from skarxlag.datasets import fetch_hit_sm
+from skarxlag.datasets import load_public_rig
 from skarxlag.plotting import OrderSpectrumDisplay
 
 # %%
 # Rows are stretches of a second, fitted at 600 rpm and tested at 900 rpm.
-rig = fetch_hit_sm(window_length=51_200)
+rig = load_public_rig(
+    "hit_sm",
+    where="rig == 'spectraquest'",
+    condition=["fault_type", "fault_severity"],
+    window_length=51_200,
+)
 trained, new = rig.rpm == 600, rig.rpm == 900
-diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, healthy="Normal")
+diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, healthy="healthy")
 diagnoser.fit(rig.data[trained], rig.target[trained], rpm=600)
 
 # %%
@@ -37,7 +42,7 @@ print(f"not stated: {diagnoser.score(rig.data[new], rig.target[new]):.2f} right"
 # The plot shows the order spectrum of a stretch with a fault of the outer race, and the
 # references of the two closest conditions. The title of each panel has the speed that
 # was found: 945 rpm were stated.
-outer = rig.data[new & (rig.target == "OR5")][0]
+outer = rig.data[new & (rig.target == "outer moderate")][0]
 display = OrderSpectrumDisplay.from_estimator(diagnoser, outer, rpm=945)
 display.figure_.set_size_inches(9, 6)
 plt.show()

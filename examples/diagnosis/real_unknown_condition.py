@@ -12,15 +12,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from skarxlag import make_known_conditions
-from skarxlag.datasets import fetch_uestc
+from skarxlag.datasets import load_public_rig
 
 # %%
 # Rows are stretches of 0.375 s. The first halves of the recordings at three
 # speeds are for the fit, and the second halves at 1200 rpm for the test.
 RATE = 0.02
-rig = fetch_uestc(window_length=7500)
+rig = load_public_rig("uestc", window_length=7500)
 is_first = rig.start < np.median(rig.start)
-trained = is_first & np.isin(rig.rpm, [800, 1000, 1400]) & (rig.target != "B")
+trained = is_first & np.isin(rig.rpm, [800, 1000, 1400]) & (rig.target != "ball")
 conditions = make_known_conditions(false_rejection_rate=RATE)
 conditions.fit(rig.data[trained], rig.target[trained], rpm=rig.rpm[trained])
 

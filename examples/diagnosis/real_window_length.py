@@ -13,7 +13,7 @@ import numpy as np
 from sklearn.model_selection import cross_val_score
 
 from skarxlag import SpeedSplit, make_diagnoser
-from skarxlag.datasets import fetch_hit_sm
+from skarxlag.datasets import load_public_rig
 
 # %%
 # Each score is the mean over all pairs of speeds; the bar shows the worst and the best
@@ -21,11 +21,16 @@ from skarxlag.datasets import fetch_hit_sm
 lengths = [1200, 2400, 4800, 9600]
 scores = []
 for length in lengths:
-    rig = fetch_hit_sm(window_length=length)
+    rig = load_public_rig(
+        "hit_sm",
+        where="rig == 'spectraquest'",
+        condition=["fault_type", "fault_severity"],
+        window_length=length,
+    )
     groups = np.column_stack([rig.rpm, rig.recording])
     scores.append(
         cross_val_score(
-            make_diagnoser(healthy="Normal"),
+            make_diagnoser(healthy="healthy"),
             rig.data,
             rig.target,
             groups=groups,

@@ -12,12 +12,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from skarxlag import signal_quality
-from skarxlag.datasets import fetch_uestc
+from skarxlag.datasets import load_public_rig
 
 # %%
 # Half a second of an outer race fault at 1000 rpm, and what may happen to it.
-rig = fetch_uestc(window_length=10_000)
-good = rig.data[(rig.target == "O") & (rig.rpm == 1000)][0]
+rig = load_public_rig("uestc", window_length=10_000)
+good = rig.data[(rig.target == "outer") & (rig.rpm == 1000)][0]
 time = np.arange(len(good)) / rig.sampling_rate
 limit = np.quantile(np.abs(good), 0.95)
 lost = np.where((time > 0.2) & (time < 0.3), good[np.argmax(time > 0.2)], good)

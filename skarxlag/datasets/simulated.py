@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 from sklearn.utils import Bunch, check_random_state, check_scalar
 
-from skarxlag.core.state import expect
-from skarxlag.core.validation import check_count
-from skarxlag.datasets._repository import description
-from skarxlag.datasets.rig import (
+from ..core.state import expect
+from ..core.validation import check_count
+from .frames import in_form
+from .rig import (
     DEFAULT_RIG,
     LOCATIONS,
     Rig,
@@ -38,6 +39,16 @@ CONDITIONS: dict[str, tuple[str, ...]] = {
 # Each recording or defect has one independent stream of random numbers for each of
 # these names.
 STREAMS = ("torque", "noise", "friction", "strikes", "rubbing")
+
+
+_DESCRIPTION = """Simulated rig, not a measurement.
+
+Acoustic emission of a rolling-element bearing and the torque of its drive, simulated
+from the physics that `simulate_rig` documents. Conditions, speeds, crack sizes and the
+sampling follow Table 1 of F. Piltan, J.-M. Kim, "Nonlinear Extended-state ARX-Laguerre PI
+Observer Fault Diagnosis of Bearings", Applied Sciences 9(5), 888, 2019.
+Licence: BSD-3-Clause, as the code that generates it.
+"""
 
 
 def _positive_numbers(name, values):
@@ -64,7 +75,9 @@ def simulate_rig(
     rig: Rig = DEFAULT_RIG,
     random_state: int | np.random.RandomState | None = 0,
     return_fault: bool = False,
-) -> Bunch:
+    return_X_y: bool = False,
+    as_frame: bool = False,
+) -> Any:
     r"""Simulate the acoustic emission and the drive torque of a bearing rig.
 
     The output of a recording is
@@ -132,6 +145,12 @@ def simulate_rig(
     return_fault : bool, default=False
         If True, also return the known fault signal, which takes half the memory of
         `data`. This does not change `data`.
+    return_X_y : bool, default=False
+        If True, return ``(data, target)`` instead of a Bunch.
+    as_frame : bool, default=False
+        If True, the Bunch has ``frame``, a table with ``rpm``, ``recording``,
+        ``start``, ``specimen`` and ``load`` of each window. Splitters take its columns
+        as `groups`.
 
     Returns
     -------
@@ -157,6 +176,8 @@ def simulate_rig(
           condition
         - sampling_rate : float, in Hz
         - DESCR : str
+    (data, target) : tuple of ndarray
+        The windows and their conditions, if `return_X_y` is True.
 
     Raises
     ------
@@ -170,7 +191,7 @@ def simulate_rig(
 
     Examples
     --------
-    >>> from skarxlag.datasets.simulated import simulate_rig
+    >>> from .simulated import simulate_rig
     >>> rig = simulate_rig(rpm=500, crack_mm=3, conditions=["Normal", "IR"], n_samples=12_000)
     >>> rig.data.shape
     (20, 2, 1200)
@@ -250,8 +271,8 @@ def simulate_rig(
         recording=np.array(names_of_recordings)[source],
         start=np.tile(np.arange(n_windows) * window_length, len(recordings)),
         sampling_rate=float(rig.sampling_rate),
-        DESCR=description("simulated"),
+        DESCR=_DESCRIPTION,
     )
     if return_fault:
         simulated.fault = fault.reshape(-1, window_length)
-    return simulated
+    return in_form(simulated, return_X_y=return_X_y, as_frame=as_frame)

@@ -1,14 +1,21 @@
-"""Cross-validation across shaft speeds and across specimens."""
+"""Cross-validation across shaft speeds and specimens, and the evaluation of all protocols."""
 
 from .cross_speed import cross_speed_predict
+from .evaluation import evaluate, evaluation_summary
 from .groups import first_and_second_half
+from .protocols import PROTOCOLS, Split, protocol_splits
 from .specimen_split import SpecimenSplit, locations_of_labels
 from .speed_split import SpeedSplit
 
 __all__ = [
+    "PROTOCOLS",
     "SpecimenSplit",
     "SpeedSplit",
+    "Split",
     "cross_speed_predict",
+    "evaluate",
+    "evaluation_summary",
     "first_and_second_half",
     "locations_of_labels",
+    "protocol_splits",
 ]

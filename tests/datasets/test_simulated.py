@@ -68,7 +68,7 @@ def test_scale_is_that_of_an_amplified_sensor_and_a_small_motor(default_rig):
 
 def test_description_says_that_it_is_simulated():
     description = simulate_rig(**SMALL, conditions=["Normal", "Ball"]).DESCR
-    for text in ("Simulated rig", "Not a measurement", "Table 1 of F. Piltan", "in V"):
+    for text in ("Simulated rig, not a measurement", "of F. Piltan", "BSD-3"):
         assert text in description
 
 

@@ -1,153 +1,413 @@
 """Run ``skarxlag evaluate``: compare the diagnosers on a rig or on recordings of a table."""
 
+from __future__ import annotations
+
 import argparse
-from collections import Counter
-from importlib.util import find_spec
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed, parallel_config
-from sklearn.base import clone
+from numpy.typing import NDArray
+from scipy.signal import welch
+from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer, scale
 
-from ...core.capabilities import offers, requests
-from ...core.files import write_atomically
-from . import evaluation_summary, evaluation_tables, messages
-from .evaluation_cases import Case, rig_cases, table_case
-from .messages import as_command_error
-from .progress_bar import ProgressBar
+from ... import diagnosers
+from ...core.validation import output_of_windows
+from ...datasets import load_public_rig, simulate_rig
+from ...datasets.frames import FACTS
+from ...decisions.fusion import SensorFusion
+from ...kernels.speed_references import group_speeds
+from ...model_selection import (
+    PROTOCOLS,
+    Split,
+    evaluate,
+    evaluation_summary,
+    protocol_splits,
+)
+from ..readers.entries import ListedRecording
+from ..readers.rows import speeds_of_samples
+from .evaluation_report import save_results, summary_text
+from .fit_rows import training_rows
+from .messages import UsageError, as_command_error, listed, report_progress
 
-
-def run(args: argparse.Namespace) -> int:
-    """Run the command."""
-    missing = why_no_figures()
-    with as_command_error():
-        cases = [*rig_cases(args)] if args.table is None else [table_case(args)]
-        args.output.mkdir(parents=True, exist_ok=True)
-        progress = messages.Progress(sum(len(case.methods) for case in cases), args)
-        bar = ProgressBar(_work(cases), args)
-        summaries = []
-        texts = []
-        for case in cases:
-            verdicts = case_verdicts(case, args.n_jobs, progress, bar)
-            across_speeds = verdicts[verdicts["protocol"].isin(case.protocols)]
-            summaries.append(evaluation_summary.summary(verdicts))
-            if missing is None:
-                evaluation_tables.save_figure(case, across_speeds, args.output)
-            files = {"verdicts": verdicts, "protocols": summaries[-1]}
-            tables = evaluation_tables.case_tables(case, across_speeds)
-            for name, (title, table) in tables.items():
-                texts.append(evaluation_tables.as_text(f"{case.title}: {title}", table))
-                files[name] = table
-            for name, table in files.items():
-                content = table.to_csv(float_format="%.6g").encode()
-                write_atomically(args.output / f"{case.stem}_{name}.csv", content)
-            bar.advance("tables", len(case.rig.data))
-        summary = evaluation_tables.summary_text(cases, summaries)
-        stem = args.rig if args.table is None else cases[0].stem
-        report = "\n".join([summary, "", *texts])
-        write_atomically(args.output / f"{stem}_report.txt", report.encode())
-        bar.clear()
-    # A summary whose tables cannot be written is not printed.
-    print(summary, flush=True)
-    print(missing or "Drawn as PNG: accuracy and confusion matrices.")
-    print(f"Report, tables and figures are in {args.output.resolve()}")
-    return 0
+#: Crack sizes of the simulated rig, and the speed of its calibration.
+_CRACKS_MM = (3.0, 6.0)
+_SIMULATED_RPM = 500.0
+#: Segments of the log spectrum of the peer.
+_SEGMENT = 256
+ALPIO = "ALPIO, the paper's baseline"
+PROPOSAL = "the paper's proposal"
+RECOMMENDED = "make_diagnoser, recommended"
+PEER = "log spectrum and LDA"
 
 
-def why_no_figures() -> str | None:
-    """Return why no figures can be drawn, or None if they can."""
-    if find_spec("matplotlib") is None:
-        return "No figures: they need matplotlib, pip install 'skarxlag[plot]'."
-    return None
-
-
-def _work(cases):
-    """Return the rows that each diagnoser is fitted on and tested with, and those in tables."""
-    work: Counter[str] = Counter()
-    for case in cases:
-        n_rows = sum(len(split.train) + len(split.test) for split in case.splits)
-        work.update(dict.fromkeys(case.methods, n_rows))
-        work["tables"] += len(case.rig.data)
-    return work
-
-
-def case_verdicts(
-    case: Case, n_jobs: int | None, progress: messages.Progress, bar: ProgressBar
-) -> pd.DataFrame:
-    """Return a row for each window of each test, and each diagnoser.
+@dataclass(frozen=True)
+class Case:
+    """Rows of one evaluation, the diagnosers to compare, and the splits.
 
     Parameters
     ----------
-    case : Case
-        The case.
-    n_jobs : int or None
+    title : str
+        What the rows are.
+    part : str
+        Distinguishes it from other cases of the same rig; may be empty.
+    X : ndarray of shape (n_rows, ...)
+        Rows.
+    y : ndarray of shape (n_rows,)
+        Conditions.
+    facts : DataFrame
+        As `protocol_splits` takes it.
+    sampling_rate : float
+        In Hz.
+    methods : dict of str to estimator
+        Diagnosers to compare.
+    splits : list of Split
+        Tests.
+    sentences : list of str
+        What is not measured, and what the reader has to know.
+    params : dict of str to ndarray
+        Metadata of the rows.
+    """
+
+    title: str
+    part: str
+    X: NDArray[Any]
+    y: NDArray[Any]
+    facts: pd.DataFrame
+    sampling_rate: float
+    methods: dict[str, Any]
+    splits: list[Split]
+    sentences: list[str]
+    params: dict[str, Any]
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the command with parsed arguments."""
+    with as_command_error():
+        if args.table is not None:
+            cases = [
+                table_case(
+                    args.table,
+                    args.listed,
+                    bearing=args.bearing,
+                    window_length=args.window_length,
+                    outputs=args.outputs,
+                    quiet=args.quiet,
+                )
+            ]
+        elif args.dataset is not None:
+            cases = [
+                public_case(
+                    args.dataset,
+                    data_home=args.data_home,
+                    channel=args.channel,
+                    where=args.where,
+                    train_rpm=args.train_rpm,
+                    window_length=args.window_length,
+                )
+            ]
+        else:
+            cases = list(
+                simulated_cases(
+                    n_samples=args.n_samples,
+                    train_rpm=args.train_rpm,
+                    window_length=args.window_length,
+                )
+            )
+        n_fits = sum(len(case.methods) * len(case.splits) for case in cases)
+        done = 0
+
+        def note(name, n_rows):
+            nonlocal done
+            done += 1
+            line = f"[{done}/{n_fits}] {name}: fitted and tested with {n_rows} rows"
+            report_progress(args, line)
+
+        evaluate_cases(cases, args.output, n_jobs=args.n_jobs, note=note)
+    return 0
+
+
+def evaluate_cases(
+    cases: Sequence[Case],
+    output: Path,
+    *,
+    n_jobs: int | None = None,
+    note: Any = None,
+) -> None:
+    """Evaluate cases, print a summary, and write tables and figures.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        Of one rig or table.
+    output : Path
+        Folder of the results; it is made.
+    n_jobs : int or None, default=None
         Threads.
-    progress : Progress
-        Counts the diagnosers.
-    bar : ProgressBar
-        Counts the rows.
+    note : callable or None, default=None
+        As in `skarxlag.model_selection.evaluate`.
+    """
+    output.mkdir(parents=True, exist_ok=True)
+    results = []
+    for case in cases:
+        verdicts = evaluate(
+            case.methods,
+            case.X,
+            case.y,
+            case.facts,
+            splits=case.splits,
+            params=case.params,
+            n_jobs=n_jobs,
+            note=note,
+        )
+        results.append((case, verdicts, evaluation_summary(verdicts)))
+    text = summary_text(results, RECOMMENDED)
+    drawn = save_results(results, text, output)
+    # A summary whose tables cannot be written is not printed.
+    print(text)
+    print(drawn, flush=True)
+
+
+def _paper_methods(healthy):
+    return {
+        ALPIO: diagnosers.make_alpio(healthy=healthy),
+        PROPOSAL: diagnosers.make_extended_state_pio(healthy=healthy),
+        RECOMMENDED: diagnosers.make_diagnoser(healthy=healthy),
+    }
+
+
+def simulated_cases(
+    *,
+    n_samples: int | None = None,
+    train_rpm: float | str | None = None,
+    window_length: int | None = None,
+) -> Iterator[Case]:
+    """Yield a case of the simulated rig for each size of the crack.
+
+    Parameters
+    ----------
+    n_samples : int or None, default=None
+        Samples of a recording. None: 120 000.
+    train_rpm : float, "all" or None, default=None
+        Training speed. None: 500, as in the paper.
+    window_length : int or None, default=None
+        Samples in a window. None: 1200, as in the paper.
+    """
+    length = window_length or 1200
+    # A tail that fills no window is not simulated.
+    n_windows = max((n_samples or 120_000) // length, 1)
+    for crack in _CRACKS_MM:
+        rig = simulate_rig(
+            crack_mm=crack,
+            n_samples=n_windows * length,
+            window_length=length,
+            as_frame=True,
+        )
+        sentence = "Results on a simulated rig are no evidence about a real machine."
+        part = f"crack {crack:g} mm"
+        yield _rig_case(
+            rig,
+            "Simulated rig",
+            part,
+            train_rpm or _SIMULATED_RPM,
+            sentences=[sentence],
+            protocols=["speed"],
+        )
+
+
+def public_case(
+    name: str,
+    *,
+    data_home: Path | None = None,
+    channel: str | None = None,
+    where: str | None = None,
+    train_rpm: float | str | None = None,
+    window_length: int | None = None,
+) -> Case:
+    """Return the case of a public rig, see `load_public_rig`.
+
+    Parameters
+    ----------
+    name, channel, where
+        As in `skarxlag.datasets.load_public_rig`.
+    data_home : Path or None, default=None
+        Its `root`.
+    train_rpm : float, "all" or None, default=None
+        Training speed. None: each in turn.
+    window_length : int or None, default=None
+        Samples in a window. None: 1200.
+    """
+    rig = load_public_rig(
+        name,
+        root=data_home,
+        channel=channel,
+        where=where,
+        window_length=window_length or 1200,
+        as_frame=True,
+    )
+    return _rig_case(rig, f"Data set {name}", "", train_rpm or "all")
+
+
+def _rig_case(rig, title, part, train_rpm, sentences=(), protocols=tuple(PROTOCOLS)):
+    """Return the case of a rig whose first halves train and whose second halves test."""
+    length = rig.data.shape[-1]
+    if rig.frame["recording"].value_counts().min() < 2:
+        raise UsageError(
+            f"argument --window-length: {length}, expected at most half of the "
+            "shortest recording"
+        )
+    splits, unmeasured = protocol_splits(
+        rig.target,
+        rig.frame,
+        halves=True,
+        window_length=length,
+        protocols=protocols,
+    )
+    speeds = np.unique(rig.rpm)
+    if train_rpm != "all":
+        if train_rpm not in speeds:
+            raise UsageError(
+                f"argument --train-rpm: {train_rpm:g}, expected {listed(speeds)}, or all"
+            )
+        splits = [split for split in splits if split.train_rpm == train_rpm]
+    healthy = rig.target_names[0]
+    params = {"rpm": rig.rpm, "specimen": rig.specimen}
+    return Case(
+        title,
+        part,
+        rig.data,
+        rig.target,
+        rig.frame,
+        rig.sampling_rate,
+        _paper_methods(healthy),
+        splits,
+        [*sentences, *unmeasured],
+        params,
+    )
+
+
+def table_case(
+    table: Path,
+    recordings: list[ListedRecording],
+    *,
+    bearing: str | None = None,
+    window_length: int | None = None,
+    outputs: int | None = None,
+    quiet: bool = False,
+) -> Case:
+    """Return the case of the recordings of a table: what ``skarxlag fit`` would save.
+
+    The rows are those of ``skarxlag fit``. Recordings that are tested are never those
+    of the training. If the table has a column ``campaign``, neither are their campaigns
+    across speeds.
+
+    Parameters
+    ----------
+    table : Path
+        The table, folder or glob.
+    recordings : list of ListedRecording
+        Its recordings.
+    bearing : str or None, default=None
+        As in ``skarxlag fit``.
+    window_length : int or None, default=None
+        Samples in a window. None: rows as long as the recordings allow.
+    outputs : int or None, default=None
+        Channels that are sensors.
+    quiet : bool, default=False
+        Whether to print no progress.
+
+    Raises
+    ------
+    UsageError
+        If the table lacks speeds or conditions, or if none can be left out.
+    """
+    options = SimpleNamespace(
+        table=table,
+        diagnoser=None,
+        window_length=window_length,
+        hop=None,
+        max_windows=None,
+        resample_to=None,
+        quiet=quiet,
+        verbose=False,
+    )
+    rig, unit = training_rows(options, recordings)
+    if rig.target is None or rig.rpm is None:
+        raise UsageError(f"{table}: needs the columns condition and rpm")
+    speeds, errors = speeds_of_samples(rig)
+    facts = pd.DataFrame(
+        {name: rig[name] for name in FACTS if rig.get(name) is not None}
+    )
+    if rig.profiles:
+        # Recordings of varying speed are left out by their mean speed.
+        mean = facts["rpm"].groupby(facts["recording"]).transform("mean")
+        log_speeds, group = group_speeds(np.log(mean.to_numpy()))
+        facts["rpm"] = np.exp(log_speeds).round(1)[group]
+    sentences = []
+    if "campaign" in rig.further:
+        facts["campaign"] = rig.further["campaign"].loc[rig.recording].to_numpy(str)
+    else:
+        sentences.append(
+            "The table has no column campaign. If nothing was remounted between "
+            "training and test, the shares may be too high."
+        )
+    is_usable = errors == ""
+    X, y, speeds = rig.data[is_usable], rig.target[is_usable], speeds[is_usable]
+    facts = facts[is_usable].reset_index(drop=True)
+    splits, unmeasured = protocol_splits(y, facts, window_length=X.shape[-1])
+    if not splits or len(set(y)) < 2:
+        conditions = ", ".join(map(str, sorted(set(y))))
+        why = " ".join(unmeasured)
+        raise UsageError(
+            f"{table}: conditions {conditions} at {listed(np.unique(facts['rpm']))} rpm; "
+            f"expected at least two of each, and that one can be left out. {why}"
+        )
+    rate = float(rig.sampling_rate)
+    options = {"sampling_rate": rate} if unit == "stretches" else {}
+    if bearing is not None:
+        options = {"sampling_rate": rate, "bearing": bearing}
+    diagnoser = diagnosers.make_diagnoser(**options)
+    if outputs is not None:
+        diagnoser = SensorFusion(estimator=diagnoser, n_outputs=outputs)
+    spectra = FunctionTransformer(log_spectrum)
+    methods = {
+        RECOMMENDED: diagnoser,
+        PEER: make_pipeline(spectra, LinearDiscriminantAnalysis()),
+    }
+    params = {"rpm": speeds, "specimen": facts.get("specimen", pd.Series(y)).to_numpy()}
+    return Case(
+        str(table),
+        "",
+        X,
+        y,
+        facts,
+        rate,
+        methods,
+        splits,
+        sentences + unmeasured,
+        params,
+    )
+
+
+def log_spectrum(X: NDArray[Any]) -> NDArray[Any]:
+    """Compute the log power spectrum of the output at unit RMS, by Welch's method.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_rows, n_samples) or (n_rows, n_channels, n_samples)
+        Rows.
 
     Returns
     -------
-    DataFrame
-        As `evaluation_summary.summary` takes it, also with ``split``, ``recording`` and
-        ``start``.
+    ndarray of shape (n_rows, n_bands)
+        Natural logarithms.
     """
-    frames = []
-    for name, diagnoser in case.methods.items():
-        with parallel_config("threading", n_jobs=n_jobs):
-            tests = Parallel(return_as="generator")(
-                delayed(_test)(clone(diagnoser), case, split) for split in case.splits
-            )
-            for number, (split, frame) in enumerate(
-                zip(case.splits, tests, strict=True)
-            ):
-                facts = frame.assign(
-                    diagnoser=name,
-                    split=number,
-                    protocol=split.protocol,
-                    train_rpm=split.train_rpm,
-                )
-                frames.append(facts)
-                bar.advance(name, len(split.train) + len(split.test))
-        bar.clear()
-        progress.step(f"{case.title}: {name}")
-        bar.show()
-    rows = pd.DataFrame(
-        {
-            "test_rpm": case.rig.rpm,
-            "recording": case.rig.recording,
-            "start": case.rig.start,
-            "specimen": case.specimens,
-        }
-    )
-    return pd.concat(frames).join(rows).reset_index(drop=True)
-
-
-def _test(diagnoser, case, split):
-    """Fit a diagnoser on the training of a split, and return its verdicts on the test."""
-    params = {"rpm": case.speeds, "specimen": case.rig.get("specimen")}
-
-    def metadata(method, rows):
-        return {
-            name: values[rows]
-            for name, values in params.items()
-            if values is not None and requests(diagnoser, method, name)
-        }
-
-    X = case.rig.data
-    y = case.rig.target
-    diagnoser.fit(X[split.train], y[split.train], **metadata("fit", split.train))
-    tested = X[split.test]
-    true = y[split.test]
-    if offers(diagnoser, "diagnose"):
-        diagnosis = diagnoser.diagnose(tested, **metadata("predict", split.test))
-        predicted = diagnosis.verdict
-        probability = diagnosis.probability
-    else:
-        predicted = diagnoser.predict(tested)
-        probability = diagnoser.predict_proba(tested)
-    locations = evaluation_summary.location_columns(
-        true, diagnoser.classes_, probability
-    )
-    verdicts = {"true": true, "predicted": predicted} | locations
-    return pd.DataFrame(verdicts, index=split.test)
+    y = scale(output_of_windows(X), axis=1)
+    power = welch(y, nperseg=_SEGMENT, axis=1)[1][:, 1:]
+    return np.log(power + np.finfo(float).tiny)

@@ -1,12 +1,10 @@
 import sys
-from functools import partial
 
 import numpy as np
 import pytest
-from sklearn.ensemble import RandomForestClassifier
 
 from skarxlag import make_detector, make_diagnoser, make_windows, save_diagnoser
-from skarxlag.plant.commands import evaluation_cases, main
+from skarxlag.plant.commands import main
 from tests.plant.commands.watching import COLOURS, RATE, WINDOW, sound, verdicts_of
 
 
@@ -32,15 +30,6 @@ def run(capsys):
         return code, out, err
 
     return run_command
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _small_forests():
-    """Peers of fewer trees than the default, which take a tenth of the time."""
-    forest = partial(RandomForestClassifier, n_estimators=10)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluation_cases, "RandomForestClassifier", forest)
-        yield
 
 
 @pytest.fixture

@@ -80,4 +80,4 @@ def test_a_table_is_evaluated_with_all_outputs(run, workshop, no_figures):
         accuracies.append(lines)
     assert accuracies[0] != accuracies[1]
     code, _, err = run("evaluate", "--outputs", 2)
-    assert code == 2 and "argument --outputs: not allowed with --rig" in err
+    assert code == 2 and "argument --outputs: needs a table" in err

@@ -5,10 +5,9 @@ import pandas as pd
 import pytest
 from scipy.signal import lfilter
 
-from skarxlag import load_recordings, make_alpio
-from skarxlag.datasets import FETCHERS
+from skarxlag import make_alpio
 from skarxlag.decisions.ladder import ThresholdLadder
-from skarxlag.plant.commands import evaluation_cases, fit
+from skarxlag.plant.commands import fit
 
 WINDOW, N_WINDOWS = 200, 8
 
@@ -66,24 +65,6 @@ def test_fit_passes_stated_specimens_to_the_steps_that_request_them(
         assert seen.tolist() == np.repeat(["B1", "B2", "B3", "B1"], N_WINDOWS).tolist()
     else:
         assert seen is None
-
-
-def test_evaluate_passes_specimens_to_the_steps_that_request_them(
-    run, table, monkeypatch, no_figures
-):
-    def make(healthy=None):
-        return make_alpio(healthy=healthy).set_params(
-            decide=SpecimenLadder(healthy=healthy)
-        )
-
-    rig = load_recordings(table, window_length=WINDOW)
-    makers = {"diagnoser": ("Diagnoser", make)}
-    monkeypatch.setattr(evaluation_cases, "DIAGNOSERS", makers)
-    monkeypatch.setitem(FETCHERS, "uestc", lambda **options: rig)
-    SpecimenLadder.seen.clear()
-    assert run("evaluate", "--rig", "uestc", "-o", table.parent / "out", "-q")[0] == 0
-    expected = {("B1", "B2", "B3"), ("B1", "B2"), ("B1", "B3")}
-    assert {tuple(np.unique(seen)) for seen in SpecimenLadder.seen} == expected
 
 
 def test_fit_counts_the_specimens_of_each_condition(run, table):
