@@ -2,6 +2,7 @@
 
 import json
 import os
+import sqlite3
 import sys
 from contextlib import suppress
 from pathlib import Path
@@ -13,77 +14,82 @@ from ..readers.entries import ListedRecording
 from .diagnosis import Diagnosis, file_state
 from .messages import CommandError
 
-_FORMAT = "skarxlag journal 5"
-_START = b'{"format": "skarxlag journal'
 _SUFFIX = ".skarxlag-journal"
-#: A link that replaces the file at the last moment is not followed.
-_FLAGS = (
-    os.O_RDWR | os.O_CREAT | vars(os).get("O_NOFOLLOW", 0) | vars(os).get("O_BINARY", 0)
-)
+#: Identifies databases of this format.
+_APPLICATION = 0x736B6C06
+#: The file may be new, but no link. Nobody else may read it.
+_FLAGS = os.O_RDWR | os.O_CREAT | vars(os).get("O_NOFOLLOW", 0)
+_MODE = 0o600
 
 
 class Journal:
-    """JSON lines next to the results of `diagnose`, which last until the results are written.
+    """Database next to the results of `diagnose`, which lasts until the results are written.
 
-    The file is locked. A link, or a file that is no journal, is refused. The first line
-    holds all that the results depend on but the recordings: model and settings. A run
-    that fails before its first result leaves no file.
+    It is locked. A link, or a file that is no journal, is refused. The results of
+    another model or of other settings are dropped. A run that fails before its first
+    result leaves no file.
     """
 
     path: Path
 
     def __init__(self, output: Path, settings: list[Any]) -> None:
         self.path = output.with_name(output.name + _SUFFIX)
-        self._head = _encoded({"format": _FORMAT, "settings": settings})
+        self._settings = json.dumps(settings)
 
     def __enter__(self) -> Self:
-        """Read the results of an earlier run if it had the same model and settings."""
+        """Open the database, and keep its results if it has the same model and settings."""
         refusal = CommandError(
             f"{self.path}: exists and is no journal of this command; move it away"
         )
-        if self.path.is_symlink() or (self.path.exists() and not self.path.is_file()):
-            raise refusal
-        self._file = open(
-            self.path, "r+b", 0, opener=lambda path, _: os.open(path, _FLAGS, 0o600)
-        )
         try:
-            _lock(self._file)
-            content = self._file.read()
-            # A full disk may have kept the first bytes only.
-            if not _START.startswith(content[: len(_START)]):
-                raise refusal
-            self._finished = self._read(content)
-            self._is_empty = not self._finished
-        except BaseException:
-            self._file.close()
+            os.close(os.open(self.path, _FLAGS, _MODE))
+        except OSError as error:
+            if self.path.is_symlink() or self.path.is_dir():
+                raise refusal from error
             raise
+        self._database = sqlite3.connect(self.path, timeout=0, isolation_level=None)
+        try:
+            self._open(refusal)
+        except BaseException as error:
+            self._database.close()
+            if not isinstance(error, sqlite3.Error):
+                raise
+            if "locked" in str(error):
+                raise CommandError(
+                    f"{self.path}: another run is writing these results; wait for it, "
+                    "or choose another -o"
+                ) from error
+            raise (self._failure(error) if "disk" in str(error) else refusal) from error
         return self
 
-    def _read(self, content):
-        head, *lines = content.splitlines(keepends=True) or [b""]
-        if head != self._head:
-            self._file.seek(0)
-            self._file.truncate()
-            self._file.write(self._head)
-            return {}
-        finished = {}
-        for line in lines:
-            # Recordings of damaged lines are diagnosed once more.
-            with suppress(
-                AttributeError, LookupError, TypeError, ValueError, RecursionError
-            ):
-                entry = json.loads(line)
-                key = entry.pop("recording")
-                windows = pd.DataFrame(entry.pop("windows"))
-                diagnosis = Diagnosis(windows=windows, **entry)
-                if diagnosis.is_whole:
-                    finished[key] = diagnosis
-        # The last line may be incomplete.
-        self._file.write(b"\n")
-        return finished
+    def _open(self, refusal):
+        execute = self._database.execute
+        # A computer that stops may lose results, a process may not.
+        execute("PRAGMA synchronous = OFF")
+        execute("PRAGMA locking_mode = EXCLUSIVE")
+        execute("BEGIN EXCLUSIVE")
+        if execute("SELECT COUNT(*) FROM sqlite_master").fetchone() == (0,):
+            execute(f"PRAGMA application_id = {_APPLICATION}")
+            execute("CREATE TABLE settings (settings TEXT)")
+            execute("CREATE TABLE results (recording TEXT PRIMARY KEY, result TEXT)")
+        elif execute("PRAGMA application_id").fetchone()[0] != _APPLICATION:
+            raise refusal
+        if execute("SELECT settings FROM settings").fetchall() != [(self._settings,)]:
+            execute("DELETE FROM settings")
+            execute("DELETE FROM results")
+            execute("INSERT INTO settings VALUES (?)", [self._settings])
+        execute("COMMIT")
+
+    def _failure(self, error):
+        return OSError(f"{self.path}: results cannot be saved there ({error})")
 
     def __exit__(self, kind: object, *exception: object) -> None:
-        if kind is None or self._is_empty:
+        is_empty = True
+        with suppress(sqlite3.Error):
+            counted = self._database.execute("SELECT COUNT(*) FROM results")
+            is_empty = counted.fetchone() == (0,)
+        self._database.close()
+        if kind is None or is_empty:
             self.path.unlink()
         else:
             print(
@@ -91,24 +97,33 @@ class Journal:
                 "to continue.",
                 file=sys.stderr,
             )
-        self._file.close()
 
     def result(self, recording: ListedRecording) -> Diagnosis | None:
         """Return the result of an earlier run if the recording has not changed since, or None."""
-        with suppress(OSError):
-            return self._finished.get(_key(recording, file_state(recording)))
+        with suppress(OSError, sqlite3.Error):
+            key = _key(recording, file_state(recording))
+            found = self._database.execute(
+                "SELECT result FROM results WHERE recording = ?", [key]
+            )
+            for (content,) in found:
+                entries = json.loads(content)
+                windows = pd.DataFrame(entries.pop("windows"))
+                return Diagnosis(windows=windows, **entries)
         return None
 
     def add(self, recording: ListedRecording, diagnosis: Diagnosis) -> None:
         """Keep a result. Recordings that failed are not kept, so they are tried again."""
-        if diagnosis.error is None:
-            windows = {
-                name: column.tolist() for name, column in diagnosis.windows.items()
-            }
-            line = vars(diagnosis) | {"windows": windows}
-            line |= {"recording": _key(recording, diagnosis.file)}
-            self._file.write(_encoded(line))
-            self._is_empty = False
+        if diagnosis.error is not None:
+            return
+        windows = {name: values.tolist() for name, values in diagnosis.windows.items()}
+        content = json.dumps(vars(diagnosis) | {"windows": windows})
+        key = _key(recording, diagnosis.file)
+        try:
+            self._database.execute(
+                "INSERT OR REPLACE INTO results VALUES (?, ?)", [key, content]
+            )
+        except sqlite3.Error as error:
+            raise self._failure(error) from error
 
 
 def _key(recording, state):
@@ -117,27 +132,3 @@ def _key(recording, state):
     return json.dumps(
         [repr(recording), state, log.stat().st_mtime_ns if log.is_file() else 0]
     )
-
-
-def _encoded(line):
-    return (json.dumps(line) + "\n").encode()
-
-
-def _lock(file):
-    """Lock a file, or raise an error if another process holds it."""
-    try:
-        if os.name == "nt":
-            import msvcrt
-
-            file.seek(2**30)
-            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-            file.seek(0)
-        else:
-            import fcntl
-
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        raise CommandError(
-            f"{file.name}: another run is writing these results; wait for it, or choose "
-            "another -o"
-        ) from error

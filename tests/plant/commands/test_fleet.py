@@ -385,11 +385,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(
         in err
         and "interrupted" in err
     )
-    assert len(partial.read_text().splitlines()) == 8
-    # A line that was being written when the machine went down, and a file that has
-    # changed since.
-    with partial.open("a") as file:
-        file.write('{"recording": ["9.np')
+    # A file that has changed since.
     os.utime(fleet / added[0], ns=(1, 1))
     monkeypatch.setattr(Journal, "add", add)
     code, _, err = run(*arguments)
