@@ -1,4 +1,4 @@
-# Public names for type checkers. A test compares them with those of the package.
+# Public names, by their modules. lazy_loader and type checkers read them here.
 from ._version import __version__ as __version__
 from .bearings import BearingGeometry as BearingGeometry
 from .bearings import bearing_orders as bearing_orders

@@ -1,8 +1,5 @@
-import ast
-import importlib
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -16,22 +13,8 @@ def test_every_public_name_is_found_and_listed():
         assert name in dir(skarxlag)
 
 
-def test_type_checkers_read_the_same_names():
-    stub = Path(skarxlag.__file__).with_suffix(".pyi").read_text("utf-8")
-    listed = [
-        (line.module, alias.name)
-        for line in ast.parse(stub).body
-        if isinstance(line, ast.ImportFrom) and line.module != "_version"
-        for alias in line.names
-    ]
-    assert {name for _, name in listed} == set(skarxlag.__all__)
-    for module, name in listed:
-        imported = importlib.import_module(f"skarxlag.{module}")
-        assert getattr(imported, name) is getattr(skarxlag, name)
-
-
 def test_an_unknown_name_is_an_attribute_error():
-    with pytest.raises(AttributeError, match="has no attribute 'make_coffee'"):
+    with pytest.raises(AttributeError, match="No skarxlag attribute make_coffee"):
         skarxlag.make_coffee  # noqa: B018
     with pytest.raises(ImportError, match="make_coffee"):
         exec("from skarxlag import make_coffee")
