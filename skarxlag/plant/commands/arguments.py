@@ -12,6 +12,7 @@ from typing import Any
 
 from ..readers import listing
 from ..readers.entries import ListedRecording
+from ..readers.formats.facts import check_unambiguous
 from ..readers.recording_tables import channel_names
 from ..readers.speeds import TACHO, check_stated_speed, is_speed_source
 from .messages import UsageError
@@ -61,6 +62,15 @@ job_count = number(
 positive_number = number(float, "a number above 0", lambda value: value > 0)
 rate = number(float, "a number between 0 and 1", lambda value: 0 < value < 1)
 speed = number(float, "a speed in rpm, or all", lambda value: value > 0)
+
+
+def sampling_rate(text: str) -> float:
+    """Parse a sampling rate, whose sign must not be one of thousands."""
+    try:
+        check_unambiguous("sampling_rate", text)
+    except ValueError as error:
+        raise ArgumentTypeError(str(error)) from error
+    return positive_number(text)
 
 
 def speed_or_all(text: str) -> float | str:
@@ -121,7 +131,7 @@ def add_source_arguments(parser: ArgumentParser, of: str) -> None:
     text = "name, position, or pattern such as *DE_time; several separated by ;, the output first"
     option(group, "--channel", text, channel_names, "NAME")
     option(
-        group, "--sampling-rate", "if the files do not state it", positive_number, "HZ"
+        group, "--sampling-rate", "if the files do not state it", sampling_rate, "HZ"
     )
     text = "shaft speed of all, a channel of pulses as tacho:CHANNEL, or a csv log of speeds"
     option(group, "--rpm", text, speed_or_source, "RPM")

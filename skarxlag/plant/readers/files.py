@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 
 from .formats import find_format, read_file
 from .formats.contents import ContentError, Contents
-from .formats.description import Description, describe, descriptions, signal_blocks
+from .formats.description import (
+    Description,
+    check_agreement,
+    describe,
+    descriptions,
+    signal_blocks,
+)
 from .formats.facts import names_speed
 from .formats.isolation import isolated
 from .speeds import SpeedProfile
@@ -236,7 +242,12 @@ def list_channels(path: StrPath, *, dtype: str | None = None) -> "pd.DataFrame":
     """
     import pandas as pd
 
-    facts = _description(path, dtype).facts()
+    with _named(path):
+        description = _description(path, dtype)
+        description.check_channels()
+        for channel in description.channels.values():
+            check_agreement(channel)
+        facts = description.facts()
     table = pd.DataFrame(
         {
             "channel": list(facts),
@@ -434,7 +445,7 @@ def facts_and_samples(
     FileFacts, then ndarray of float64, shape (n_samples,) or (n_channels, n_samples)
         The facts, and the samples.
     """
-    description = describe(contents)
+    description = describe(contents, stated_rate)
     channel = first_fitting(description, choices)
     speed = None
     if reads_speed:
@@ -460,7 +471,9 @@ def speed_alone(
 ) -> Iterator[list[Any]]:
     """Yield a list of the shaft speed that a file states, see `stated_speed`."""
     # None would end the replies of another process.
-    yield [stated_speed(contents, describe(contents), channel, stated_rate)]
+    yield [
+        stated_speed(contents, describe(contents, stated_rate), channel, stated_rate)
+    ]
 
 
 def stated_speed(

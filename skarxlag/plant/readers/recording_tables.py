@@ -5,10 +5,12 @@ import difflib
 import os
 import re
 import unicodedata
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from .formats.facts import HERTZ, distinct, number
+from .formats.facts import HERTZ, check_unambiguous, distinct, number
+from .formats.text_layout import decode
 from .speeds import check_stated_speed, is_speed_source
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
@@ -32,6 +34,9 @@ def parsed_facts(where: str, facts: dict[str, str]) -> dict[str, Any]:
         name: text for name, text in facts.items() if name in FACTS and text
     }
     for name in fields.keys() & {"pulses_per_revolution", "sampling_rate"}:
+        if (facts.get(_RATE_UNIT) or "Hz").lower() == "hz":
+            with _at(where):
+                check_unambiguous(name, fields[name])
         fields[name] = _positive(where, name, fields[name])
     if "sampling_rate" in fields and (unit := facts.get(_RATE_UNIT)):
         if (scale := HERTZ.get(unit.lower())) is None:
@@ -60,11 +65,18 @@ def speed_facts(where: str, text: str) -> dict[str, Any]:
     """Parse a shaft speed, or a source of speeds, to fields of `ListedRecording`."""
     if is_speed_source(text):
         return {"speed_source": text}
-    try:
+    with _at(where):
         check_stated_speed(text)
+    return {"rpm": _positive(where, "rpm", text)}
+
+
+@contextmanager
+def _at(where):
+    """Put the place at the beginning of an error."""
+    try:
+        yield
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from error
-    return {"rpm": _positive(where, "rpm", text)}
 
 
 def _positive(where, name, text):
@@ -79,8 +91,8 @@ def read_recordings(path: Path, has_speed: bool = False) -> dict[int, dict[str, 
     """Return the cells of each recording by the names of their columns, and these by line."""
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
-    rows = read_rows(path)
-    names = [_column_name(name) for name in rows.pop(1)]
+    header, rows = read_rows(path, "path")
+    names = [_column_name(name) for name in header]
     _check_columns(path, names)
     table = {
         line: dict(zip(distinct(names), cells, strict=True))
@@ -128,25 +140,32 @@ def _check_columns(path, names):
         )
 
 
-def read_rows(path: str | os.PathLike[str]) -> dict[int, list[str]]:
-    r"""Read the cells of a csv table. The sign that its first line holds most of separates.
+def read_rows(
+    path: str | os.PathLike[str], key: str
+) -> tuple[list[str], dict[int, list[str]]]:
+    r"""Read the cells of a csv table. The sign that its header holds most of separates.
 
     Parameters
     ----------
     path : str or path-like
-        Text in UTF-8, separated by commas, semicolons or tabulators.
+        Text as spreadsheets write it, separated by commas, semicolons or tabulators.
+    key : str
+        A column. The first line with its name, in any case, is the header; without
+        such a line, the first one.
 
     Returns
     -------
-    dict of int to list of str
+    header : list of str
+        The names of the columns.
+    rows : dict of int to list of str
         Cells without blanks around them, by the number of the line. All rows have as
-        many cells as the first; those that are missing are empty. Rows without any text
-        are left out, except the first.
+        many cells as the header; those that are missing are empty. Rows without any
+        text, and comments, are left out.
 
     Raises
     ------
     ValueError
-        If the file is empty or no such table, or a row has more cells than the first.
+        If the file is empty or no such table, or a row has more cells than the header.
         The message names the file.
 
     Examples
@@ -154,33 +173,43 @@ def read_rows(path: str | os.PathLike[str]) -> dict[int, list[str]]:
     >>> import pathlib, tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = pathlib.Path(folder, "table.csv")
-    ...     _ = path.write_text("path;rpm\n;\nrun.wav; 900\nb.wav\n")
-    ...     read_rows(path)
-    {1: ['path', 'rpm'], 3: ['run.wav', '900'], 4: ['b.wav', '']}
+    ...     _ = path.write_text("sep=;\npath;rpm\n;\nrun.wav; 900\nb.wav\n")
+    ...     read_rows(path, "path")
+    (['path', 'rpm'], {4: ['run.wav', '900'], 5: ['b.wav', '']})
     """
     try:
-        with open(path, encoding="utf-8-sig") as file:
-            separator = max(",;\t", key=file.readline().count)
-            file.seek(0)
-            return _cells(csv.reader(file, delimiter=separator, strict=True))
+        _, text = decode(Path(path).read_bytes())
+        if "\0" in text:
+            raise ValueError("it holds no text")
+        lines = text.splitlines()
+        pattern = re.compile(rf'(^|[,;\t"])\s*{key}\s*([,;\t"]|$)', re.IGNORECASE)
+        first = next((i for i, line in enumerate(lines) if pattern.search(line)), None)
+        if first is None:
+            first = next((i for i, line in enumerate(lines) if line.strip()), 0)
+        header_line = "".join(lines[first : first + 1])
+        separator = max(",;\t", key=header_line.count)
+        reader = csv.reader(lines[first:], delimiter=separator, strict=True)
+        return _cells(reader, first)
     except (ValueError, csv.Error) as error:
         raise ValueError(f"{path}: cannot be read as a csv table ({error})") from error
 
 
-def _cells(reader):
+def _cells(reader, n_before):
+    header = []
     rows = {}
-    n_cells = 0
-    line = 1
+    line = n_before + 1
     for row in reader:
         cells = [cell.strip() for cell in row]
-        if line == 1:
-            n_cells = len(cells)
-        if len(cells) > n_cells:
-            raise ValueError(f"line {line} has {len(cells)} cells, expected {n_cells}")
-        if any(cells) or line == 1:
-            rows[line] = cells + [""] * (n_cells - len(cells))
+        header = header or cells
+        if len(cells) > len(header):
+            raise ValueError(
+                f"line {line} has {len(cells)} cells, expected {len(header)}"
+            )
+        is_row = any(cells) and not cells[0].startswith("#")
+        if is_row and cells is not header:
+            rows[line] = cells + [""] * (len(header) - len(cells))
         # A cell in quotes may hold several lines.
-        line = reader.line_num + 1
-    if n_cells == 0:
-        raise ValueError("the first line is empty")
-    return rows
+        line = n_before + reader.line_num + 1
+    if not any(header):
+        raise ValueError("it holds no line of text")
+    return header, rows

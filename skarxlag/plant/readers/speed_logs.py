@@ -6,9 +6,9 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from .formats.facts import distinct, number, seconds_of_date
+from .formats.facts import distinct, is_ambiguous, number, seconds_of_date
 from .recording_tables import read_rows
-from .speeds import SpeedProfile, check_stated_speed, is_ambiguous_speed
+from .speeds import HIGHEST_RPM, SpeedProfile, check_stated_speed
 
 
 def logged_speed(
@@ -35,8 +35,8 @@ def logged_speed(
         If the file cannot be read, has other columns, states no speed above 0 of the
         recording, or may have separators of thousands. The message names the file.
     """
-    rows = read_rows(path)
-    columns = distinct([name.lower() for name in rows.pop(1)])
+    header, rows = read_rows(path, "rpm")
+    columns = distinct([name.lower() for name in header])
     if "rpm" not in columns or not {"recording", "time"} & {*columns}:
         raise ValueError(
             f"{path}: the columns are {', '.join(columns)}; expected rpm, and "
@@ -71,7 +71,7 @@ def logged_speed(
 def _check_thousands(path, texts):
     """Refuse speeds such as 1.797 if no other speed shows that the point is decimal."""
     with_sign = texts[texts.str.contains("[.,]")]
-    if len(with_sign) and with_sign.map(is_ambiguous_speed).all():
+    if len(with_sign) and all(is_ambiguous(text, HIGHEST_RPM) for text in with_sign):
         try:
             check_stated_speed(with_sign.iloc[0])
         except ValueError as error:

@@ -1,18 +1,18 @@
 """Shaft speeds of recordings: over time, and as texts that state them."""
 
-import re
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .formats.facts import check_unambiguous
+
 #: Beginning of a source of speeds that is a channel of pulses.
 TACHO = "tacho:"
 #: Even times over which a mean is computed.
 _N_MEAN = 1000
-#: Speed as 1.797 or 1,797 for 1797. A slow machine may have three digits before a
-#: point.
-_THOUSANDS = re.compile(r"[1-9]\d?[.,]\d{3}")
+#: No shaft turns faster: a slow machine may have three digits before a point.
+HIGHEST_RPM = 1e5
 
 
 def is_speed_source(text: str) -> bool:
@@ -26,24 +26,13 @@ def is_speed_source(text: str) -> bool:
     return text.startswith(TACHO) or text.lower().endswith(".csv")
 
 
-def is_ambiguous_speed(text: str) -> bool:
-    """Return whether the text of a speed may have a separator of thousands.
-
-    Examples
-    --------
-    >>> [is_ambiguous_speed(text) for text in ("1.797", "1797.5", "0.523")]
-    [True, False, False]
-    """
-    return _THOUSANDS.fullmatch(text.strip()) is not None
-
-
 def check_stated_speed(text: str) -> None:
     """Refuse the text of a speed that may have a separator of thousands.
 
     Raises
     ------
     ValueError
-        If one or two digits are followed by a point or a comma and three digits.
+        See `check_unambiguous`.
 
     Examples
     --------
@@ -53,12 +42,7 @@ def check_stated_speed(text: str) -> None:
         ...
     ValueError: rpm is '1.797', which means 1797 or 1.797; write 1797, or 1.7970
     """
-    if is_ambiguous_speed(text):
-        whole, decimals = re.split("[.,]", text.strip())
-        raise ValueError(
-            f"rpm is {text!r}, which means {whole}{decimals} or {whole}.{decimals}; "
-            f"write {whole}{decimals}, or {whole}.{decimals}0"
-        )
+    check_unambiguous("rpm", text, HIGHEST_RPM)
 
 
 class SpeedProfile(NamedTuple):

@@ -250,7 +250,7 @@ def test_missing_table(tmp_path):
 
 
 def test_table_that_is_no_text(tmp_path):
-    (tmp_path / "table.csv").write_bytes(b"\xff\xfe\x00\x93NUMPY")
+    (tmp_path / "table.csv").write_bytes(b"\x93NUMPY\0")
     with pytest.raises(ValueError, match=r"table.csv: cannot be read as a csv table"):
         read_recording_table(tmp_path / "table.csv")
 

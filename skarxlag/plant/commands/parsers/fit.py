@@ -86,9 +86,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "of each recording; default: as memory allows",
         positive_int,
     )
-    option(
-        cut, "--resample-to", "sampling rate of all", arguments.positive_number, "HZ"
-    )
+    option(cut, "--resample-to", "sampling rate of all", arguments.sampling_rate, "HZ")
     flag(parser, "--force", "let -o replace a file that is no saved diagnoser")
 
 

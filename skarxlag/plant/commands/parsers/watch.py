@@ -17,7 +17,14 @@ import argparse
 from pathlib import Path
 
 from ...readers.recording_tables import channel_names
-from ..arguments import flag, option, positive_int, positive_number, speed_or_source
+from ..arguments import (
+    flag,
+    option,
+    positive_int,
+    positive_number,
+    sampling_rate,
+    speed_or_source,
+)
 from ..files import check_input, is_model_file
 from ..messages import UsageError
 
@@ -40,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "name, position or pattern such as *DE_time; default: all but a column of times"
     )
     option(parser, "--channel", text, channel_names, "NAME")
-    option(parser, "--sampling-rate", "default: the model's", positive_number, "HZ")
+    option(parser, "--sampling-rate", "default: the model's", sampling_rate, "HZ")
     speed = parser.add_mutually_exclusive_group()
     option(
         speed,

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from .contents import Channel, Contents, is_numeric, slices
+from .contents import Channel, Contents, agreed_rate, is_numeric, slices
 from .facts import (
-    RATE_TOLERANCE,
     SPEED_NAME,
     UNIT_NAMES,
     UNIT_OF_NUMBER,
@@ -154,9 +153,9 @@ def state_facts(
     """Fill in sampling rates and shaft speeds from numbers with names such as ``fs`` or ``rpm``.
 
     A path such as ``run.signal`` names the groups of a file around a channel, a number
-    or a text. The number nearest to the channel on the way up to the root counts. A
-    rate is that of the longest of the channels that it could belong to; shorter ones,
-    such as a speed next to a vibration, were sampled more slowly. Of several speeds
+    or a text. A rate is that of the longest of the channels that it could belong to;
+    shorter ones, such as a speed next to a vibration, were sampled more slowly. The
+    speed nearest to the channel on the way up to the root counts. Of several speeds
     with a prefix, the one counts whose prefix begins the name of the channel. Speeds
     that disagree do not count. Rates that disagree are the `contradiction` of the
     channel.
@@ -196,18 +195,28 @@ def state_facts(
             rates[group][name] = rate
         if match := SPEED_NAME.fullmatch(name):
             speeds[group].append((match[1], float(number)))
-    rate_groups = {}
+    groups = {
+        name: [group for group in _groups_above(path, separator) if group in rates]
+        for name, path in paths.items()
+    }
     longest = defaultdict(int)
-    for name, path in paths.items():
-        above = _groups_above(path, separator)
-        group = next((group for group in above if group in rates), None)
-        rate_groups[name] = group
-        longest[group] = max(longest[group], channels[name].length)
+    nearest = defaultdict(int)
+    for name, above in groups.items():
+        length = channels[name].length
+        for group in above:
+            longest[group] = max(longest[group], length)
+        for group in above[:1]:
+            nearest[group] = max(nearest[group], length)
     for name, channel in channels.items():
-        group = rate_groups[name]
-        is_rated = group is not None and channel.length == longest[group]
-        if is_rated and channel.sampling_rate is None:
-            channel.sampling_rate, channel.contradiction = _agreed(rates[group])
+        above = groups[name]
+        if above and channel.length == nearest[above[0]]:
+            # Rates further up are those of the longest channels below.
+            stated = rates[above[0]].copy()
+            for group in above[1:]:
+                if channel.length == longest[group]:
+                    stated = rates[group] | stated
+            if channel.sampling_rate is None:
+                channel.sampling_rate, channel.contradiction = agreed_rate(stated)
         channel.rpm = _nearest_speed(paths[name], speeds, separator)
 
 
@@ -231,14 +240,6 @@ def _groups_above(path: str, separator: str) -> Iterator[str]:
     while path:
         path = path.rpartition(separator)[0]
         yield path
-
-
-def _agreed(rates):
-    """Return the rate that several names state, or None; and the rates if they disagree."""
-    values = list(rates.values())
-    if max(values) <= (1 + RATE_TOLERANCE) * min(values):
-        return values[0], {}
-    return None, rates
 
 
 def _nearest_speed(path, speeds, separator):

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import DTypeLike
 
+from .facts import RATE_TOLERANCE
+
 #: A compressed file may unpack to so many bytes, or to so many times its size. Text,
 #: sensor noise and pauses compress by less than 100; deflate reaches 1000.
 _ALWAYS_ALLOWED = 2**28
@@ -91,6 +93,14 @@ class Contents:
     read: Callable[[list[str], int | None], Iterator[list[Any]]]
     refused: dict[str, str] = field(default_factory=dict)
     advice: str = ""
+
+
+def agreed_rate(rates: dict[str, float]) -> tuple[float | None, dict[str, float]]:
+    """Return the rate that several names state, or None; and the rates if they disagree."""
+    values = list(rates.values())
+    if values and max(values) > (1 + RATE_TOLERANCE) * min(values):
+        return None, rates
+    return next(iter(values), None), {}
 
 
 def choose_channel(names: list[str], channel: str | int) -> str:

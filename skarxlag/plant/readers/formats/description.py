@@ -36,11 +36,15 @@ class Description:
     refused: dict[str, str]
     advice: str
 
-    def choose(self, channel: Any) -> list[str]:
-        """Return the names of the chosen channels, as `read_recording` takes them."""
+    def check_channels(self) -> None:
+        """Refuse a file without channels, and give the reason."""
         if not self.channels:
             reason = "holds no numeric array of more than one value"
             raise ContentError(next(iter(self.refused.values()), reason))
+
+    def choose(self, channel: Any) -> list[str]:
+        """Return the names of the chosen channels, as `read_recording` takes them."""
+        self.check_channels()
         if channel is None:
             return [self._only_signal()]
         if isinstance(channel, str) and channel in self.refused:
@@ -54,7 +58,9 @@ class Description:
 
     def _only_signal(self):
         signals = [
-            name for name in self.channels if self.axis is None or not names_times(name)
+            name
+            for name in self.channels
+            if self.axis is None or not (name == self.axis.name or names_times(name))
         ]
         if len(signals) > 1:
             signals = [
@@ -80,8 +86,12 @@ class Description:
     def _with_times(self, name):
         channel = self.channels[name]
         axis = self.times_of([name])
-        if axis is None or axis.name == name:
+        if axis is None:
             return channel
+        if axis.name == name:
+            return replace(channel, sampling_rate=None)
+        if axis.problem:
+            raise ContentError(axis.problem)
         rate = channel.sampling_rate or axis.sampling_rate
         start = axis.start if channel.start is None else channel.start
         return replace(channel, sampling_rate=rate, start=start)
@@ -107,27 +117,34 @@ class Description:
         rates = {}
         for name in names:
             channel = self.channels[name]
-            contradictory = channel.contradiction
-            is_decided = any(
-                _is_near(rate, stated_rate, RATE_TOLERANCE)
-                for rate in contradictory.values()
-            )
-            if contradictory and not is_decided:
-                stated = ", ".join(f"{n} {r:g} Hz" for n, r in contradictory.items())
-                raise ContentError(
-                    f"states several sampling rates: {stated}; expected one, or "
-                    "--sampling-rate to state which is right"
-                )
+            check_agreement(channel, stated_rate)
             if channel.sampling_rate:
                 rates[name] = channel.sampling_rate
         rate = agreed("sampling rates, in Hz", rates)
         axis = self.times_of(names)
+        if axis is not None and axis.problem:
+            if not _is_near(axis.sampling_rate, stated_rate, DRIFT):
+                raise ContentError(axis.problem)
+            return stated_rate
         return rate if axis is None else _agreed_with_times(rate, axis, stated_rate)
 
 
-def describe(contents: Contents) -> Description:
+def check_agreement(channel: Channel, stated_rate: float | None = None) -> None:
+    """Refuse a channel of several sampling rates, unless one of them is stated."""
+    rates = channel.contradiction
+    if rates and not any(
+        _is_near(rate, stated_rate, RATE_TOLERANCE) for rate in rates.values()
+    ):
+        shown = ", ".join(f"{name} {rate:g} Hz" for name, rate in rates.items())
+        raise ContentError(
+            f"states several sampling rates: {shown}; expected one, or "
+            "--sampling-rate to state which is right"
+        )
+
+
+def describe(contents: Contents, stated_rate: float | None = None) -> Description:
     """Return what a file states, after a look at its first times."""
-    axis = find_time_axis(contents)
+    axis = find_time_axis(contents, stated_rate)
     return Description(contents.channels, axis, contents.refused, contents.advice)
 
 
@@ -141,6 +158,8 @@ def agreed(what: str, values: dict[str, Any]) -> Any:
 
 def is_usable(axis: TimeAxis, rate: float | None) -> bool:
     """Return whether times are in a known unit, so that they show gaps."""
+    if axis.problem:
+        return False
     return axis.sampling_rate is None or _is_near(axis.sampling_rate, rate, DRIFT)
 
 

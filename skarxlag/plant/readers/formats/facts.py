@@ -12,19 +12,35 @@ import numpy as np
 _SAMPLE = "sampl(?:e|ing)"
 _RATES = rf"fs|sr|f{_SAMPLE}|{_SAMPLE}(?:rate|freq|frequency)"
 _RATE_NAME = re.compile(rf"(?:{_RATES})(?:(?:in)?(k?hz))?")
-_STEPS = rf"dt|deltat|timestep|wfincrement|{_SAMPLE}(?:interval|period)"
+_STEPS = rf"dt|deltat|deltax|timestep|wfincrement|{_SAMPLE}(?:interval|period)"
 _STEP_NAME = re.compile(rf"(?:{_STEPS})(?:(?:in)?([mu]?s))?")
+_TIMES = "times?|t|zeit|timestamps?|datetime|date|datum|zeitstempel|xvalues?|elapsed(?:time)?"
+_TIME_UNITS = (
+    "millis|micros|[mun]s|[mu]?secs?|(?:milli|micro|nano)?seconds?|minutes|hours|days"
+)
 _TIME_NAME = re.compile(
-    r"times?|t|zeit|seconds|sec|timestamps?|datetime|date|datum|zeitstempel"
+    rf"(?:{_TIMES})(?P<last>{_TIME_UNITS}|s)?|(?P<only>{_TIME_UNITS})(?:elapsed)?"
 )
 UNIT_NAMES = ("unitstring", "unit", "units", "niunitdescription")
 #: Name of a text with the unit of a number, which begins with the name of the number.
 UNIT_OF_NUMBER = re.compile("(.+?)units?")
 SPEED_NAME = re.compile(r"(.*?)[ _(\[]*(?:rpm|drehzahl)[ )\]]*", re.IGNORECASE)
 _SPEED_UNITS = {"rpm", "rev/min", "r/min", "1/min", "min-1", "u/min"}
-SECONDS = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0}
-SECONDS |= {"us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ms": 1e-3, "ns": 1e-9}
-SECONDS |= {"min": 60.0, "minute": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0}
+SECONDS = dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0)
+SECONDS |= dict.fromkeys(("ms", "msec", "millis", "milliseconds"), 1e-3)
+SECONDS |= dict.fromkeys(("us", "µs", "μs", "usec", "micros", "microseconds"), 1e-6)
+SECONDS |= dict.fromkeys(("ns", "nsec", "nanoseconds"), 1e-9)
+SECONDS |= dict.fromkeys(("min", "minute", "minutes"), 60.0)
+SECONDS |= dict.fromkeys(("h", "hour", "hours"), 3600.0)
+SECONDS |= dict.fromkeys(("d", "day", "days"), 86400.0)
+#: Units that are no names of columns, as "min", "h" and "d" are.
+UNITS = SECONDS.keys() - {"min", "h", "d"} | {
+    *("g", "gs", "mg", "m/s2", "m/s^2", "m/s²", "m/s/s", "mm/s", "in/s", "ips", "um"),
+    *("µm", "mm", "v", "mv", "volt", "volts", "a", "ma", "nm", "n", "kn", "pa", "bar"),
+    *("rpm", "1/min", "hz", "khz", "%", "°c", "degc", "db", "-"),
+}
+#: Fields without a value, in lower case.
+MISSING = {"", "nan", "-nan", "na", "n/a", "#n/a", "null", "none", "nat", "<na>"}
 #: Units of sampling rates, in lower case.
 HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6}
 HERTZ |= {"1/s": 1.0, "s/s": 1.0, "ks/s": 1e3, "ms/s": 1e6}
@@ -104,6 +120,16 @@ def is_rate(value: Any) -> bool:
 
 _UNIT_IN_NAME = re.compile(r".*[(\[]([^()\[\]]+)[)\]]\s*")
 _DAY_FIRST = re.compile(r"\s*(\d{1,2})([./])(\d{1,2})\2(\d\d)?(\d\d)(?!\d)[ T,]*")
+_TIME_OF_DAY = re.compile(
+    r"(\d{1,2}):(\d\d):(\d\d(?:[.,]\d*)?)\s*([AP]M)?", re.IGNORECASE
+)
+#: Number with a sign between groups of three digits, and its decimals.
+_GROUPED = re.compile(
+    r"[+-]?[1-9]\d{0,2}(?P<sign>[.,'\u2019 \u00a0\u202f])\d{3}(?:(?P=sign)\d{3})*"
+    r"(?P<decimals>(?!(?P=sign))[.,]\d*)?"
+)
+#: Minus as typesetters write it.
+_MINUS = "\u2212"
 
 
 def unit_in_name(name: str) -> str | None:
@@ -118,16 +144,119 @@ def unit_in_name(name: str) -> str | None:
 
 def is_number(field: str, decimal: str) -> bool:
     """Return whether a field holds a number, or nothing."""
-    return field.lower() in ("", "nan") or not np.isnan(number(field, decimal))
+    return field.lower() in MISSING or not np.isnan(number(field, decimal))
 
 
-def number(field: str, decimal: str = ",") -> float:
-    """Return the number in a field, with the point or `decimal`; NaN if there is none."""
+def number(field: str, decimal: str = ",", thousands: str = "") -> float:
+    """Return the number in a field, NaN if there is none.
+
+    Parameters
+    ----------
+    field : str
+        Text with the decimal point, or the decimal sign that is given.
+    decimal, thousands : str
+        Decimal sign, and sign between groups of three digits. Blanks and apostrophes,
+        and the sign before decimals of another sign, always separate groups.
+
+    Examples
+    --------
+    >>> number("-0,5"), number("1,234.5"), number("1.234"), number("1.234", thousands=".")
+    (-0.5, 1234.5, 1.234, 1234.0)
+    """
+    text = field.strip().replace(_MINUS, "-")
+    if match := _GROUPED.fullmatch(text):
+        sign = match["sign"]
+        if sign == thousands or sign not in ".," or match["decimals"]:
+            text = text.replace(sign, "")
     try:
         # Python takes 1_000 for a number.
-        return float(field.replace(decimal, ".").replace("_", "no number"))
+        return float(text.replace(decimal, ".").replace("_", "no number"))
     except ValueError:
         return np.nan
+
+
+def is_ambiguous(text: str, highest: float = np.inf) -> bool:
+    """Return whether a sign in a number may separate thousands, or decimals.
+
+    Thousands above the highest possible value are decimals.
+
+    >>> [is_ambiguous(text) for text in ("1.797", "51,200", "1797.5", "0.523", "1,234.5")]
+    [True, True, False, False, False]
+    """
+    match = _GROUPED.fullmatch(text.strip().replace(_MINUS, "-"))
+    is_one_group = match and re.sub(r"[^.,]", "", match[0]) in (".", ",")
+    if not is_one_group or match["decimals"]:
+        return False
+    return abs(number(match[0], thousands=match["sign"])) <= highest
+
+
+def meanings(text: str) -> str:
+    """Return what an ambiguous number means, and how to write it.
+
+    >>> meanings("1.797")
+    "'1.797', which means 1797 or 1.797; write 1797, or 1.7970"
+    """
+    plain = text.strip()
+    whole = re.sub("[.,]", "", plain)
+    decimal = plain.replace(",", ".")
+    return f"{text!r}, which means {whole} or {decimal}; write {whole}, or {decimal}0"
+
+
+def check_unambiguous(name: str, text: str, highest: float = np.inf) -> None:
+    """Refuse a stated number whose sign may separate thousands, or decimals.
+
+    Parameters
+    ----------
+    name, text : str
+        Name of the fact, for the message, and the number.
+    highest : float, default=inf
+        Largest value of the fact. Thousands above it are decimals.
+
+    Raises
+    ------
+    ValueError
+        If one to three digits are followed by a point or a comma and three digits.
+
+    Examples
+    --------
+    >>> check_unambiguous("sampling_rate", "51200.5")
+    >>> check_unambiguous("sampling_rate", "51.200")
+    Traceback (most recent call last):
+        ...
+    ValueError: sampling_rate is '51.200', which means 51200 or 51.200; write 51200, or 51.2000
+    """
+    if is_ambiguous(text, highest):
+        raise ValueError(f"{name} is {meanings(text)}")
+
+
+def seconds_of_day(field: Any) -> float:
+    """Return a time of day in seconds, NaN if the field is no text of one.
+
+    >>> seconds_of_day("23:59:59,5"), seconds_of_day("01:00:00 PM"), seconds_of_day("1:2")
+    (86399.5, 46800.0, nan)
+    """
+    match = _TIME_OF_DAY.fullmatch(str(field).strip().strip('"'))
+    if match is None:
+        return np.nan
+    hours = int(match[1])
+    if match[4]:
+        hours = hours % 12 + 12 * (match[4].upper() == "PM")
+    return 3600.0 * hours + 60 * int(match[2]) + float(match[3].replace(",", "."))
+
+
+def time_unit_in_name(name: str) -> str | None:
+    """Return the unit of time that a name states in brackets or as its last word.
+
+    >>> [time_unit_in_name(name) for name in ("time (ms)", "Time_us", "t_ms", "seconds_elapsed")]
+    ['ms', 'us', 'ms', 'seconds']
+    >>> time_unit_in_name("time"), time_unit_in_name("x-axis, second")
+    (None, 'second')
+    """
+    last = re.split("[_ ,]+", name.strip())[-1]
+    match = _TIME_NAME.fullmatch(letters(name))
+    words = [unit_in_name(name), last, *(match.groups() if match else ())]
+    units = (word.strip() for word in words if word)
+    return next((unit for unit in units if unit.lower() in SECONDS), unit_in_name(name))
 
 
 def seconds_of_date(field: Any) -> float:
@@ -151,9 +280,10 @@ def seconds_of_date(field: Any) -> float:
             clock = text[match.end() :] or "00:00"
             text = f"{century}{year}-{month:0>2}-{day:0>2}T{clock}"
         date = datetime.fromisoformat(text)
-    except (ValueError, AttributeError):
+        return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
+    except (ValueError, AttributeError, OverflowError):
+        # The year 1 overflows in some time zones.
         return np.nan
-    return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
 
 
 def distinct(names: list[str]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,12 @@ from .facts import stated_unit
 FORMAT = Format((".h5", ".hdf5", ".hdf"), library="h5py", isolated=True)
 
 #: Groups in which MATLAB stores the elements of cell arrays and of arrays of structs.
+#: Error on a file whose only variables are objects.
+MATLAB_OBJECT = (
+    "holds a MATLAB object (table, timetable, datetime, function handle), which cannot be "
+    "read: save its numbers, as by x = table2array(t), or the fields of a struct by "
+    "save('-struct')"
+)
 _INTERNAL = ("#refs#", "#subsystem#")
 #: Bounds on the work that a damaged or hostile file can cause.
 _DEEPEST = 20
@@ -36,6 +43,8 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
         arrays = NamedArrays(file.__getitem__, separator)
         for name, node in _nodes(file, is_matlab):
             arrays.add_properties(name, node.attrs)
+            if "MATLAB_object_decode" in node.attrs:
+                arrays.refused[name] = MATLAB_OBJECT
             if not isinstance(node, h5py.Dataset) or not _is_signal(node):
                 continue
             if node.external or node.is_virtual:
@@ -54,26 +63,29 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
 
 def _nodes(file, is_matlab):
     """Yield the file, and all groups and data sets in it, with their names; no links."""
+    import h5py
+
     seen = set()
-    n_visited = 0
-    waiting = [("", file, 0)]
+    # Paths and references of nodes that wait: open nodes take kilobytes each.
+    waiting: list[tuple[str, Any, int]] = [("", "/", 0)]
     while waiting:
-        name, node, depth = waiting.pop()
-        n_visited += 1
-        if depth > _DEEPEST or n_visited > _MOST_NODES:
+        name, address, depth = waiting.pop()
+        if depth > _DEEPEST or len(seen) > _MOST_NODES:
             raise ContentError(
                 f"groups are nested more than {_DEEPEST} deep, or over {_MOST_NODES}"
             )
-        if node.id not in seen:
-            seen.add(node.id)
+        node = file[address]
+        info = h5py.h5o.get_info(node.id)
+        if (info.fileno, info.addr) not in seen:
+            seen.add((info.fileno, info.addr))
             yield name, node
-            below = _below(name, node, file, is_matlab)
+            below = _below(name, node, is_matlab)
             deeper = [(inner, child, depth + 1) for inner, child in below]
             waiting += reversed(deeper)
 
 
-def _below(name, node, file, is_matlab):
-    """Yield the nodes directly below a node.
+def _below(name, node, is_matlab):
+    """Yield the names and addresses of the nodes directly below a node.
 
     Elements of a MATLAB cell array are ``name[0]``, ``name[1]``, ..., row by row, as
     are those of an array of structs; of one element the name stays as it is.
@@ -92,23 +104,25 @@ def _below(name, node, file, is_matlab):
         for i, reference in enumerate(references):
             if reference:
                 inner = name if len(references) == 1 else f"{name}[{i}]"
-                yield inner, file[reference]
+                yield inner, reference
 
     if is_reference(node):
         yield from elements(node)
     elif isinstance(node, h5py.Group) and "MATLAB_sparse" not in node.attrs:
         separator = "." if is_matlab else "/"
         for key in node:
-            link = node.get(key, getlink=True)
-            if key in _INTERNAL or not isinstance(link, h5py.HardLink):
+            if key in _INTERNAL or not isinstance(
+                node.get(key, getlink=True), h5py.HardLink
+            ):
                 continue
-            below = node[key]
-            has_class = "MATLAB_class" in below.attrs
-            if name and is_reference(below) and not has_class:
-                for struct, element in elements(below):
-                    yield f"{struct}.{key}", element
-            else:
-                yield (f"{name}{separator}{key}" if name else key), below
+            inner = f"{name}{separator}{key}" if name else key
+            if name and is_matlab:
+                below = node[key]
+                if is_reference(below) and "MATLAB_class" not in below.attrs:
+                    for struct, element in elements(below):
+                        yield f"{struct}.{key}", element
+                    continue
+            yield inner, f"{node.name}/{key}"
 
 
 def _is_signal(node):

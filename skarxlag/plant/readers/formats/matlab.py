@@ -22,6 +22,8 @@ _NUMERIC = (
     *("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"),
     *("single", "double"),
 )
+#: Classes that SciPy does not read.
+_OBJECTS = ("opaque", "object", "function", "unknown")
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
@@ -42,7 +44,12 @@ def contents(path: Path) -> Iterator[Contents]:
             return
         n_bytes = path.stat().st_size
         check_unpacked(n_bytes, _unpacked_size(file, n_bytes))
-        headers = {name: (shape, kind) for name, shape, kind in whosmat(file)}
+        variables = whosmat(file)
+        headers = {
+            name: (shape, kind)
+            for name, shape, kind in variables
+            if not name.startswith("__") and kind not in _OBJECTS
+        }
         signals = {
             name
             for name, (shape, kind) in headers.items()
@@ -58,6 +65,8 @@ def contents(path: Path) -> Iterator[Contents]:
             return loaded[name]
 
         arrays = NamedArrays(array_of)
+        if len(headers) < len(variables):
+            arrays.refused[""] = hdf5.MATLAB_OBJECT
         for variable, (shape, kind) in headers.items():
             if variable in signals:
                 arrays.add(variable, shape, kind)

@@ -16,7 +16,8 @@ from .facts import (
     number,
     rounded,
     seconds_of_date,
-    unit_in_name,
+    seconds_of_day,
+    time_unit_in_name,
 )
 
 #: Times from which the sampling rate is computed, and more if they are too coarse.
@@ -32,6 +33,23 @@ _ONE_WAY = 0.9
 _LATE = 0.6
 _LATE_STEPS = 0.5
 _SHORTEST = 100
+_DAY = 86400.0
+#: Numbers since 1970 in units below the second: from which number on, and the unit.
+_SINCE_1970 = {1e17: 1e-9, 1e14: 1e-6, 1e11: 1e-3}
+#: Days of spreadsheets since 1900 and of MATLAB since the year 0, for about a century.
+_DAYS = ((20_000, 80_000), (690_000, 760_000))
+#: Sampling rate in Hz above which such numbers are days: seconds of half a day and more
+#: are not counted in microseconds.
+_HIGHEST_RATE = 1e6
+#: Other units than seconds in which times without a unit may be.
+_OTHER_UNITS = (1e-3, 1e-6, 1e-9, 60.0, 3600.0, _DAY)
+#: Parts of the times of which each has its own number of decimals, and times that show
+#: it.
+_N_PARTS = 16
+_N_WRITTEN = 500
+_N_LAST = 100
+#: Steps of the last decimal from which two equal times are not the same by rounding.
+_FINE = 5
 
 
 @dataclass(frozen=True)
@@ -50,16 +68,22 @@ class TimeAxis:
         Seconds since 1970 at the first sample; None if the times are not dates.
     resolution : float
         Seconds of the smallest step.
-    unit : str or None
-        Unit of the values.
+    scale : float
+        Seconds of the unit of the values.
+    has_equal : bool
+        Whether equal times are usual, because they were rounded.
+    problem : str
+        Why equal times do not come from rounding, else empty.
     """
 
     name: str
     length: int | None
     sampling_rate: float | None
-    start: float | None
-    resolution: float
-    unit: str | None
+    start: float | None = None
+    resolution: float = 0.0
+    scale: float = 1.0
+    has_equal: bool = False
+    problem: str = ""
 
 
 class EvenTimes:
@@ -75,12 +99,9 @@ class EvenTimes:
 
     def __init__(self, axis: TimeAxis, rate: float) -> None:
         self._axis = axis
+        self._last = np.empty(0)
         self._clock = Clock(
-            rate,
-            tolerance=max(_LATE / rate, _LATE_STEPS * axis.resolution),
-            shortest=_SHORTEST,
-            may_fall=False,
-            resolution=axis.resolution,
+            rate, tolerance=_LATE / rate, shortest=_SHORTEST, may_fall=False
         )
 
     def check(self, values: Any) -> None:
@@ -91,54 +112,107 @@ class EvenTimes:
         values : ndarray of shape (n_samples,)
             Times of the next block.
         """
-        start = self._clock.n_samples
-        times, _ = _in_seconds(values, self._axis.unit)
-        compared = self._clock.compare(times)
-        name = self._axis.name
-        rate = self._clock.rate
+        axis = self._axis
+        clock = self._clock
+        start = clock.n_samples
+        n_last = len(self._last)
+        times, _ = _in_seconds(values, axis.scale, self._last)
+        written = last_decimal(times[-_N_LAST:])
+        clock.resolution = max(axis.resolution, written)
+        clock.tolerance = max(_LATE / clock.rate, _LATE_STEPS * clock.resolution)
+        if not axis.has_equal:
+            joined = np.append(self._last, times)
+            equal = np.flatnonzero(np.diff(joined) == 0) + 1 - n_last
+            if len(equal) and 0 < written < 1 / clock.rate / _FINE:
+                sample = start + equal[0]
+                time = joined[n_last + equal[0]]
+                raise ContentError(_equal_times(axis.name, sample, time))
+        self._last = times[np.isfinite(times)][-1:]
+        compared = clock.compare(times)
         wrong = compared.wrong
         if compared.is_break.any():
             first = np.argmax(compared.is_break)
             sample = start + compared.samples[first]
             if wrong is None or sample <= wrong.sample:
                 raise ContentError(
-                    f"{name!r} is not evenly spaced: {compared.steps[first]:g} s "
-                    f"before sample {sample}, expected {1 / rate:g} s"
+                    f"{axis.name!r} is not evenly spaced: {compared.steps[first]:g} s "
+                    f"before sample {sample}, expected {1 / clock.rate:g} s"
                 )
         if wrong is not None:
             raise ContentError(
-                f"{name!r} is not evenly spaced: {wrong.n_samples} samples before "
+                f"{axis.name!r} is not evenly spaced: {wrong.n_samples} samples before "
                 f"sample {wrong.sample} take {wrong.seconds:g} s, expected "
-                f"{wrong.n_samples / rate:g} s at {rate:g} Hz"
+                f"{wrong.n_samples / clock.rate:g} s at {clock.rate:g} Hz"
             )
 
 
-def find_time_axis(contents: Contents) -> TimeAxis | None:
+def even_rate(name: str, times: NDArray[Any]) -> float | None:
+    """Return the sampling rate of times in seconds, and refuse those that are not even."""
+    changed = changes(times)
+    rate, _ = _rate_of_times(times, np.arange(len(times)), changed)
+    if not np.isfinite(rate):
+        return None
+    axis = TimeAxis(name, len(times), rate, has_equal=len(changed) < len(times))
+    EvenTimes(axis, rate).check(times)
+    return rate
+
+
+def find_time_axis(
+    contents: Contents, stated_rate: float | None = None
+) -> TimeAxis | None:
     """Find the channel of times, None if there is none.
 
-    Its name is one such as ``time``, ``t`` or ``seconds``. Its values are numbers,
-    dates, or texts of dates, most of which rise, or most of which fall. Some may be
-    unknown. Integers without a unit are not times: they may count samples.
+    Its name is one such as ``time``, ``t`` or ``seconds``, or its unit is one of time.
+    Its values are numbers, dates, or texts of dates or times of day, most of which
+    rise, or most of which fall. Some may be unknown. Integers without a unit are not
+    times, unless they count since 1970: they may count samples.
+
+    Numbers without a unit are seconds. They are smaller units if they are so large that
+    they count these since 1970; days of a spreadsheet if seconds would give a sampling
+    rate above 1 MHz; and the unit that gives the stated rate, if one does.
+
+    Parameters
+    ----------
+    contents : Contents
+        Of the file.
+    stated_rate : float or None
+        Sampling rate in Hz that the user states.
     """
     if len(contents.channels) < 2:
         return None
-    axes = (_axis(contents, name) for name in contents.channels if names_times(name))
+    axes = (
+        _axis(contents, name, stated_rate)
+        for name, channel in contents.channels.items()
+        if names_times(name) or _scale(name, channel.unit) is not None
+    )
     return next((axis for axis in axes if axis is not None), None)
 
 
-def _axis(contents, name, n_probed=_N_PROBED):
+def _scale(name, unit):
+    """Return the seconds of the stated unit, None if none is stated, NaN of another unit."""
+    unit = unit or time_unit_in_name(name)
+    if unit is None:
+        return None
+    scale = SECONDS.get(unit.strip().lower(), np.nan)
+    return scale if np.isfinite(scale) or names_times(name) else None
+
+
+def _axis(contents, name, stated_rate, n_probed=_N_PROBED):
     """Return the axis of a channel, judged by its first times; None if it has no times."""
-    channel = contents.channels[name]
-    unit = channel.unit or unit_in_name(name)
+    length = contents.channels[name].length
+    scale = _scale(name, contents.channels[name].unit)
+    is_stated = scale is not None
     (values,) = next(contents.read([name], n_probed), [np.zeros(0)])
     values = np.asarray(values[:n_probed])
-    times, is_date = _in_seconds(values, unit)
+    times, kind = _in_seconds(values, scale if is_stated else 1.0)
     timed = np.flatnonzero(np.isfinite(times))
     if len(timed) < 2:
         return None
-    if not unit and not is_date:
-        is_integer = values.dtype.kind in "iu"
-        if is_integer or np.median(np.diff(times[timed])) == 1:
+    if kind == "number" and not is_stated:
+        scale = _guessed_scale(times[timed], stated_rate)
+        times = times * scale
+        is_count = np.median(np.diff(times[timed])) == 1
+        if scale == 1 and (values.dtype.kind in "iu" or is_count):
             return None
     changed = changes(times)
     steps = np.diff(times[changed])
@@ -147,17 +221,110 @@ def _axis(contents, name, n_probed=_N_PROBED):
         return None
     rate, tolerance = _rate_of_times(times, timed, changed)
     if tolerance >= RATE_TOLERANCE and len(times) == n_probed < _N_COARSE:
-        return _axis(contents, name, _N_COARSE)
+        return _axis(contents, name, stated_rate, _N_COARSE)
     if is_constant:
         # A letter may stand for another quantity, such as a torque.
-        if letters(name) == "t":
-            return None
-        return TimeAxis(name, channel.length, None, None, 0.0, None)
-    if tolerance > _COARSE_TOLERANCE:
+        return None if letters(name) == "t" else TimeAxis(name, length, None)
+    problem = _problem_of_equal(contents, name, times)
+    if tolerance > _COARSE_TOLERANCE and not problem:
         return None
-    start = float(times[changed[0]] - changed[0] / rate) if is_date else None
-    resolution = float(np.abs(steps).min())
-    return TimeAxis(name, channel.length, rate, start, resolution, unit)
+    return TimeAxis(
+        name,
+        length,
+        rate,
+        float(times[changed[0]] - changed[0] / rate) if kind == "date" else None,
+        float(np.abs(steps).min()),
+        scale if kind == "number" else 1.0,
+        len(changed) < len(timed),
+        problem,
+    )
+
+
+def _guessed_scale(times, stated_rate):
+    """Return the seconds of the unit of times that state none."""
+    first = abs(times[0])
+    for least, scale in _SINCE_1970.items():
+        if first >= least:
+            return scale
+    steps = np.abs(np.diff(times))
+    step = float(np.median(steps[steps > 0])) if steps.any() else np.nan
+    if step < 1 / _HIGHEST_RATE and any(low < first < high for low, high in _DAYS):
+        return _DAY
+    if stated_rate is not None:
+        for scale in _OTHER_UNITS:
+            if abs(stated_rate * step * scale - 1) < 0.01:
+                return scale
+    return 1.0
+
+
+def last_decimal(times: NDArray[Any]) -> float:
+    """Return the last decimal to which times were written, 0 if they have too many.
+
+    Examples
+    --------
+    >>> last_decimal(np.array([0.25, 0.5, 13.5])), last_decimal(np.array([1 / 3, 2.0]))
+    (0.01, 0.0)
+    """
+    finite = times[np.isfinite(times)][-_N_WRITTEN:]
+    if len(finite) and abs(finite[0]) > 1e8:
+        # Seconds since 1970 are known to about a microsecond.
+        finite = np.round(finite - np.floor(finite[0]), 6)
+    for n in range(10):
+        if np.allclose(finite, finite.round(n), rtol=4e-16, atol=1e-13):
+            return 10.0**-n
+    return 0.0
+
+
+def _problem_of_equal(contents, name, times):
+    """Return why equal times are not rounded, empty if they are or there are none."""
+    known = times[np.isfinite(times)]
+    steps = np.abs(np.diff(known))
+    repeats = np.flatnonzero(steps == 0) + 1
+    ends = np.append(np.flatnonzero(steps), len(steps)) + 1
+    sizes = np.diff(ends, prepend=0)
+    if not len(repeats) or len(sizes) < 3:
+        return ""
+    others = [
+        other
+        for other, channel in contents.channels.items()
+        if other != name and channel.length == contents.channels[name].length
+    ]
+    columns = next(contents.read(others, len(times)), [])
+    columns = dict(zip(others, map(np.asarray, columns), strict=True))
+    sample = int(repeats[0])
+    if len(known) == len(times) and _are_repeated([*columns.values()], repeats):
+        return _equal_times(name, sample, known[sample])
+    usual = np.median(steps[steps > 0])
+    written = last_decimal(known[: len(known) // _N_PARTS + 2])
+    is_fine = 0 < last_decimal(known) < usual / _FINE and 0 < written < usual / _FINE
+    is_slow_clock = sizes[1:-1].min() > 2 and np.ptp(sizes[1:-1]) > 0
+    if not is_fine or is_slow_clock:
+        return ""
+    n_equal = int(sizes[0])
+    for other, column in columns.items():
+        tags = column[: len(column) // n_equal * n_equal].reshape(-1, n_equal)
+        if len({*tags[0].tolist()}) == n_equal > 1 and np.all(tags == tags[0]):
+            shown = ", ".join(map(str, tags[0].tolist()))
+            return (
+                f"{name!r} has several rows of one time, told apart by the column "
+                f"{other!r} ({shown}): make one column of each"
+            )
+    return _equal_times(name, sample, known[sample])
+
+
+def _are_repeated(columns, repeats):
+    """Return whether rows of equal times are equal, unlike most others."""
+    varying = [c for c in columns if np.mean(c[1:] == c[:-1]) < 0.5]
+    is_equal = [np.all(c[repeats] == c[repeats - 1]) for c in varying]
+    return bool(varying) and all(is_equal)
+
+
+def _equal_times(name, sample, time):
+    return (
+        f"{name!r} is {time:.10g} s in samples {sample - 1} and {sample}, though times are "
+        "written more finely than samples follow: remove rows that are repeated, and make "
+        "one column of each sensor"
+    )
 
 
 def _rate_of_times(times, timed, changed):
@@ -169,6 +336,9 @@ def _rate_of_times(times, timed, changed):
     steps = np.diff(times[changed])
     if len(steps) == 0:
         return np.nan, np.inf
+    period, tolerance = _growing_steps(times[timed], timed)
+    if tolerance < _COARSE_TOLERANCE:
+        return rounded(1 / period, tolerance), tolerance
     n_between = np.diff(changed)
     usual = np.median(steps / n_between)
     resolution = np.abs(steps).min()
@@ -192,20 +362,56 @@ def _rate_of_times(times, timed, changed):
     return rounded(n_steps / seconds, tolerance), tolerance
 
 
-def _in_seconds(values: Any, unit: str | None) -> tuple[NDArray[Any], bool]:
-    """Return times in seconds, NaN if unknown, and whether they are dates."""
+def _growing_steps(times, samples):
+    """Return the period of times whose last decimal becomes coarser, and its tolerance.
+
+    Times of few digits, such as ``1.35E+01``, lose decimals as they grow. Each of them
+    limits the period, by half of its own last decimal. The tolerance is infinite if
+    the last decimal does not grow, or no period fits all times.
+    """
+    parts = np.array_split(times, _N_PARTS)
+    decimals = [last_decimal(part) for part in parts if len(part) > 1]
+    if len(decimals) < _N_PARTS or not 0 < decimals[0] < decimals[-1]:
+        return np.nan, np.inf
+    size = np.floor(np.log10(np.maximum(np.abs(times), decimals[0])))
+    half = np.maximum(decimals[-1] * 10 ** (size - size[-1]), decimals[0]) / 2
+    passed = (times - times[0])[1:]
+    n = (samples - samples[0])[1:]
+    slack = (half + half[0])[1:] * (1 + 1e-9)
+    low = np.max((passed - slack) / n)
+    high = np.min((passed + slack) / n)
+    if not 0 < low <= high:
+        return np.nan, np.inf
+    return (low + high) / 2, max((high - low) / (high + low), 1e-9)
+
+
+def _in_seconds(
+    values: Any, scale: float, before: Any = ()
+) -> tuple[NDArray[Any], str]:
+    """Return times in seconds, NaN if unknown, and whether they are numbers, dates or of day."""
     values = np.asarray(values)
     kind = values.dtype.kind
     if kind in "mM":
         seconds = values.astype(f"{kind}8[ns]").astype(np.int64) / 1e9
-        return np.where(np.isnat(values), np.nan, seconds), kind == "M"
-    if kind in "OU":
-        seconds = np.array([seconds_of_date(value) for value in values])
+        is_known = ~np.isnat(values)
+        return np.where(is_known, seconds, np.nan), "date" if kind == "M" else "day"
+    if kind in "OUT":
+        texts = values.tolist()
+        seconds = np.array([seconds_of_date(text) for text in texts])
         if not np.isnan(seconds).all():
-            return seconds, True
-        # Texts among numbers are unknown times.
-        values = np.array([number(str(value)) for value in values.tolist()])
+            return seconds, "date"
+        seconds = np.array([seconds_of_day(text) for text in texts])
+        if not np.isnan(seconds).all():
+            return _over_midnight(seconds, before), "day"
+        values = np.array([number(str(text)) for text in texts])
     elif kind not in "fiu":
-        return np.full(len(values), np.nan), False
-    scale = SECONDS.get(unit.strip().lower(), np.nan) if unit else 1.0
-    return values.astype(np.float64) * scale, False
+        return np.full(len(values), np.nan), "number"
+    return values.astype(np.float64) * scale, "number"
+
+
+def _over_midnight(seconds, before):
+    """Return times of day that rise over midnight, after the last one before."""
+    is_known = np.isfinite(seconds)
+    known = np.append(before, seconds[is_known])
+    seconds[is_known] = np.unwrap(known, period=_DAY)[len(before) :]
+    return seconds

@@ -5,9 +5,12 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
+import numpy as np
+
 from .arrays import NamedArrays
-from .contents import Contents, Format
-from .facts import is_rate, rounded
+from .contents import ContentError, Contents, Format
+from .facts import SECONDS, is_rate, rounded
+from .times import even_rate
 
 FORMAT = Format((".uff", ".unv"), library="pyuff", isolated=True)
 
@@ -25,25 +28,40 @@ def contents(path: Path) -> Iterator[Contents]:
         for number, head in enumerate(_read(path, None))
         if head.get("type") == 58 and head["func_type"] in _TIME_RESPONSE
     ]
+    if not sets:
+        kinds = ", ".join(sorted(map(str, {*_file(path).get_set_types()})))
+        raise ContentError(f"holds no time record (data set 58), only sets {kinds}")
     names = [head["id1"].strip() for _, head in sets]
     if not all(names) or len(set(names)) < len(names):
         names = [str(i) for i in range(len(sets))]
     arrays = NamedArrays(cache(lambda number: _read(path, [number])[0]["data"]))
     for name, (number, head) in zip(names, sets, strict=True):
-        step = head["abscissa_inc"]
+        scale = SECONDS.get(head["abscissa_axis_units_lab"].strip().lower(), 1.0)
+        step = head["abscissa_inc"] * scale
         unit = head["ordinate_axis_units_lab"].strip()
         facts = {"unit": None if unit in ("", "NONE") else unit}
         if head["abscissa_spacing"] == 1 and is_rate(step):
             # The file has six digits of the step.
             facts["sampling_rate"] = rounded(1 / step, 5e-6)
+        elif head["abscissa_spacing"] == 0:
+            times = np.asarray(_read(path, [number])[0]["x"]) * scale
+            try:
+                facts["sampling_rate"] = even_rate(f"the abscissa of {name}", times)
+            except ContentError as error:
+                arrays.refused[name] = str(error)
+                continue
         arrays.add(name, (head["num_pts"],), key=number, **facts)
     yield arrays.contents()
 
 
 def _read(path, numbers):
-    from pyuff import UFF
-
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        sets = UFF(str(path)).read_sets(numbers, header_only=numbers is None)
+        sets = _file(path).read_sets(numbers, header_only=numbers is None)
     return sets if isinstance(sets, list) else [sets]
+
+
+def _file(path):
+    from pyuff import UFF
+
+    return UFF(str(path))

@@ -1,5 +1,7 @@
 """WAV files. Those of 24 bit are read whole, because their samples must be unpacked."""
 
+import io
+import struct
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,6 +11,11 @@ import numpy as np
 from .contents import Channel, Contents, Format, slices
 
 FORMAT = Format((".wav",))
+
+#: Lengths from here on are stated by recorders that do not know them.
+_NO_LENGTH = 0x7FFF_0000
+#: Chunks that may follow an empty one of samples.
+_CHUNKS = (b"LIST", b"id3 ", b"bext", b"cue ", b"fact", b"")
 
 
 def contents(path: Path) -> Iterator[Contents]:
@@ -42,10 +49,42 @@ def _map(path):
         # SciPy warns of metadata, which is harmless, and of truncated files.
         warnings.simplefilter("ignore", wavfile.WavFileWarning)
         warnings.filterwarnings("error", "Reached EOF", wavfile.WavFileWarning)
+        content = _with_length(path)
         try:
-            sampling_rate, samples = wavfile.read(path, mmap=True)
+            sampling_rate, samples = wavfile.read(content or path, mmap=not content)
         except ValueError as error:
             if "mmap=True not compatible" not in str(error):
                 raise
             sampling_rate, samples = wavfile.read(path)
     return sampling_rate, samples.reshape(len(samples), -1)
+
+
+def _with_length(path):
+    """Return a file whose header states no length with its true length, else None.
+
+    A recorder writes the length when it stops. Before that, it is zero or the largest
+    number.
+    """
+    with path.open("rb") as file:
+        if file.read(12)[:4] != b"RIFF":
+            return None
+        frame = 1
+        while len(head := file.read(8)) == 8:
+            name, size = struct.unpack("<4sI", head)
+            start = file.tell()
+            if name == b"fmt ":
+                frame = max(int.from_bytes(file.read(16)[12:14], "little"), 1)
+            if name == b"data":
+                n_bytes = path.stat().st_size - start
+                is_next = file.read(4) in _CHUNKS
+                break
+            file.seek(start + size + size % 2)
+        else:
+            return None
+    is_stated = 0 < size < max(_NO_LENGTH, n_bytes)
+    if is_stated or (size == 0 and is_next):
+        return None
+    content = bytearray(path.read_bytes()[: start + n_bytes // frame * frame])
+    struct.pack_into("<I", content, 4, len(content) - 8)
+    struct.pack_into("<I", content, start - 4, len(content) - start)
+    return io.BytesIO(content)

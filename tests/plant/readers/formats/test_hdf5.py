@@ -30,14 +30,14 @@ def write(path, arrays, **attributes):
 
 @pytest.fixture
 def bearing(path):
-    pair = np.stack([Y, U], axis=1)
+    pair = np.stack([Y, U], axis=1)[:50]
     flags = np.ones(5, dtype=bool)
     arrays = {"slow/pair": pair, "slow/sampling_rate": 20.0, "flags": flags}
     write(path, arrays | {"text": "a text"}, SampleRate=51200)
     with h5py.File(path, "a") as file:
         file.create_dataset("bearing/vibration", data=Y, chunks=(10,))
         file["bearing/vibration"].attrs["units"] = "m/s2"
-        file["slow/torque"] = U.astype("f4")
+        file["slow/torque"] = U[:20].astype("f4")
         file["slow/torque"].attrs.update(unit=b"Nm", fs=np.array([100.0]))
         file["again"] = h5py.SoftLink("/bearing/vibration")
     return path
@@ -57,7 +57,7 @@ def test_samples(bearing, n_samples, longest):
     np.testing.assert_array_equal(read[0], Y)
     assert read[1:] == (51200, longest)
     pair = in_blocks(bearing, n_samples, channel=["slow/pair[1]", "slow/pair[0]"])
-    np.testing.assert_array_equal(pair[0], [U, Y])
+    np.testing.assert_array_equal(pair[0], [U[:50], Y[:50]])
     assert pair[1] == 20
 
 

@@ -116,10 +116,15 @@ def test_gzip_that_is_cut(write):
         read_recording(path)
 
 
-@pytest.mark.parametrize("last", ["x;3", "1." * 100_000 + ";3"])
-def test_a_row_that_is_no_number_behind_the_first_lines(write, last):
+@pytest.mark.parametrize(
+    ("last", "message"),
+    [
+        ("x;3", "line 102: 'x' in column 'y' is no number"),
+        ("1." * 100_000 + ";3", "a field has more than 131072 characters"),
+    ],
+)
+def test_a_row_that_is_no_number_behind_the_first_lines(write, last, message):
     path = write("y;u\n" + "1.5;2\n" * 100 + last + "\n")
-    message = r"run.csv: channel 'y' is not numeric: '(x'|1\.1\.1.*) at sample 100"
     with pytest.raises(ValueError, match=message) as refused:
         read_recording(path, channel="y")
     assert len(str(refused.value)) < 300
@@ -127,7 +132,7 @@ def test_a_row_that_is_no_number_behind_the_first_lines(write, last):
 
 def test_one_field_that_is_no_number_is_named_among_decimal_commas(write):
     path = write("t;y\n" + "0,5;1,5\n" * 100 + "0,5;x7\n")
-    with pytest.raises(ValueError, match="not numeric: 'x7' at sample 100"):
+    with pytest.raises(ValueError, match="line 102: 'x7' in column 'y'"):
         read_recording(path, channel="y")
 
 
@@ -190,7 +195,7 @@ def test_a_row_that_lacks_its_first_field(write, at, end, n_samples):
     lines = [f"{y};{2 * y}{end}" for y in range(200)]
     lines[at] = f"{2 * at}{end}"
     path = write("\n".join(["y;u" + end, *lines]))
-    with pytest.raises(ValueError, match=rf"run.csv: sample {at} has . of . fields"):
+    with pytest.raises(ValueError, match=rf"run.csv: line {at + 2} has . fields"):
         in_blocks(path, n_samples, channel="y")
 
 

@@ -227,11 +227,14 @@ def test_unknown_times_follow_the_sample_before(write, suffix, is_date):
 
 
 @pytest.mark.parametrize("n_samples", [None, 50])
-def test_texts_among_times_are_unknown_times(write, n_samples):
+def test_missing_times_are_unknown_and_texts_are_refused(write, n_samples):
     times = [f"{t:.3f}" for t in EVEN]
-    times[3] = "later"
-    times[400:500] = ["later"] * 100
+    times[3] = "NaN"
+    times[400:500] = ["NaN"] * 100
     assert in_blocks(write(times), n_samples)[1] == 1000
+    times[7] = "later"
+    with pytest.raises(ValueError, match="line 9: 'later' in column 'time'"):
+        in_blocks(write(times), n_samples)
 
 
 @pytest.mark.parametrize("n_samples", [None, 999])
