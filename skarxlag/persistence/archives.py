@@ -33,15 +33,18 @@ _SCIKIT_LEARN_TYPES = {
     "sklearn.discriminant_analysis.LinearDiscriminantAnalysis",
     "sklearn.svm._classes.LinearSVC",
 }
-#: Types of this package that a model may contain.
-_OWN_TYPES = {f"skarxlag.{module}.{name}" for name, module in ESTIMATORS.items()} | {
-    "skarxlag.bearings.geometry.BearingGeometry"
-}
+#: Types of objects that a model may contain, for programs that pass a list of trusted
+#: types to skops, such as MLflow.
+TRUSTED_TYPES: list[str] = sorted(
+    {f"skarxlag.{module}.{name}" for name, module in ESTIMATORS.items()}
+    | {"skarxlag.bearings.geometry.BearingGeometry"}
+    | _SCIKIT_LEARN_TYPES
+)
 #: Types that a model file may contain, by the loader of skops that reads them. By
 #: itself, skops would also build every estimator of scikit-learn and SciPy, functions
 #: and methods.
-TRUSTED_TYPES = {
-    "ObjectNode": _SCIKIT_LEARN_TYPES | _OWN_TYPES,
+_TYPES_BY_LOADER = {
+    "ObjectNode": set(TRUSTED_TYPES),
     "NdArrayNode": {"numpy.ndarray", "numpy.float64", "numpy.int64", "numpy.str_"},
     "DictNode": {"builtins.dict"},
     "ListNode": {"builtins.list"},
@@ -63,7 +66,7 @@ def checked_schema(members: dict[str, bytes]) -> dict[str, Any]:
     def note_type(node):
         name = f"{node.get('__module__')}.{node.get('__class__')}"
         loader = node.get("__loader__")
-        if loader is not None and name not in TRUSTED_TYPES.get(loader, ()):
+        if loader is not None and name not in _TYPES_BY_LOADER.get(loader, ()):
             foreign.append(f"{name} ({loader})")
         return node
 

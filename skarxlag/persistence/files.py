@@ -13,6 +13,10 @@ def errors_named(path: str | os.PathLike[str], expected: str) -> Iterator[None]:
         raise FileNotFoundError(f"{path}: no such file")
     try:
         yield
+    except ImportError:
+        raise
+    except MemoryError as error:
+        raise MemoryError(f"{path}: not enough memory to load it") from error
     # What a parser raises on damaged input is as varied as the damage, such as
     # RecursionError.
     except Exception as error:

@@ -21,7 +21,6 @@ from ..decisions.known_conditions import KnownConditions
 from .archives import TRUSTED_TYPES, checked_schema, digest, sealed
 from .facts import check_facts
 from .files import errors_named
-from .saved_objects import PROTOCOLS, SavedObjects
 
 if TYPE_CHECKING:
     from sklearn.calibration import CalibratedClassifierCV
@@ -154,8 +153,11 @@ def load_diagnoser(
         If the file is no diagnoser, is damaged or was edited, unpacks to more than 100
         MB and more than ten times its size, holds a type that is not trusted, a
         parameter or attribute out of its range, or a fact that cannot be true. The
-        message names the file, and the type, the attribute or the fact. Also if only a
-        later version of skops reads the format of the file.
+        message names the file, and the type, the attribute or the fact.
+    MemoryError
+        If there is not enough memory to load it.
+    ImportError
+        If skops is not installed.
 
     Examples
     --------
@@ -172,14 +174,10 @@ def load_diagnoser(
     with errors_named(path, "diagnoser saved by skarxlag"):
         archive = Path(path).read_bytes()
         members, comment = read_members(archive)
-        schema = checked_schema(members)
+        checked_schema(members)
         if comment != digest(members):
             raise BadZipFile("it was changed after it was saved")
-        if schema.get("protocol") in PROTOCOLS:
-            content = SavedObjects(members).build(schema)
-        else:
-            trusted = sorted(TRUSTED_TYPES["ObjectNode"])
-            content = _import_skops().loads(archive, trusted=trusted)
+        content = _import_skops().loads(archive, trusted=TRUSTED_TYPES)
         _remove_surroundings(content)
         _check_content(content)
     companions = {name: content[name] for name in _COMPANIONS.keys() & content.keys()}

@@ -3,11 +3,8 @@ import json
 import pickle
 import re
 import shutil
-import subprocess
 import sys
 import tracemalloc
-from contextlib import suppress
-from itertools import product
 from pathlib import Path
 from zipfile import ZIP_BZIP2, ZIP_DEFLATED, ZIP_LZMA, ZIP_STORED, ZipFile
 
@@ -18,21 +15,13 @@ import sklearn
 import skops.io
 from scipy.signal import lfilter
 from sklearn.calibration import CalibratedClassifierCV
-from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.exceptions import NotFittedError
 from sklearn.frozen import FrozenEstimator
-from sklearn.linear_model import LogisticRegression, RidgeClassifier
+from sklearn.linear_model import LogisticRegression
 from sklearn.naive_bayes import GaussianNB
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import (
-    MaxAbsScaler,
-    MinMaxScaler,
-    Normalizer,
-    PowerTransformer,
-    RobustScaler,
-    StandardScaler,
-)
+from sklearn.preprocessing import PowerTransformer, StandardScaler
 from sklearn.svm import LinearSVC
 
 import skarxlag
@@ -43,18 +32,15 @@ from skarxlag import (
     ExtendedStatePIObserverBank,
     LogSpectra,
     PIObserver,
-    SensorFusion,
     SpectralDistance,
     ThresholdLadder,
     make_alpio,
     make_detector,
     make_diagnoser,
     make_extended_state_pio,
-    make_fault_order_classifier,
     make_known_conditions,
 )
 from skarxlag.core.files import read_members
-from skarxlag.core.state import check_model_state, estimators_within
 from skarxlag.persistence.archives import TRUSTED_TYPES, sealed
 from skarxlag.persistence.models import load_diagnoser, save_diagnoser
 
@@ -254,56 +240,9 @@ def test_parameter_out_of_its_range_is_refused_at_load(step, name, value, tmp_pa
     refuse(forge(tmp_path, diagnoser), name)
 
 
-ODD = [10**30, -(10**30), 10**400, True, float("nan"), 1e300]
-ODD += ["x", [], [[1]], {"a": 1}, None, 0]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "maker",
-    [
-        make_alpio,
-        make_extended_state_pio,
-        make_detector,
-        make_known_conditions,
-        lambda: make_diagnoser(sampling_rate=2_000.0, bearing="6205"),
-        lambda: make_fault_order_classifier(bearing="6205", sampling_rate=2_000.0),
-        lambda: SensorFusion(estimator=make_alpio()),
-    ],
-)
-@pytest.mark.filterwarnings("ignore::UserWarning")
-def test_a_model_with_any_odd_parameter_is_refused_by_name_or_works(maker):
-    is_fusion = isinstance(maker(), SensorFusion)
-    rows = X[:, np.newaxis].repeat(2, axis=1) if is_fusion else X
-    takes_rpm = not is_fusion and maker not in (make_alpio, make_extended_state_pio)
-    rpm = {"rpm": 900.0} if takes_rpm else {}
-    model = maker().fit(rows, Y, **rpm)
-    within = estimators_within(model)
-    parts = {id(e): e for e in within if "_fitted_parameters" in vars(e)}
-    for part in [model, *parts.values()]:
-        before = dict(vars(part))
-        names = part.get_params(deep=False).keys() - {"steps", "memory"}
-        for name, value in product(names, ODD):
-            vars(part)[name] = value
-            if part is not model:
-                part._fitted_parameters = before["_fitted_parameters"] | {name: value}
-            try:
-                check_model_state(model)
-            except ValueError as error:
-                # The gains that follow from parameters are named in their place.
-                text = str(error)
-                assert name in text or "_ == " in text or "has shape" in text
-            else:
-                # A sampling rate can be too low for a speed.
-                with suppress(ValueError):
-                    model.predict(rows[:2], **rpm)
-            vars(part).clear()
-            vars(part).update(before)
-
-
 def test_trusted_types_are_classes_by_the_names_that_files_hold():
     # A name that scikit-learn does not have may come to mean something else.
-    for trusted in TRUSTED_TYPES["ObjectNode"]:
+    for trusted in TRUSTED_TYPES:
         module, _, name = trusted.rpartition(".")
         member = getattr(importlib.import_module(module), name)
         assert isinstance(member, type)
@@ -364,15 +303,11 @@ def test_repacking_without_a_change_keeps_the_file_valid(saved):
     load_diagnoser(saved)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.01, 0.5, 0.99])
-def test_truncated_file_is_refused(saved, share):
-    content = saved.read_bytes()
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.99])
+def test_damaged_file_is_refused(saved, share):
+    content = bytearray(saved.read_bytes())
     saved.write_bytes(content[: int(share * len(content))])
     refuse(saved, "")
-
-
-def test_flipped_bit_is_refused(saved):
-    content = bytearray(saved.read_bytes())
     content[len(content) // 3] ^= 1
     saved.write_bytes(content)
     refuse(saved, "")
@@ -469,15 +404,9 @@ def test_models_around_our_steps_come_back(tmp_path):
     front = [ARXLaguerre(order=4), PIObserver()]
     models = [
         CalibratedClassifierCV(make_diagnoser(), cv=2),
-        CalibratedClassifierCV(make_alpio(), cv=2, method="isotonic", ensemble=False),
         CalibratedClassifierCV(FrozenEstimator(make_alpio().fit(X, Y))),
         make_pipeline(*front, StandardScaler(), LogisticRegression()),
-        make_pipeline(*front, RobustScaler(), LinearDiscriminantAnalysis()),
-        make_pipeline(*front, MinMaxScaler(), RidgeClassifier()),
-        make_pipeline(*front, PowerTransformer(), LinearSVC()),
-        make_pipeline(
-            make_pipeline(*front), MaxAbsScaler(), Normalizer(), LogisticRegression()
-        ),
+        make_pipeline(make_pipeline(*front), PowerTransformer(), LinearSVC()),
     ]
     for model in models:
         loaded, _ = come_back(tmp_path, model.fit(X, Y))
@@ -573,27 +502,23 @@ def test_missing_skops_is_named_with_its_command(monkeypatch):
         save_diagnoser(make_alpio(), "d")
 
 
-def test_model_is_loaded_without_skops_and_without_the_rest_of_scikit_learn(saved):
-    code = """
-import sys
-sys.modules["skops"] = None
-import skarxlag
-diagnoser, facts = skarxlag.load_diagnoser(sys.argv[1])
-assert len(diagnoser) > 1 and not {"sklearn.cluster", "sklearn.calibration"} & {*sys.modules}
-"""
-    subprocess.run([sys.executable, "-c", code, saved], check=True)
+def test_skops_itself_loads_a_diagnoser_with_the_public_list():
+    """So do programs that pass such a list on, MLflow for one."""
+    for model in (
+        make_diagnoser(sampling_rate=2_000.0, bearing="6205").fit(X, Y, rpm=900.0),
+        make_detector().fit(X[:10]),
+    ):
+        loaded = skops.io.loads(skops.io.dumps(model), trusted=TRUSTED_TYPES)
+        np.testing.assert_array_equal(loaded.predict(X), model.predict(X))
 
 
-def test_later_version_of_the_format_is_left_to_skops(saved, monkeypatch):
-    def later(name, member):
-        if name != "schema.json":
-            return member
-        return json.dumps(json.loads(member) | {"protocol": 99}).encode()
+def test_memory_that_is_short_is_named(saved, monkeypatch):
+    def loads(*arguments, **options):
+        raise MemoryError
 
-    rewrite(saved, later)
-    saved.write_bytes(sealed(saved.read_bytes()))
-    monkeypatch.setitem(sys.modules, "skops.io", None)
-    refuse(saved, "needs skops")
+    monkeypatch.setattr("skops.io.loads", loads)
+    with pytest.raises(MemoryError, match=r"bearing\.skops: not enough memory"):
+        load_diagnoser(saved)
 
 
 def test_schema_is_readable_json(saved):
