@@ -44,9 +44,9 @@ def diagnoser():
 def test_masked_samples_and_flags_are_refused(diagnoser, use):
     with pytest.raises(ValueError, match="NaN"):
         use(MASKED, diagnoser)
-    with pytest.raises(ValueError, match=r"\.dtype == .*bool.*, expected numbers"):
+    with pytest.raises(ValueError, match=r"\.dtype == .*bool.*, expected real numbers"):
         use(X > 0, diagnoser)
-    with pytest.raises(ValueError, match=r"\.dtype == .*bool.*, expected numbers"):
+    with pytest.raises(ValueError, match=r"\.dtype == .*bool.*, expected real numbers"):
         use((X > 0).tolist(), diagnoser)
 
 
@@ -82,7 +82,7 @@ def test_flags_in_a_monitor(diagnoser):
     with pytest.raises(ValueError, match="time == True, expected a number"):
         monitor.update(X[0], time=True)
     with pytest.raises(
-        ValueError, match=r"samples\.dtype == .*bool.*, expected numbers"
+        ValueError, match=r"samples\.dtype == .*bool.*, expected real numbers"
     ):
         monitor.update(X[0] > 0)
     assert monitor.counts["samples"] == 0
@@ -96,3 +96,44 @@ def test_a_masked_speed_is_unknown(diagnoser):
     speeds = np.ma.array(np.full(40, 900.0), mask=np.arange(40) == 3)
     verdicts = window_verdicts(diagnoser, X, rpm=speeds)["verdict"]
     assert verdicts[3].startswith("no verdict: speed nan rpm") and verdicts[4] == "good"
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "message"),
+    [
+        (
+            "rpm",
+            np.full(40, 900 + 1j),
+            r"rpm must hold numbers|rpm.dtype == 'complex128'",
+        ),
+        ("rpm", np.full(40, np.datetime64("2026-01-01", "s")), "rpm"),
+        (
+            "sample_weight",
+            np.ma.array(np.ones(40), mask=np.arange(40) == 3),
+            "sample_weight contains NaN",
+        ),
+        (
+            "y",
+            np.ma.array(np.repeat(["a", "b"], 20), mask=np.arange(40) == 3),
+            "Masked labels in y: 1, expected none",
+        ),
+        ("X", np.full((40, 400), np.datetime64("2026-01-01", "s")), "X.dtype"),
+    ],
+    ids=["complex speed", "time as speed", "masked weight", "masked label", "times"],
+)
+def test_values_that_are_no_real_numbers_are_refused_in_fit(name, values, message):
+    rows = np.random.default_rng(0).normal(size=(40, 400))
+    given = {"X": rows, "y": np.repeat(["a", "b"], 20), name: values}
+    with pytest.raises(ValueError, match=message):
+        make_diagnoser().fit(given.pop("X"), given.pop("y"), **given)
+
+
+def test_a_masked_speed_is_unknown_in_a_pipeline():
+    rows = np.random.default_rng(0).normal(size=(40, 400))
+    y = np.repeat(["a", "b"], 20)
+    rpm = np.full(40, 900.0)
+    diagnoser = make_diagnoser().fit(rows, y, rpm=rpm)
+    masked = np.ma.array(rpm, mask=np.arange(40) == 3)
+    with pytest.warns(UserWarning, match="1 of 40 rows are treated as rows without"):
+        probability = diagnoser.predict_proba(rows, rpm=masked)
+    np.testing.assert_allclose(probability[3], 0.5, rtol=1e-5)

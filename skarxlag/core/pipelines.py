@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from functools import partial
 from typing import Any, Self
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from sklearn.base import is_classifier
+from sklearn.base import clone, is_classifier
 from sklearn.pipeline import Pipeline
 from sklearn.utils import Bunch
 from sklearn.utils.metaestimators import available_if
@@ -110,8 +111,16 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         )
         self.n_jobs = n_jobs
 
-    def fit(self, X: ArrayLike, y: ArrayLike | None = None, **params: Any) -> Self:
-        """Fit all steps, one after another.
+    def fit(
+        self,
+        X: ArrayLike,
+        y: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+        **params: Any,
+    ) -> Self:
+        """Fit clones of all steps, one after another, and then put them in their places.
+
+        If `fit` is interrupted, the pipeline remains as it was.
 
         Parameters
         ----------
@@ -119,19 +128,29 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             Windows.
         y : array-like of shape (n_windows,) or None, default=None
             Condition of each window.
+        sample_weight : array-like of shape (n_windows,) or None, default=None
+            Number of windows that each one stands for, for the steps that request it.
         **params : dict of str to object
-            Metadata for the steps that request them, such as ``rpm`` and
-            ``sample_weight``; or, where routing is switched off, parameters of a step's
-            `fit` by its name, such as ``identify__sample_weight``, as in
-            `sklearn.pipeline.Pipeline`.
+            Further metadata for the steps that request them, such as ``rpm``; or, where
+            routing is switched off, parameters of a step's `fit` by its name, such as
+            ``identify__sample_weight``, as in `sklearn.pipeline.Pipeline`.
 
         Returns
         -------
         DiagnosisPipeline
             The fitted pipeline.
         """
+        if sample_weight is not None:
+            params["sample_weight"] = sample_weight
+        trial = copy(self)
+        trial.steps = [
+            (name, step if step in (None, "passthrough") else clone(step))
+            for name, step in self.steps
+        ]
         with metadata_routing(params):
-            return super().fit(X, y, **params)
+            super(DiagnosisPipeline, trial).fit(X, y, **params)
+        vars(self).update(vars(trial))
+        return self
 
     @_if_last_step_offers("transform")
     def transform(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -391,7 +410,9 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         rows = X.iloc if isinstance(X, pd.DataFrame) else X
         n_windows = X.shape[0] if X.shape else 0
         of_windows = {
-            name: np.asarray(value) for name, value in params.items() if np.ndim(value)
+            name: value if isinstance(value, np.ndarray) else np.asarray(value)
+            for name, value in params.items()
+            if np.ndim(value)
         }
         for name, value in of_windows.items():
             expected = f"{n_windows}, the number of windows in X"

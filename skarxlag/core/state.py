@@ -6,6 +6,7 @@ attributes in its method `_check_fitted`. This is done when a model is loaded, a
 a prediction if it was not done yet or a user has replaced an attribute.
 """
 
+import copy
 import functools
 import math
 import operator
@@ -107,11 +108,31 @@ def check_number(
         expect_in_range(name, value, allowed)
 
 
+def _sets_state_at_its_end(fit):
+    """Let a method work on a copy of its estimator, whose attributes are then set at once."""
+
+    @functools.wraps(fit)
+    def fit_copy(self, *args, **kwargs):
+        trial = copy.copy(self)
+        fit(trial, *args, **kwargs)
+        vars(self).update(vars(trial))
+        return self
+
+    return fit_copy
+
+
 class CheckedEstimator:
     """Estimator that checks its fitted attributes before compiled code uses them.
 
-    A subclass extends `_check_fitted` by its own attributes.
+    A subclass extends `_check_fitted` by its own attributes. Its methods `fit` and
+    `partial_fit` set all attributes in one step at their end, so that an interrupted
+    refit leaves the estimator as it was.
     """
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        for name in {"fit", "partial_fit"} & vars(cls).keys():
+            setattr(cls, name, _sets_state_at_its_end(vars(cls)[name]))
 
     n_features_in_: int
     classes_: NDArray[Any]

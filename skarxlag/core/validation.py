@@ -84,9 +84,10 @@ def validate_signals(
 
 
 def as_samples(values: Any, name: str) -> Any:
-    """Return values in which masked ones are NaN, and refuse flags.
+    """Return values in which masked ones are NaN, and refuse flags, times and complex numbers.
 
-    NumPy would take the hidden value of a masked sample, and 1 for True.
+    NumPy would take the hidden value of a masked sample, 1 for True, the nanoseconds of a
+    time, and the real part of a complex number.
 
     Parameters
     ----------
@@ -98,7 +99,7 @@ def as_samples(values: Any, name: str) -> Any:
     Raises
     ------
     ValueError
-        If the values are True and False.
+        If the values are True and False, times, or complex numbers.
 
     Examples
     --------
@@ -112,7 +113,7 @@ def as_samples(values: Any, name: str) -> Any:
             else values.data
         )
     dtype = np.asarray(values).dtype
-    expect(dtype.kind != "b", f"{name}.dtype", dtype, "numbers")
+    expect(dtype.kind not in "bcmM", f"{name}.dtype", str(dtype), "real numbers")
     return values
 
 
@@ -160,6 +161,7 @@ def check_labels(y: ArrayLike | None) -> None:
         ...
     ValueError: y == ['normal', 3], expected labels that are all texts or all numbers.
     """
+    expect(not np.ma.is_masked(y), "Masked labels in y", np.ma.count_masked(y), "none")
     if isinstance(y, np.ndarray) and y.dtype != object:
         return
     labels = np.asarray(y, dtype=object).ravel()
@@ -253,7 +255,7 @@ def weighted_windows(
     if sample_weight is None:
         return X, y, np.ones(len(X))
     check = {"dtype": np.float64, "ensure_2d": False, "input_name": "sample_weight"}
-    weights = check_array(sample_weight, **check)
+    weights = check_array(as_samples(sample_weight, "sample_weight"), **check)
     expected = f"{(len(X),)}, one weight for each window"
     expect(weights.shape == (len(X),), "sample_weight.shape", weights.shape, expected)
     is_weight = weights.min() >= 0 and weights.max() > 0

@@ -4,12 +4,14 @@ from .cross_speed import cross_speed_predict
 from .evaluation import evaluate, evaluation_summary
 from .groups import first_and_second_half
 from .protocols import PROTOCOLS, Split, protocol_splits
+from .scorer import SpeedScorer
 from .specimen_split import SpecimenSplit, locations_of_labels
 from .speed_split import SpeedSplit
 
 __all__ = [
     "PROTOCOLS",
     "SpecimenSplit",
+    "SpeedScorer",
     "SpeedSplit",
     "Split",
     "cross_speed_predict",

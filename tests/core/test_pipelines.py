@@ -417,13 +417,13 @@ def test_a_request_that_changes_after_a_prediction_counts():
         np.repeat(["a", "b"], 10),
         np.tile([600.0, 900.0], 10),
     )
-    compare = SpectralDistance()
     steps = [
         ("measure", LogSpectra()),
-        ("compare", compare),
+        ("compare", SpectralDistance()),
         ("decide", ThresholdLadder()),
     ]
     diagnoser = DiagnosisPipeline(steps).fit(X, y, rpm=rpm)
+    compare = diagnoser["compare"]
     stated, unknown = (
         diagnoser.decision_function(X, rpm=rpm),
         diagnoser.decision_function(X),
