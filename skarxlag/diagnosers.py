@@ -20,7 +20,7 @@ from .models.observers import PIObserver
 #: Order of the model of the recommended diagnoser, for the output and for measured
 #: inputs, see ``python -m benchmarks.recipe constants``. Only the simulated rig has
 #: measured inputs, so their order is chosen there.
-MODEL_ORDER = (4, 32)
+MODEL_ORDER = (1, 32)
 #: Order of the model before what compares rows with healthy ones.
 _DETECTOR_ORDER = 8
 
