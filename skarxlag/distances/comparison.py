@@ -126,14 +126,7 @@ class SpectralDistance(StretchTransformer):
     def _learn(self, X, target, weights, rpm):
         log_speed = np.zeros(len(X)) if rpm is None else log_speeds(rpm, len(X))
         train_log_speed, at = speed_references.group_speeds(log_speed)
-        coefficients = _coefficients(X)
-        means, recorded = speed_references.mean_by_speed(
-            coefficients, at, target, weights
-        )
-        # A covariance holds squares, so a weight counts by its root.
-        coefficients -= means[at, target]
-        coefficients *= np.sqrt(weights / weights.sum())[:, np.newaxis]
-        scatter = coefficients.T @ coefficients
+        means, recorded, scatter = _moments(X, at, target, weights)
         of_class = speed_references.group_means(X, target, weights)
         moved = drift.scaled_frequency(of_class.reshape(-1, X.shape[-1]))
         moved = _coefficients(moved.reshape(-1, *X.shape[1:]))
@@ -262,6 +255,30 @@ class SpectralDistance(StretchTransformer):
         self._check_array("axes_", axes_shape, SQUARABLE)
         self._check_array("variances_", (n_coefficients,), "at least 0")
         self._check_array("references_", (*recorded_shape, n_coefficients), SQUARABLE)
+
+
+def _moments(X, at, target, weights):
+    """Return mean coefficients by speed and condition, which exist, and the scatter about them.
+
+    One condition at one speed is transformed at a time, because the coefficients of all
+    windows would take several times the memory of their spectra.
+    """
+    n_coefficients = X.shape[1] * (X.shape[2] - 1)
+    recorded = np.zeros((at.max() + 1, target.max() + 1), dtype=bool)
+    recorded[at, target] = True
+    means = np.zeros((*recorded.shape, n_coefficients))
+    scatter = np.zeros((n_coefficients, n_coefficients))
+    for speed, condition in np.argwhere(recorded):
+        rows = (at == speed) & (target == condition)
+        coefficients = _coefficients(X[rows])
+        means[speed, condition] = np.average(
+            coefficients, axis=0, weights=weights[rows]
+        )
+        coefficients -= means[speed, condition]
+        # A covariance holds squares, so a weight counts by its root.
+        coefficients *= np.sqrt(weights[rows])[:, np.newaxis]
+        scatter += coefficients.T @ coefficients
+    return means, recorded, scatter / weights.sum()
 
 
 def _flat(spectra):

@@ -225,48 +225,6 @@ def group_means(values: Array, group: Array, weights: Array) -> Array:
     return np.stack(means)
 
 
-def mean_by_speed(
-    values: Array,
-    speed: Array,
-    group: Array,
-    weights: Array,
-) -> tuple[Array, Array]:
-    """Compute the weighted mean of each group of rows at each speed.
-
-    Parameters
-    ----------
-    values : ndarray of shape (n_rows, ...)
-        Rows.
-    speed, group : ndarray of int of shape (n_rows,)
-        Index of the speed and of the group of each row. Each index occurs.
-    weights : ndarray of shape (n_rows,)
-        Weight of each row, above 0.
-
-    Returns
-    -------
-    means : ndarray of shape (n_speeds, n_groups, ...)
-        Means; 0 if a group has no row at a speed.
-    recorded : ndarray of bool of shape (n_speeds, n_groups)
-        Whether it has one.
-
-    Examples
-    --------
-    >>> rows, speed, group = np.array([1.0, 3.0, 5.0]), np.array([0, 0, 1]), np.array([0, 0, 1])
-    >>> mean_by_speed(rows, speed, group, np.ones(3))[0]
-    array([[2., 0.],
-           [0., 5.]])
-    """
-    n_speeds = speed.max() + 1
-    n_groups = group.max() + 1
-    present, cell = np.unique(speed * n_groups + group, return_inverse=True)
-    means = np.zeros((n_speeds * n_groups, *values.shape[1:]))
-    means[present] = group_means(values, cell.reshape(-1), weights)
-    recorded = np.zeros(len(means), dtype=bool)
-    recorded[present] = True
-    means = means.reshape(n_speeds, n_groups, *values.shape[1:])
-    return means, recorded.reshape(n_speeds, n_groups)
-
-
 def reference_weights(
     log_speed: Array, known_speeds: Array, recorded: Array
 ) -> tuple[Array, Array]:
