@@ -9,6 +9,7 @@ from skarxlag import (
     ExtendedStatePIObserver,
     ExtendedStatePIObserverBank,
     PIObserver,
+    make_diagnoser,
 )
 
 RNG = np.random.default_rng(0)
@@ -92,3 +93,13 @@ def test_an_extended_observer_at_the_edge_is_finite_or_refused(saturation):
 @pytest.mark.parametrize("scale", [1e-150, 1.0, 1e150])
 def test_a_bank_is_finite_at_any_scale(scale):
     assert levels(ExtendedStatePIObserverBank(), scale * X) is not None
+
+
+def test_windows_of_one_channel_may_have_three_axes():
+    """Arrays of aeon have the shape (n, 1, T); further channels are inputs."""
+    X = np.random.default_rng(0).normal(size=(20, 300))
+    y = np.repeat(["a", "b"], 10)
+    X[10:] = X[10:].cumsum(axis=1)
+    flat = make_diagnoser().fit(X, y).predict_proba(X)
+    of_channels = make_diagnoser().fit(X[:, np.newaxis], y)
+    np.testing.assert_array_equal(of_channels.predict_proba(X[:, np.newaxis]), flat)

@@ -87,6 +87,9 @@ class GroupSplitter(BaseCrossValidator):
 
     def _table(self, X, groups):
         """Return `groups` as a table with names of columns."""
+        first = {"rpm": "the speed", "specimen": "the bearing"}[self._COLUMNS[0]]
+        expected = f"{first} of each window, as in groups={self._COLUMNS[0]}"
+        expect(groups is not None, "groups", groups, expected)
         table = pd.DataFrame(groups)
         names = list(self._COLUMNS)
         fits = 1 <= table.shape[1] <= len(names) and (X is None or len(table) == len(X))

@@ -181,7 +181,7 @@ def test_each_method_gets_the_metadata_that_it_requests():
 @pytest.mark.parametrize(
     ("settings", "groups", "message"),
     [
-        ({}, None, r"groups.shape == \(0, 0\)"),
+        ({}, None, "groups is missing, expected the speed of each window"),
         ({}, SPEED[:5], "groups.shape =="),
         ({}, np.ones((60, 4)), "groups.shape =="),
         ({}, ["fast"] * 60, "rpm must hold numbers"),
@@ -319,7 +319,7 @@ def test_places_of_other_specimens_are_cross_validated(routing):
 @pytest.mark.parametrize(
     ("settings", "y", "groups", "message"),
     [
-        ({}, LABELS, None, r"groups.shape == \(0, 0\)"),
+        ({}, LABELS, None, "groups is missing, expected the bearing of each window"),
         ({}, LABELS, np.ones((60, 5)), "columns specimen, rpm, recording, start"),
         ({}, None, RUN, "y is missing, expected the condition of each window"),
         ({}, LABELS[:5], RUN, "inconsistent numbers of samples"),
