@@ -16,7 +16,7 @@ from skarxlag import (
     read_recording,
 )
 from skarxlag.datasets import simulate_rig
-from skarxlag.model_selection.accuracy_tables import confusion_table
+from skarxlag.model_selection import evaluation_summary
 from skarxlag.plotting import IdentificationDisplay
 
 
@@ -33,7 +33,7 @@ def right() -> tuple[float, int]:
     shown = IdentificationDisplay.from_estimator(
         diagnoser, windows[0], axes=np.array([None, None])
     )
-    table = confusion_table(rig.verdicts, rig.target_names)
+    table = evaluation_summary(rig.verdicts)
     return diagnoser.score(
         windows, found.verdict
     ) + shown.fit_percentage, rows.ndim + len(table)

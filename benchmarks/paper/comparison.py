@@ -6,8 +6,8 @@ The verdicts come from `run_protocol`, with the method names in `METHODS`.
 import numpy as np
 import pandas as pd
 
+from benchmarks.paper.confusion import confusion_margins, confusion_table
 from benchmarks.paper.printed_tables import load_tables
-from skarxlag.model_selection.accuracy_tables import confusion_margins, confusion_table
 
 #: Methods in the order of the paper's columns; the last is not in the paper.
 METHODS = ("proposed", "ALPIO", "Diagnoser")
@@ -138,7 +138,7 @@ def confusion_with_paper(
     -------
     dict of (source, method) to DataFrame
         First ("paper", "proposed"), then one matrix for each method in `verdicts`, as
-        `accuracy_tables.confusion_table` returns it. The paper's matrix has
+        `confusion_table` returns it. The paper's matrix has
         one more column and one more row, which are the printed margins with their
         printed names.
 

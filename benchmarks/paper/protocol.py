@@ -39,7 +39,7 @@ def run_protocol(load, diagnosers, *, progress=lambda text: None):
     Returns
     -------
     Bunch
-        - ``verdicts``: DataFrame as `skarxlag.model_selection.accuracy_tables` describes it, with
+        - ``verdicts``: DataFrame with a row for each window, with
           ``crack_mm``, in ascending order of crack size and test speed.
         - ``halves``: DataFrame of the same kind for the second halves at 500 rpm.
         - ``fitted``: dict from (crack_mm, name) to the classifier that gave

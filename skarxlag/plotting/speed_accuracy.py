@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from ..model_selection.accuracy_tables import speed_accuracy
 from ._style import AxesDisplay, condition_styles
 
 
@@ -66,7 +65,9 @@ class SpeedAccuracyDisplay(AxesDisplay):
         verdicts = pd.DataFrame(
             {name: np.asarray(values) for name, values in columns.items()}
         )
-        table = speed_accuracy(verdicts) / 100
+        is_right = verdicts["true"] == verdicts["predicted"]
+        speeds = [verdicts["train_rpm"], verdicts["test_rpm"]]
+        table = is_right.groupby(speeds).mean().unstack("test_rpm")
         self.accuracy: NDArray[Any] = table.to_numpy(dtype=float)
         self.train_rpm = table.index.to_numpy()
         self.test_rpm = table.columns.to_numpy()

@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 
 from ...core.files import write_atomically
-from ...model_selection.accuracy_tables import confusion_table
 from ...model_selection.protocols import PROTOCOLS
 
 #: Columns of the printed table: share of right conditions, or of right locations where
@@ -136,10 +135,13 @@ def _shown(case, verdicts):
 
 def _matrices(case, verdicts):
     shown, conditions = _shown(case, verdicts)
-    return {
-        name: confusion_table(shown[shown["estimator"] == name], conditions)
-        for name in case.methods
-    }
+    matrices = {}
+    for name, of_method in shown.groupby("estimator"):
+        counts = pd.crosstab(of_method["true"], of_method["predicted"])
+        matrices[name] = counts.reindex(conditions, fill_value=0).reindex(
+            conditions, axis=1, fill_value=0
+        )
+    return matrices
 
 
 def _draw(case, verdicts, path):
