@@ -9,12 +9,10 @@ import numpy as np
 
 from ..readers.formats.contents import ContentError
 from ..readers.formats.facts import is_number, number
-from ..readers.formats.text_layout import text_layout
+from ..readers.formats.text_layout import stream_head, text_layout
 from .live_samples import Channels, Samples, chosen_channels
 from .live_times import StreamTimes
 
-#: Lines from which the layout of a text is inferred: names, units, and two of samples.
-_HEAD_LINES = 4
 #: Descriptions of what could not be read.
 _BAD_LINES = "lines that are no numbers"
 _BAD_TIMES = "times that could not be read"
@@ -136,13 +134,11 @@ class TextSamples(Samples):
         """Infer the layout; return whether there are enough lines."""
         *lines, rest = head.split(b"\n")
         lines += [rest] if is_end and rest else []
-        filled = [
-            i for i, line in enumerate(lines) if line.strip() and line[:1] not in b"#%"
-        ]
-        if not filled or (len(filled) < _HEAD_LINES and not is_end):
-            return False
         # The layout must not depend on how many lines came together.
-        lines = lines[: filled[:_HEAD_LINES][-1] + 1]
+        n_lines = stream_head([line.decode("utf-8", "replace") for line in lines])
+        if n_lines is None and not (is_end and b"".join(lines).strip()):
+            return False
+        lines = lines[:n_lines]
         text = _AT_LINE_END.sub(b"\n", b"\n".join([*lines, b""]))
         # A stream that is already running begins with the end of a line.
         try:

@@ -246,3 +246,64 @@ def test_a_rate_with_a_sign_of_thousands_is_refused(tmp_path, text):
     table.write_text(f"path;sampling_rate;sampling_rate_unit\nrun.npy;{text};kHz\n")
     expected = 1000 * float(text.replace(",", "."))
     assert read_recording_table(table).sampling_rate == expected
+
+
+@pytest.mark.parametrize("sentinel", [-9999.0, 9.9e37, -999.25])
+@pytest.mark.parametrize("suffix", [".npy", ".csv"])
+def test_values_of_an_overflow_are_named(tmp_path, sentinel, suffix):
+    values = Y.copy()
+    values[17:20] = sentinel
+    path = tmp_path / f"run{suffix}"
+    if suffix == ".npy":
+        np.save(path, values)
+    else:
+        write(tmp_path, "acc\n" + lines(values))
+    message = f"channel .* is {sentinel:g} at sample 17, which instruments write"
+    with pytest.raises(ValueError, match=message.replace("+", "[+]")):
+        read_recording(path)
+
+
+def test_counts_of_a_converter_are_no_overflow(tmp_path):
+    np.save(tmp_path / "run.npy", np.array([9999, -9998, 12_000, 3, 9999]))
+    assert len(read_recording(tmp_path / "run.npy")[0]) == 5
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("acc\n" + "1\n" * 500 + "9" * 400 + "\n", "infinite values, .* sample 500"),
+        ("time,acc\n" + PLAIN + "0.15,\n", "missing, NaN .* sample 300"),
+        ("acc;n\n" + "0,5;1\n" * 9 + ";1\n", "missing, NaN .* sample 9"),
+        ("acc;n\n" + "0,5;1\n" * 9 + "OL;1\n", "line 11: 'OL' in column 'acc'"),
+    ],
+)
+def test_values_that_are_none(tmp_path, text, message):
+    path = write(tmp_path, text)
+    with pytest.raises(ValueError, match=rf"run.csv: .*{message}"):
+        read_recording(path, channel="acc")
+
+
+def test_a_year_that_overflows_is_no_time(tmp_path):
+    path = write(tmp_path, "time,acc\n" + "0001-01-01T00:00+14:00,1\n" * 3)
+    assert read_recording(path, channel="acc")[1] is None
+
+
+def test_letters_of_another_encoding_far_from_the_head(tmp_path):
+    path = write(tmp_path, "time,acc\n" + PLAIN)
+    path.write_bytes(path.read_bytes() + "# 20 °C\n".encode("cp1252"))
+    assert read_recording(path)[1] == RATE
+
+
+def test_names_from_files_are_printable(tmp_path):
+    np.savez(tmp_path / "run.npz", **{"acc\x1b[2J": Y})
+    assert list_channels(tmp_path / "run.npz")["channel"].tolist() == ["acc\\x1b[2J"]
+    assert len(read_recording(tmp_path / "run.npz", channel="acc*")[0]) == N
+    with pytest.raises(ValueError, match=r"available: 'acc\\+x1b\[2J'"):
+        read_recording(tmp_path / "run.npz", channel="y")
+
+
+def test_what_libraries_say_is_not_printed(tmp_path):
+    (tmp_path / "run.wav").write_bytes(b"RIFF\1\0\0\0WAVEdata")
+    message = r"run.wav: cannot be read as .wav, damaged, or of another format\?$"
+    with pytest.raises(ValueError, match=message):
+        read_recording(tmp_path / "run.wav")

@@ -17,7 +17,7 @@ from types import ModuleType
 from typing import Any
 
 from . import arrow, audio, hdf5, matlab, npy, npz, raw, tdms, text, uff, vallen, wav
-from .contents import ContentError
+from .contents import ContentError, DamagedError, printable
 
 #: All formats, in the order in which the documentation lists them.
 FORMATS = (matlab, npy, npz, text, wav, audio, arrow, hdf5, tdms, uff, vallen, raw)
@@ -68,21 +68,34 @@ def read_file(
     """
     module = find_format(path, dtype)
     options = [] if dtype is None else [dtype]
+    suffix = path.suffix.lower()
     try:
         for contents in module.contents(path, *options):
-            yield from function(contents, *arguments)
+            yield from function(contents.printable(), *arguments)
+    except DamagedError as error:
+        raise _named(path, f"cannot be read as {suffix}, damaged? {error}") from error
     except ContentError as error:
-        raise ValueError(f"{path}: {error}") from error
+        raise _named(path, str(error)) from error
     except ImportError as error:
         library = module.FORMAT.library or error.name
         raise ImportError(
             f"{path}: this format needs {library}: "
             f"pip install 'skarxlag[{module.FORMAT.extra}]'"
         ) from error
+    except OSError as error:
+        if error.errno is None:
+            raise _named(path, f"cannot be read as {suffix}, damaged?") from error
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    except MemoryError as error:
+        reason = "needs more memory than a file of its size may, damaged?"
+        raise _named(path, reason) from error
     except Exception as error:
-        reason = f"cannot be read as {path.suffix.lower()}, damaged? ({error})"
-        if isinstance(error, MemoryError):
-            reason = "needs more memory than a file of its size may, damaged?"
-        elif "pickle" in str(error) or "Python objects" in str(error):
+        # What libraries say of a damaged file is meant for their programmers.
+        reason = f"cannot be read as {suffix}, damaged, or of another format?"
+        if "pickle" in str(error) or "Python objects" in str(error):
             reason = "holds pickled objects, which are refused, or is damaged; expected numbers"
-        raise ValueError(f"{path}: {reason}") from error
+        raise _named(path, reason) from error
+
+
+def _named(path, reason):
+    return ValueError(printable(f"{path}: {reason}"))

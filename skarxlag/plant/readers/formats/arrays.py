@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .contents import Channel, Contents, agreed_rate, is_numeric, slices
+from .contents import Channel, Contents, DamagedError, agreed_rate, is_numeric, slices
 from .facts import (
     SPEED_NAME,
     UNIT_NAMES,
@@ -131,7 +131,7 @@ class NamedArrays:
         for samples in slices(self._channels[names[0]].length, n_samples):
             block = [self._samples(name, samples) for name in names]
             if any(len(values) != samples.stop - samples.start for values in block):
-                raise ValueError(f"the samples end before sample {samples.stop}")
+                raise DamagedError(f"the samples end before sample {samples.stop}")
             yield block
 
     def _samples(self, name, samples):

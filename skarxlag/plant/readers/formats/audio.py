@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from .contents import Channel, Contents, Format, check_unpacked, slices
+from .contents import Channel, Contents, DamagedError, Format, check_unpacked, slices
 
 FORMAT = Format(
     (".flac", ".w64", ".rf64", ".aif", ".aiff", ".caf", ".au"),
@@ -29,7 +29,7 @@ def contents(path: Path) -> Iterator[Contents]:
                     part.stop - part.start, dtype="float64", always_2d=True
                 )
                 if len(block) != part.stop - part.start:
-                    raise ValueError(
+                    raise DamagedError(
                         f"{part.start + len(block)} samples of {file.frames}"
                     )
                 yield [block[:, int(name)] for name in names]
@@ -43,8 +43,8 @@ def contents(path: Path) -> Iterator[Contents]:
 def _check_whole(file):
     """Refuse a truncated file, which libsndfile only reports in its log or takes for raw sound."""
     if file.format == "RAW":
-        raise ValueError("no header")
+        raise DamagedError("no header")
     for stated, present in re.findall(r": (\d+) \(should be (\d+)\)", file.extra_info):
         # Writers to a pipe state the largest length, because they do not know it.
         if int(present) < int(stated) < 0xFFFF_FFFF:
-            raise ValueError(f"{present} bytes of {stated}")
+            raise DamagedError(f"{present} bytes of {stated}")

@@ -1,7 +1,8 @@
 """The channels of one file: their names, how they are read, and what the file states."""
 
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from numbers import Integral
 from typing import Any, NamedTuple
@@ -19,6 +20,10 @@ _RATIO = 100
 
 class ContentError(ValueError):
     """Error of an intact file that does not hold the requested data."""
+
+
+class DamagedError(ContentError):
+    """Error of a file that is damaged, or of another format than its name states."""
 
 
 class Format(NamedTuple):
@@ -94,6 +99,19 @@ class Contents:
     refused: dict[str, str] = field(default_factory=dict)
     advice: str = ""
 
+    def printable(self) -> "Contents":
+        """Return the contents with names and units that can be printed."""
+        originals = {printable(name): name for name in self.channels}
+        channels = {
+            shown: replace(channel, unit=channel.unit and printable(channel.unit))
+            for shown, channel in zip(originals, self.channels.values(), strict=False)
+        }
+
+        def read(names, n_samples):
+            return self.read([originals[name] for name in names], n_samples)
+
+        return Contents(channels, read, self.refused, self.advice)
+
 
 def agreed_rate(rates: dict[str, float]) -> tuple[float | None, dict[str, float]]:
     """Return the rate that several names state, or None; and the rates if they disagree."""
@@ -101,6 +119,21 @@ def agreed_rate(rates: dict[str, float]) -> tuple[float | None, dict[str, float]
     if values and max(values) > (1 + RATE_TOLERANCE) * min(values):
         return None, rates
     return next(iter(values), None), {}
+
+
+def printable(text: str) -> str:
+    r"""Return a text from a file so that it can be printed: escapes of control characters.
+
+    >>> printable("acc\x1b[2J"), printable("Größe (µm)")
+    ('acc\\x1b[2J', 'Größe (µm)')
+    """
+    hidden = ("Cc", "Cf", "Co", "Cs", "Zl", "Zp")
+    return "".join(
+        character.encode("unicode_escape").decode()
+        if unicodedata.category(character) in hidden
+        else character
+        for character in text
+    )
 
 
 def choose_channel(names: list[str], channel: str | int) -> str:

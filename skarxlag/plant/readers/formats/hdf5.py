@@ -42,10 +42,11 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
     with h5py.File(path, "r") as file:
         arrays = NamedArrays(file.__getitem__, separator)
         for name, node in _nodes(file, is_matlab):
-            arrays.add_properties(name, node.attrs)
-            if "MATLAB_object_decode" in node.attrs:
+            attributes = dict(node.attrs)
+            arrays.add_properties(name, attributes)
+            if "MATLAB_object_decode" in attributes:
                 arrays.refused[name] = MATLAB_OBJECT
-            if not isinstance(node, h5py.Dataset) or not _is_signal(node):
+            if not isinstance(node, h5py.Dataset) or not _is_signal(node, attributes):
                 continue
             if node.external or node.is_virtual:
                 is_elsewhere = "is a view of other files"
@@ -56,7 +57,7 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
                 )
             else:
                 check_unpacked(node.id.get_storage_size(), node.nbytes)
-                unit = stated_unit(node.attrs)
+                unit = stated_unit(attributes)
                 arrays.add(name, node.shape, node.dtype, key=node.name, unit=unit)
         yield arrays.contents()
 
@@ -125,8 +126,8 @@ def _below(name, node, is_matlab):
             yield inner, f"{node.name}/{key}"
 
 
-def _is_signal(node):
+def _is_signal(node, attributes):
     # MATLAB stores texts, flags, objects, and the shapes of empty arrays as integers.
-    if node.shape is None or {"MATLAB_object_decode", "MATLAB_empty"} & {*node.attrs}:
+    if node.shape is None or {"MATLAB_object_decode", "MATLAB_empty"} & {*attributes}:
         return False
-    return node.attrs.get("MATLAB_class", b"") not in (b"char", b"logical", b"cell")
+    return attributes.get("MATLAB_class", b"") not in (b"char", b"logical", b"cell")

@@ -11,7 +11,7 @@ import numpy as np
 
 from . import hdf5
 from .arrays import NamedArrays
-from .contents import Contents, Format, check_unpacked
+from .contents import Contents, DamagedError, Format, check_unpacked
 
 # SciPy's compiled parser can crash or hang on a damaged file.
 FORMAT = Format((".mat",), isolated=True)
@@ -110,7 +110,7 @@ def _unpacked_size(file, n_bytes):
         kind, size = struct.unpack(f"{order}II", tag)
         end = file.tell() + size
         if end > n_bytes:
-            raise ValueError("the last variable has no end")
+            raise DamagedError("the last variable has no end")
         if kind == _COMPRESSED:
             inner = zlib.decompressobj().decompress(file.read(min(size, 4096)), 8)
             total += struct.unpack(f"{order}II", inner)[1] if len(inner) == 8 else 0

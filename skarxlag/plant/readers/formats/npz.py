@@ -8,7 +8,7 @@ import numpy as np
 from numpy.lib import format as npy
 
 from .arrays import NamedArrays
-from .contents import Contents, Format, check_unpacked
+from .contents import Contents, DamagedError, Format, check_unpacked
 
 FORMAT = Format((".npz",))
 
@@ -19,7 +19,7 @@ def contents(path: Path) -> Iterator[Contents]:
     with path.open("rb") as file:
         archive = np.load(file, allow_pickle=False)
         if not isinstance(archive, np.lib.npyio.NpzFile):
-            raise ValueError("not an archive")
+            raise DamagedError("not an archive")
         members = archive.zip.infolist()
         check_unpacked(path.stat().st_size, sum(member.file_size for member in members))
         arrays = NamedArrays(cache(archive.__getitem__))

@@ -17,6 +17,7 @@ from .contents import (
     Channel,
     ContentError,
     Contents,
+    DamagedError,
     Format,
     agreed_rate,
     check_unpacked,
@@ -163,7 +164,7 @@ class _Text:
                 return
             except (pd.errors.ParserError, pd.errors.ParserWarning) as error:
                 self._check_fields()
-                raise ValueError("the lines are no csv") from error
+                raise DamagedError("the lines are no csv") from error
 
     def _check_fields(self):
         """Refuse a row that lacks a field, or has more than the others."""
@@ -204,7 +205,7 @@ class _Text:
         if self.layout.kinds[i] != "number":
             return values
         signs = self.layout.decimal, self.layout.thousands
-        texts = ["" if text != text else str(text) for text in values.tolist()]
+        texts = column.astype(object).where(column.notna(), "").map(str).tolist()
         numbers = np.array([number(text, *signs) for text in texts])
         for k in np.flatnonzero(np.isnan(numbers)):
             if texts[k].strip().lower() not in MISSING:
@@ -290,7 +291,8 @@ class _WithoutFooter(io.TextIOBase):
 def _samples(file, layout):
     """The text after the header of an open file."""
     file.seek(0)
-    text = io.TextIOWrapper(file, layout.encoding)
+    # Letters of another encoding may follow, as in a comment.
+    text = io.TextIOWrapper(file, layout.encoding, errors="replace")
     try:
         for _ in range(layout.n_head_lines):
             text.readline()

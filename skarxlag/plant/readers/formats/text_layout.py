@@ -47,6 +47,8 @@ _WITH_COMMA = re.compile(r"([+-]?)(\d*),(\d+)")
 _INTEGER = re.compile(r"[+-]?\d+")
 #: Name and value in one field of the head, as in ``Rate: 2000 Hz``.
 _NAME_AND_VALUE = re.compile(r"\s*([^:=]+?)\s*[:=]\s*(\S+)\s*(\S*)")
+#: Texts of instruments in place of a number.
+_OVERFLOWS = ("ol", "over", "overflow", "overload", "err", "error", "inf", "fail")
 #: Roles of the comma in lines that hold one comma each.
 _SEPARATOR = "separator"
 _DECIMAL = "decimal sign"
@@ -280,7 +282,7 @@ def _is_sample(fields):
 
 
 def _is_missing(line, separator):
-    return _fields(line, separator)[0].lower() in MISSING
+    return _fields(line, separator)[0].lower() in {*MISSING, *_OVERFLOWS}
 
 
 def _split_comments(lines):

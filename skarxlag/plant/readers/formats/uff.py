@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from .arrays import NamedArrays
-from .contents import ContentError, Contents, Format
+from .contents import ContentError, Contents, DamagedError, Format
 from .facts import SECONDS, is_rate, rounded
 from .times import even_rate
 
@@ -22,7 +22,7 @@ def contents(path: Path) -> Iterator[Contents]:
     with path.open("rb") as file:
         file.seek(max(path.stat().st_size - 200, 0))
         if not file.read().rstrip().endswith(b"-1"):
-            raise ValueError("the last data set has no end")
+            raise DamagedError("the last data set has no end")
     sets = [
         (number, head)
         for number, head in enumerate(_read(path, None))

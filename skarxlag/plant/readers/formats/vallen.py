@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .contents import Channel, ContentError, Contents, Format
+from .contents import Channel, ContentError, Contents, DamagedError, Format
 
 FORMAT = Format((".tradb",), library="vallenae", isolated=True)
 
@@ -58,7 +58,7 @@ def _records(database, name, rate):
     n_read = 0
     for record in database.iread(channel=int(name)):
         if len(record.data) != record.samples:
-            raise ValueError(
+            raise DamagedError(
                 f"{len(record.data)} samples of {record.samples} in a record"
             )
         start = record.time - record.pretrigger / rate
