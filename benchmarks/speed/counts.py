@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 
 def multiply_adds(order, n_models, n_inputs=0):
     r"""Count the multiply-adds per sample of a bank with the extended-state observer after it.
@@ -116,11 +114,11 @@ def bank_multiply_adds(order, n_members):
 def spectra_multiply_adds(order, n_samples):
     r"""Count the multiply-adds per sample of one model and the log spectra after it.
 
-    A window has n samples, p = n / 8 coefficients of its own model, but at most 256,
+    A window has n samples, p = n / 8 coefficients of its own model, but at most 128,
     and S segments of L = 128 samples that start L / 8 samples apart. A transform of L
     real values takes :math:`\tfrac{5}{4} L \log_2 L`, half of the operations of a
     complex transform with two-point butterflies. Not counted: what `multiply_adds` does
-    not count, and the comparison, which takes a hundredth.
+    not count, the median, and the comparison with conditions.
 
     Parameters
     ----------
@@ -136,16 +134,15 @@ def spectra_multiply_adds(order, n_samples):
         ``lags``: sums of products, :math:`(n - p)(p + 1)`. ``factor``: three rotations
         of two entries each, :math:`12 p (p + 1) / 2`. ``substitution``: :math:`p (p +
         1) / 2`. ``segments``: window, transform and power, :math:`S (L + \tfrac{5}{4} L
-        \log_2 L + L)`. ``median``: smaller and larger value for each comparison of a
-        sorting network, in L / 2 bands.
+        \log_2 L + L)`.
 
     Examples
     --------
     >>> counts = spectra_multiply_adds(order=4, n_samples=1200)
-    >>> counts["lags"], counts["factor"], counts["segments"], counts["median"]
-    (132, 113, 78, 65)
+    >>> counts["lags"], counts["factor"], counts["segments"]
+    (115, 83, 78)
     """
-    segment, spectrum_order = 128, min(n_samples // 8, 256)
+    segment, spectrum_order = 128, min(n_samples // 8, 128)
     n_segments = (n_samples - segment) // (segment // 8) + 1
     transform = 5 / 4 * segment * math.log2(segment)
     of_window = {
@@ -153,29 +150,7 @@ def spectra_multiply_adds(order, n_samples):
         "factor": 6 * spectrum_order * (spectrum_order + 1),
         "substitution": spectrum_order * (spectrum_order + 1) / 2,
         "segments": n_segments * (2 * segment + transform),
-        "median": segment * sorting_comparisons(n_segments),
     }
     counts = linear_multiply_adds(order, 1)
     counts.pop("observer")
     return counts | {name: round(n / n_samples) for name, n in of_window.items()}
-
-
-def sorting_comparisons(n_rows):
-    """Count the comparisons of Batcher's merge exchange.
-
-    Examples
-    --------
-    >>> [sorting_comparisons(n) for n in (2, 4, 8, 16)]
-    [1, 5, 19, 63]
-    """
-    largest = 2 ** (math.ceil(math.log2(n_rows)) - 1)
-    count, p = 0, largest
-    while p > 0:
-        q, first, distance = largest, 0, p
-        while distance > 0:
-            rows = np.arange(n_rows - distance)
-            count += int(np.count_nonzero(rows & p == first))
-            distance, first = q - p, p
-            q //= 2
-        p //= 2
-    return count

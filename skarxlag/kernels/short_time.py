@@ -1,4 +1,4 @@
-"""Mean and median power of each band over the segments of a signal, in one pass.
+"""Mean and median power of each band over the segments of a signal.
 
 Segments of `LENGTH` samples are transformed side by side, by a Fourier transform that
 is compiled for this length, and the spectra of one signal fit the nearest caches. Its
@@ -61,8 +61,8 @@ def band_levels(signals: Array, window: Array, hop: int, floor: Array) -> Array:
         power = bands.real**2 + bands.imag**2 + floor[:, np.newaxis, np.newaxis]
         return np.stack([power.mean(axis=1), np.median(power, axis=1)])
     n_columns = -(-n_segments // _LANES) * _LANES + -(-LENGTH // hop)
-    levels = np.empty((2, len(signals), _HALF), dtype=np.float32)
-    _fill_levels(
+    power = np.empty((len(signals), _HALF - 1, n_segments), dtype=np.float32)
+    _fill_segments(
         np.ascontiguousarray(signals, dtype=np.float32),
         # The join of the spectra of even and odd samples doubles them.
         (window / 2).astype(np.float32),
@@ -70,10 +70,12 @@ def band_levels(signals: Array, window: Array, hop: int, floor: Array) -> Array:
         _REVOLUTIONS,
         np.zeros((hop, n_columns), dtype=np.float32),
         np.empty((2, 2 * _IMAGINARY), dtype=np.float32),
-        np.zeros(n_segments * _HALF, dtype=np.float32),
-        levels,
+        power,
     )
-    return levels[..., 1:]
+    mean = power.mean(axis=2)
+    power.sort(axis=2)
+    middle = power[..., (n_segments - 1) // 2 : n_segments // 2 + 1]
+    return np.stack([mean, middle.mean(axis=2)])
 
 
 @lru_cache(maxsize=16)
@@ -106,17 +108,11 @@ def windowed_segments(signals: Array, window: Array, hop: int) -> Array:
 
 
 @compiled
-def _fill_levels(signals, window, floor, turns, phases, blocks, rows, levels):
-    """Fill mean and median; the arrays from `phases` to `rows` are working memory."""
+def _fill_segments(signals, window, floor, turns, phases, blocks, power):
+    """Fill the power of each band and segment; `phases` and `blocks` are working memory."""
     hop = len(phases)
-    n_segments = len(rows) // _HALF
-    # The two segments in the middle of the sorted ones.
-    lower = rows[(n_segments - 1) // 2 * _HALF :]
-    upper = rows[n_segments // 2 * _HALF :]
+    n_segments = power.shape[2]
     for w in range(len(signals)):
-        mean = levels[0, w]
-        median = levels[1, w]
-        mean[:] = np.float32(0.0)
         # Row k of the phases holds the samples k, k + hop, k + 2 hop ...
         for k in range(hop):
             samples = signals[w, k::hop]
@@ -135,16 +131,10 @@ def _fill_levels(signals, window, floor, turns, phases, blocks, rows, levels):
                 _quarters(source, target, turns, stride)
                 source, target = target, source
             _fill_power(source, turns, floor[w], target)
-            for lane in range(min(_LANES, n_segments - first)):
-                row = rows[(first + lane) * _HALF :]
-                power = target[lane:]
-                for band in range(_HALF):
-                    row[band] = power[band * _LANES]
-                    mean[band] += row[band]
-        sort_columns(rows, _HALF)
-        for band in range(_HALF):
-            mean[band] *= np.float32(1.0 / n_segments)
-            median[band] = (lower[band] + upper[band]) * np.float32(0.5)
+            for band in range(1, _HALF):
+                of_band = target[band * _LANES :]
+                for lane in range(min(_LANES, n_segments - first)):
+                    power[w, band - 1, first + lane] = of_band[lane]
 
 
 @inlined
@@ -210,44 +200,3 @@ def _fill_power(block, turns, floor, power):
             real = even_r + odd_r * cosine - odd_i * sine
             imag = even_i + odd_r * sine + odd_i * cosine
             row[lane] = real * real + imag * imag + floor
-
-
-@inlined
-def sort_columns(rows: Array, n_columns: int) -> None:
-    """Sort each column in place, by merge exchange.
-
-    The sequence of comparisons does not depend on the values, so all columns are sorted
-    together. See K. E. Batcher (1968), "Sorting networks and their applications", AFIPS
-    32, 307-314, and algorithm 5.2.2M in Knuth, "The Art of Computer Programming".
-
-    Parameters
-    ----------
-    rows : ndarray of shape (n_rows * n_columns,)
-        Values without NaN, row by row; overwritten.
-    n_columns : int
-        Number of columns.
-    """
-    n_rows = len(rows) // n_columns
-    top = 1
-    while 2 * top < n_rows:
-        top *= 2
-    p = top
-    while p > 0:
-        q = top
-        first = 0
-        distance = p
-        while distance > 0:
-            # Rows first, first + 1, ... first + p - 1 of every 2 p meet those at the
-            # distance.
-            for row in range(first, n_rows - distance, 2 * p):
-                lower = rows[row * n_columns :]
-                upper = rows[(row + distance) * n_columns :]
-                for i in range(min(p, n_rows - distance - row) * n_columns):
-                    low = lower[i]
-                    high = upper[i]
-                    lower[i] = low if low < high else high
-                    upper[i] = high if low < high else low
-            distance = q - p
-            first = p
-            q //= 2
-        p //= 2

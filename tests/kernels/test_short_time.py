@@ -6,17 +6,6 @@ from scipy import signal
 from skarxlag.kernels import short_time
 
 
-def test_sort_columns_sorts_zeros_and_ones():
-    # A network that sorts every sequence of zeros and ones sorts everything.
-    for n in range(2, 13):
-        rows = np.array(
-            [[k >> i & 1 for k in range(2**n)] for i in range(n)], dtype=float
-        )
-        expected = np.sort(rows, axis=0)
-        short_time.sort_columns(rows.reshape(-1), rows.shape[1])
-        assert_array_equal(rows, expected)
-
-
 @pytest.mark.parametrize("segment", [4, 31, 128])
 @pytest.mark.parametrize("hop", [1, 16, 300])
 def test_windowed_segments_by_hand(segment, hop):

@@ -16,7 +16,7 @@ from benchmarks.speed import (
     stretches,
 )
 from benchmarks.speed import command as speed
-from benchmarks.speed.counts import multiply_adds, sorting_comparisons
+from benchmarks.speed.counts import multiply_adds
 from benchmarks.speed.timing import (
     MATRIX_SIDE,
     matrix_product,
@@ -27,7 +27,6 @@ from benchmarks.speed.timing import (
 from skarxlag import ARXLaguerre
 from skarxlag.kernels import arx_laguerre
 from skarxlag.kernels.scaling import root_mean_square
-from skarxlag.kernels.short_time import sort_columns
 
 RNG = np.random.default_rng(0)
 
@@ -102,27 +101,6 @@ def test_count_of_inputs():
     doubled = ("scaling", "cascade", "prediction")
     assert all(one_input[name] == 2 * alone[name] for name in doubled)
     assert all(one_input[name] == alone[name] for name in alone if name not in doubled)
-
-
-class Compared(float):
-    """A number that counts its comparisons."""
-
-    count = 0
-
-    def __lt__(self, other):
-        Compared.count += 1
-        return float(self) < float(other)
-
-
-@pytest.mark.parametrize("n_rows", [2, 3, 7, 68])
-def test_count_of_comparisons_is_that_of_the_sorting_network(n_rows):
-    values = [Compared(value) for value in RNG.normal(size=n_rows)]
-    rows_of_one = np.array(values, dtype=object)
-    Compared.count = 0
-    sort_columns.__wrapped__(rows_of_one, 1)
-    # The smaller and the larger value of a pair are chosen by one comparison each.
-    assert Compared.count == 2 * sorting_comparisons(n_rows)
-    assert rows_of_one.tolist() == sorted(values, key=float)
 
 
 def test_functions_take_turns():
