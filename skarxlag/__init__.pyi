@@ -3,6 +3,7 @@ from ._version import __version__ as __version__
 from .bearings import BearingGeometry as BearingGeometry
 from .bearings import bearing_orders as bearing_orders
 from .core.pipelines import DiagnosisPipeline as DiagnosisPipeline
+from .core.windows import make_windows as make_windows
 from .decisions.condition_classifier import ConditionClassifier as ConditionClassifier
 from .decisions.fault_detector import FaultDetector as FaultDetector
 from .decisions.fault_orders import FaultOrderClassifier as FaultOrderClassifier
@@ -42,7 +43,6 @@ from .plant.readers.files import list_channels as list_channels
 from .plant.readers.files import read_recording as read_recording
 from .plant.readers.rig import load_recordings as load_recordings
 from .plant.readers.rig import read_recording_table as read_recording_table
-from .plant.readers.windows import make_windows as make_windows
 from .verdicts.recordings import recording_verdicts as recording_verdicts
 from .verdicts.recordings import window_verdicts as window_verdicts
 

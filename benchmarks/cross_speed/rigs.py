@@ -9,8 +9,8 @@ from sklearn.utils import Bunch
 
 from benchmarks.recipe.rigs import real_rigs
 from benchmarks.recordings import FETCHERS, fetch_cwru, fetch_hit_sm
+from skarxlag import make_windows
 from skarxlag.datasets import simulate_rig
-from skarxlag.plant.readers.windows import make_windows
 
 #: Names of rigs in tables, by the names of their fetchers.
 NAMES = {"uestc": "UESTC", "hit_sm": "SpectraQuest"}

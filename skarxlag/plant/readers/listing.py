@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .entries import ListedRecording
-from .formats import SUFFIXES
+from .formats import suffixes
 from .recording_tables import parsed_facts, read_recordings
 from .speeds import TACHO
 
@@ -92,6 +92,7 @@ def _files(source):
 def _files_below(folder):
     """Yield the files with a known suffix. Links are followed; each folder is visited once."""
     visited = set()
+    ends = suffixes()
     for parent, folders, names in os.walk(folder, followlinks=True):
         # A link may lead to a folder that is listed anyway, or back to one above it.
         real = os.path.realpath(parent)
@@ -100,9 +101,7 @@ def _files_below(folder):
             continue
         visited.add(real)
         folders.sort(key=lambda name: (Path(parent, name).is_symlink(), name))
-        paths = (
-            Path(parent, name) for name in names if name.lower().endswith(SUFFIXES)
-        )
+        paths = (Path(parent, name) for name in names if name.lower().endswith(ends))
         yield from filter(Path.is_file, paths)
 
 

@@ -1,4 +1,4 @@
-"""Cut recordings into windows, the rows of X for every estimator of the package."""
+"""Cut recordings that arrive block by block into windows."""
 
 from __future__ import annotations
 
@@ -7,78 +7,13 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from sklearn.utils import check_array
+from numpy.typing import NDArray
 
-from ...core.validation import as_samples, check_count
+from ...core.validation import check_count
+from ...core.windows import make_windows
 
 #: Samples of a channel that are processed at a time, if a recording is read in parts.
 _BLOCK = 2**20
-
-
-def make_windows(
-    recording: ArrayLike, window_length: int = 1200, *, hop: int | None = None
-) -> NDArray[Any]:
-    r"""Cut a recording into windows of equal length.
-
-    Window :math:`w` holds the samples :math:`w h, \ldots, w h + L - 1` of the
-    recording, with length :math:`L` and hop :math:`h`, so :math:`1 + \lfloor
-    (n_\mathrm{samples} - L) / h \rfloor` windows fit. The tail that does not fill a
-    window is left out.
-
-    Parameters
-    ----------
-    recording : array-like of shape (n_samples,) or (n_channels, n_samples)
-        Real, finite samples in any unit. Of several channels the first is the output
-        and the others are the inputs.
-    window_length : int, default=1200
-        Samples in a window, at least 1. The default is the length that the estimators'
-        defaults are meant for.
-    hop : int, default=None
-        Samples from the start of one window to the start of the next, at least 1. None
-        takes `window_length`: windows neither overlap nor leave gaps.
-
-    Returns
-    -------
-    windows : ndarray of shape (n_windows[, n_channels], window_length)
-        A fresh C-contiguous array in time order. float32 stays float32, everything else
-        becomes float64.
-
-    Raises
-    ------
-    ValueError
-        If the recording is shorter than one window, is not numeric, is complex, holds
-        True and False, NaN, infinity or masked samples, or has more than two
-        dimensions, or if `window_length` or `hop` is below 1.
-    TypeError
-        If `window_length` or `hop` is not an integer, or the recording is a single
-        number.
-
-    Examples
-    --------
-    >>> from skarxlag.plant.readers.windows import make_windows
-    >>> make_windows([0, 1, 2, 3, 4, 5, 6], 3)
-    array([[0., 1., 2.],
-           [3., 4., 5.]])
-    >>> make_windows([0, 1, 2, 3, 4, 5, 6], 3, hop=2).shape
-    (3, 3)
-    """
-    check_count(window_length, "window_length")
-    hop = window_length if hop is None else check_count(hop, "hop")
-    types = [np.float64, np.float32]
-    recording = as_samples(recording, "recording")
-    signal = check_array(
-        recording, dtype=types, ensure_2d=False, input_name="recording"
-    )
-    n_samples = signal.shape[-1]
-    if n_samples < window_length:
-        raise ValueError(
-            f"recording has {n_samples} samples, fewer than window_length={window_length}; "
-            f"its shape is {signal.shape}, expected (n_samples,) or (n_channels, n_samples)"
-        )
-    windows = np.lib.stride_tricks.sliding_window_view(signal, window_length, axis=-1)
-    # Without the copy, the windows would be a read-only view of the recording.
-    return np.moveaxis(windows[..., ::hop, :], -2, 0).copy(order="C")
 
 
 def block_length(window_length: int) -> int:

@@ -4,7 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skarxlag.plant.readers.windows import cut_blocks, make_windows, thin_windows
+from skarxlag import make_windows
+from skarxlag.plant.readers.windows import cut_blocks, thin_windows
 
 
 @pytest.mark.parametrize("channels", [(), (1,), (3,)])
@@ -141,3 +142,30 @@ def test_thinned_windows_do_not_depend_on_the_parts(max_windows):
     in_parts, same, _ = thin_windows(np.split(windows, [1, 2, 30]), max_windows)
     np.testing.assert_array_equal(in_parts, kept)
     np.testing.assert_array_equal(same, position)
+
+
+def test_recordings_of_different_lengths_and_their_facts():
+    recordings = [np.arange(7.0), np.arange(3.0), 10 + np.arange(5.0)]
+    facts = {"rpm": [300, 500, 500], "condition": ["good", "worn", "good"]}
+    windows, table = make_windows(recordings, 3, hop=2, facts=facts)
+    np.testing.assert_array_equal(windows[:, 0], [0, 2, 4, 0, 10, 12])
+    assert table["rpm"].tolist() == [300, 300, 300, 500, 500, 500]
+    assert table["condition"].tolist() == ["good"] * 3 + ["worn"] + ["good"] * 2
+    assert table["recording"].tolist() == [0, 0, 0, 1, 2, 2]
+    assert table["start"].tolist() == [0, 2, 4, 0, 0, 2]
+    named = pd.DataFrame({"recording": ["a", "b", "c"]}, index=[7, 8, 9])
+    _, table = make_windows(recordings, 3, facts=named)
+    assert table["recording"].tolist() == ["a", "a", "b", "c"]
+
+
+@pytest.mark.parametrize(
+    ("facts", "message"),
+    [
+        (None, "different lengths; to cut several recordings, state facts of each"),
+        ({"rpm": [300]}, "facts are those of 1 recordings, expected 2"),
+        ({"rpm": [300, 500]}, "recording 1: recording has 2 samples, fewer than"),
+    ],
+)
+def test_recordings_and_facts_that_do_not_fit(facts, message):
+    with pytest.raises(ValueError, match=message):
+        make_windows([np.arange(7), np.arange(2)], 3, facts=facts)

@@ -7,11 +7,16 @@ A format is a module with these names:
   file. It may raise anything on a damaged file, and raises `ContentError` if an intact
   file does not hold what is asked for.
 
+Another package adds a format by an entry point of the group ``skarxlag.formats`` that
+names such a module.
+
 This package imports nothing from the rest of skarxlag, so that the process that reads
 isolated formats starts fast.
 """
 
 from collections.abc import Callable, Iterable, Iterator
+from functools import cache
+from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -19,10 +24,21 @@ from typing import Any
 from . import arrow, audio, hdf5, matlab, npy, npz, raw, tdms, text, uff, vallen, wav
 from .contents import ContentError, DamagedError, printable
 
-#: All formats, in the order in which the documentation lists them.
+#: Formats of this package, in the order in which the documentation lists them.
 FORMATS = (matlab, npy, npz, text, wav, audio, arrow, hdf5, tdms, uff, vallen, raw)
-#: Ends of the names of their files, in lower case.
-SUFFIXES: tuple[str, ...] = sum((module.FORMAT.suffixes for module in FORMATS), ())
+#: Group of entry points by which other packages add formats.
+_GROUP = "skarxlag.formats"
+
+
+@cache
+def all_formats() -> tuple[ModuleType, ...]:
+    """Return the formats of this package, and those that others register."""
+    return (*FORMATS, *(point.load() for point in entry_points(group=_GROUP)))
+
+
+def suffixes() -> tuple[str, ...]:
+    """Return the ends of the names of files that can be read, in lower case."""
+    return tuple(end for module in all_formats() for end in module.FORMAT.suffixes)
 
 
 def find_format(path: Path, dtype: str | None = None) -> ModuleType:
@@ -42,11 +58,14 @@ def find_format(path: Path, dtype: str | None = None) -> ModuleType:
     """
     if dtype is not None:
         return raw
-    for module in FORMATS:
-        if path.name.lower().endswith(module.FORMAT.suffixes):
-            return module
+    # The look for other packages takes longer than a small file.
+    for formats in (lambda: FORMATS, all_formats):
+        for module in formats():
+            if path.name.lower().endswith(module.FORMAT.suffixes):
+                return module
+    expected = ", ".join(suffixes())
     raise ValueError(
-        f"{path}: unknown suffix {path.suffix!r}; expected one of {', '.join(SUFFIXES)}"
+        f"{path}: unknown suffix {path.suffix!r}; expected one of {expected}"
     )
 
 
@@ -78,9 +97,10 @@ def read_file(
         raise _named(path, str(error)) from error
     except ImportError as error:
         library = module.FORMAT.library or error.name
+        extra = module.FORMAT.extra
+        source = f"'skarxlag[{extra}]'" if extra else library
         raise ImportError(
-            f"{path}: this format needs {library}: "
-            f"pip install 'skarxlag[{module.FORMAT.extra}]'"
+            f"{path}: this format needs {library}: pip install {source}"
         ) from error
     except OSError as error:
         if error.errno is None:

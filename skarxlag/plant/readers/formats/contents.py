@@ -34,8 +34,8 @@ class Format(NamedTuple):
     suffixes : tuple of str
         Endings of file names, in lower case.
     library, extra : str or None
-        Library that reads the format and the extra of this package that installs it.
-        None: no further library is needed.
+        Library that reads the format, and the extra of this package that installs it.
+        None: no further library is needed, or no extra installs it.
     isolated : bool
         Whether files are read in another process. It must be true if the reader may
         crash or hang on a damaged file.
@@ -43,7 +43,7 @@ class Format(NamedTuple):
 
     suffixes: tuple[str, ...]
     library: str | None = None
-    extra: str = "formats"
+    extra: str | None = "formats"
     isolated: bool = False
 
 
