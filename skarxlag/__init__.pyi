@@ -28,9 +28,6 @@ from .model_selection import SpecimenSplit as SpecimenSplit
 from .model_selection import SpeedSplit as SpeedSplit
 from .model_selection import cross_speed_predict as cross_speed_predict
 from .models.identification import ARXLaguerre as ARXLaguerre
-from .models.observer_bank import (
-    ExtendedStatePIObserverBank as ExtendedStatePIObserverBank,
-)
 from .models.observers import ExtendedStatePIObserver as ExtendedStatePIObserver
 from .models.observers import PIObserver as PIObserver
 from .monitoring import ConditionMonitor as ConditionMonitor

@@ -10,12 +10,10 @@ from .decisions.fault_detector import FaultDetector
 from .decisions.fault_orders import FaultOrderClassifier
 from .decisions.known_conditions import KnownConditions
 from .decisions.ladder import ThresholdLadder
-from .distances.comparison import SpectralDistance
 from .distances.orders import OrderResidual
 from .distances.stretches import StretchResidual, window_comparison
 from .models.identification import ARXLaguerre
-from .models.observer_bank import ExtendedStatePIObserverBank
-from .models.observers import PIObserver
+from .models.observers import ExtendedStatePIObserver, PIObserver
 
 #: Order of the model of the recommended diagnoser, for the output and for measured
 #: inputs, see ``python -m benchmarks.recipe constants``. Only the simulated rig has
@@ -62,10 +60,10 @@ def make_extended_state_pio(
 ) -> DiagnosisPipeline:
     """The paper's proposal, repaired: a bank of extended-state observers over frequency.
 
-    One model of all conditions leaves innovations. Each observer of the bank estimates
-    the component of the fault at one frequency, with an adapted sliding-mode gain.
-    `SpectralDistance` compares power, gain and steadiness of the estimates with those
-    of each condition, and discounts what a change of speed does to them.
+    These are the three steps of the package with their defaults. `ARXLaguerre` models
+    each condition. Each of the 64 observers estimates the component of the fault at one
+    frequency, with an adapted sliding-mode gain, and together they return one residual
+    for each condition. `ThresholdLadder` decides.
 
     Parameters
     ----------
@@ -79,17 +77,16 @@ def make_extended_state_pio(
     Returns
     -------
     DiagnosisPipeline
-        Steps "identify", "observe", "compare" and "decide".
+        Steps "identify", "observe" and "decide".
 
     Examples
     --------
-    >>> make_extended_state_pio()["observe"].n_members
+    >>> make_extended_state_pio()["observe"].n_observers
     64
     """
     steps = [
-        ("identify", ARXLaguerre(bank=False, n_jobs=n_jobs)),
-        ("observe", ExtendedStatePIObserverBank(n_jobs=n_jobs)),
-        ("compare", SpectralDistance()),
+        ("identify", ARXLaguerre(n_jobs=n_jobs)),
+        ("observe", ExtendedStatePIObserver(n_jobs=n_jobs)),
         ("decide", ThresholdLadder(healthy=healthy)),
     ]
     return DiagnosisPipeline(steps, n_jobs=n_jobs, **pipeline)

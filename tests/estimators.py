@@ -5,7 +5,7 @@ import numpy as np
 import skarxlag
 from skarxlag import make_detector, make_diagnoser
 from skarxlag.core.registry import ESTIMATORS as REGISTRY
-from skarxlag.models.observers import RESIDUAL_EVALUATIONS
+from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
 
 #: Parameters of estimators that are tested with other ones than the defaults.
 VARIANTS = {
@@ -15,8 +15,10 @@ VARIANTS = {
         {"bank": False, "unit_rms": False},
     ],
     "PIObserver": [{"evaluation": name} for name in RESIDUAL_EVALUATIONS],
-    "ExtendedStatePIObserver": [{"evaluation": name} for name in RESIDUAL_EVALUATIONS],
-    "ExtendedStatePIObserverBank": [{"n_members": 8}],
+    "ExtendedStatePIObserver": [
+        {"n_observers": 8},
+        *({"n_observers": 1, "evaluation": name} for name in RESIDUAL_EVALUATIONS),
+    ],
     "FaultOrderClassifier": [
         {"bearing": "6205", "sampling_rate": 100.0, "speed_range": (2000.0, 2600.0)}
     ],

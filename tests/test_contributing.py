@@ -32,7 +32,7 @@ observer = skarxlag.PIObserver(evaluation="peak")
 X = np.random.default_rng(0).normal(size=(2, 3, 20))
 levels = observer.fit_transform(X)
 np.testing.assert_allclose(levels, np.abs(observer.observe(X).error).max(axis=-1))
-assert observer.get_feature_names_out()[0] == "model0_peak"
+assert observer.get_feature_names_out()[0] == "0"
 """
 
 

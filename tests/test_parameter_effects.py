@@ -6,7 +6,6 @@ import pytest
 from skarxlag import (
     ARXLaguerre,
     ExtendedStatePIObserver,
-    ExtendedStatePIObserverBank,
     FaultDetector,
     KnownConditions,
     LogSpectra,
@@ -42,17 +41,15 @@ def confidences(estimator, X, y):
 OBSERVER_EFFECTS = {
     "pole": ({}, 0.8, levels),
     "kp": ({}, 0.7, levels),
+    "ki": ({}, 0.3, levels),
+    "n_observers": ({}, 4, levels),
     "evaluation": ({}, "whiteness", levels),
     "sliding_slope": ({"evaluation": "switching_gain"}, 0.2, levels),
     "adaptation_step": ({"evaluation": "switching_gain"}, 0.3, levels),
     "boundary_layer": ({}, 2.0, trajectory),
     "spectrum_order": ({"evaluation": "whiteness"}, 3, levels),
 }
-BANK_EFFECTS = {
-    "pole": ({}, 0.8, levels),
-    "n_members": ({}, 32, levels),
-    "bandwidth": ({}, 2.0, levels),
-}
+SINGLE = {"n_observers": 1}
 
 
 def log_p_values(estimator, X, y):
@@ -71,16 +68,17 @@ EFFECTS = {
         "unit_rms": ({}, False, levels),
         "forgetting_factor": ({}, 0.5, levels),
     },
-    PIObserver: OBSERVER_EFFECTS | {"ki": ({}, 0.3, levels)},
-    ExtendedStatePIObserver: OBSERVER_EFFECTS
+    PIObserver: OBSERVER_EFFECTS,
+    ExtendedStatePIObserver: {
+        name: (SINGLE | base, value, effect)
+        for name, (base, value, effect) in OBSERVER_EFFECTS.items()
+    }
     | {
-        "ki_a": ({}, 0.05, levels),
-        "ki_b": ({}, 0.5, levels),
-        "gain": ({}, 1.0, levels),
-        "exponent": ({}, 2.0, levels),
+        **{name: OBSERVER_EFFECTS[name] for name in ("pole", "kp", "ki")},
+        "adaptation_step": ({}, 0.3, levels),
+        "n_observers": ({}, 32, levels),
         "saturation": ({}, 0.3, levels),
     },
-    ExtendedStatePIObserverBank: BANK_EFFECTS | {"saturation": ({}, 0.0, levels)},
     LogSpectra: {
         "spectrum_order": ({}, 16, levels),
     },

@@ -11,7 +11,6 @@ from sklearn.pipeline import make_pipeline
 from skarxlag import (
     ARXLaguerre,
     DiagnosisPipeline,
-    ExtendedStatePIObserverBank,
     FaultDetector,
     KnownConditions,
     LogSpectra,
@@ -145,10 +144,7 @@ def test_a_residual_of_windows_without_weights_serves_until_there_are_some(
 ):
     stretches = StretchResidual(
         window_residual=DiagnosisPipeline(
-            [
-                ("observe", ExtendedStatePIObserverBank(n_members=8)),
-                ("compare", Unweighted()),
-            ]
+            [("measure", LogSpectra()), ("compare", Unweighted())]
         )
     )
     stretches.fit(windows, conditions)

@@ -309,7 +309,9 @@ def make_single_observer_pio(**pipeline):
     """
     from skarxlag import ExtendedStatePIObserver, make_alpio
 
-    return make_alpio(**pipeline).set_params(observe=ExtendedStatePIObserver())
+    return make_alpio(**pipeline).set_params(
+        observe=ExtendedStatePIObserver(n_observers=1)
+    )
 
 
 def diagnoser():

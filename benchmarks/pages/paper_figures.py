@@ -13,8 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks.pages.diagrams import DIAGRAMS, draw
-from benchmarks.paper.ladders import make_single_ladder
-from skarxlag import ExtendedStatePIObserver, make_extended_state_pio
+from benchmarks.paper.ladders import SINGLE_OBSERVER, make_single_ladder
+from skarxlag import make_extended_state_pio
 from skarxlag.datasets import simulate_rig
 from skarxlag.plotting import (
     IdentificationDisplay,
@@ -47,7 +47,7 @@ def figures():
     healthy, faulty = rig.target_names[0], rig.target_names[-1]
     is_first = rig.start < rig.start.max() / 2
     tested = np.flatnonzero(~is_first)
-    ladder = make_single_ladder(ExtendedStatePIObserver, healthy=healthy)
+    ladder = make_single_ladder(SINGLE_OBSERVER, healthy=healthy)
     ladder.fit(rig.data[is_first], rig.target[is_first])
     bank = make_extended_state_pio(healthy=healthy).fit(
         rig.data[is_first], rig.target[is_first]

@@ -49,17 +49,6 @@ _CHECKSUMS = ("skarxlag/datasets/checksums/*.sha256", "benchmarks/recipe/rigs.sh
 #: Page that the report fills. No import statement names it.
 REPORT = "skarxlag/plant/pages/report.html.j2"
 _WINDOWS = ("windows", "spectraquest")
-_STUDIES = (
-    "noise",
-    "window length",
-    "order",
-    "pole",
-    "gains",
-    "speed",
-    "crack size",
-    "compound",
-)
-_STUDIES += ("torque",)
 _PAPER_RUNS = ("compared", "bank", "single residual", "long windows", "stretches")
 _PAPER_TABLES = tuple(f"paper tables {run}" for run in _PAPER_RUNS)
 PARTS = {
@@ -400,17 +389,6 @@ PARTS = {
             "proposal_in_stretches",
             "baseline",
         ),
-    ),
-    "sensitivity": Part(
-        "-m benchmarks.paper sensitivity --write docs/paper/sensitivity.md",
-        {
-            "docs/paper/sensitivity.md": tuple(
-                f"sensitivity {name}" for name in ("protocol", *_STUDIES)
-            )
-        },
-        ("docs/paper/images/sensitivity_*.svg",),
-        tuple(f"sensitivity {name}" for name in _STUDIES if name != "torque"),
-        canaries=("proposal", "baseline"),
     ),
     "fault-estimation": Part(
         "-m benchmarks.paper fault-estimation --write docs/paper/fault_estimation.md",

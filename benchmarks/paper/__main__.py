@@ -4,7 +4,6 @@ from benchmarks.commands import run_command
 
 COMMANDS = {
     "tables": "benchmarks.paper.tables",
-    "sensitivity": "benchmarks.paper.sensitivity.command",
     "fault-estimation": "benchmarks.paper.fault_estimation.command",
 }
 

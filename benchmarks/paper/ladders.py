@@ -33,14 +33,14 @@ def make_single_ladder(observer, *, healthy, n_jobs=None):
     )
 
 
+#: The proposal with one observer, which is closer to the printed form.
+SINGLE_OBSERVER = partial(ExtendedStatePIObserver, n_observers=1)
 #: Makers by title, for each comparison of the tables. A single residual has no
 #: counterpart of `make_diagnoser`.
 LADDERS = {
     "bank": dict(DIAGNOSERS.values()),
     "single": {
         DIAGNOSERS["alpio"][0]: partial(make_single_ladder, PIObserver),
-        DIAGNOSERS["extended-state"][0]: partial(
-            make_single_ladder, ExtendedStatePIObserver
-        ),
+        DIAGNOSERS["extended-state"][0]: partial(make_single_ladder, SINGLE_OBSERVER),
     },
 }

@@ -22,10 +22,8 @@ from benchmarks.recipe.parts import OVERVIEW, PROPOSAL, RECIPE, WITHOUT, part_ta
 from skarxlag import (
     ARXLaguerre,
     ExtendedStatePIObserver,
-    ExtendedStatePIObserverBank,
     LogSpectra,
     PIObserver,
-    SpectralDistance,
     ThresholdLadder,
     make_diagnoser,
 )
@@ -36,7 +34,7 @@ EVALUATIONS = {name: name.replace("_", " ") for name in RESIDUAL_EVALUATIONS}
 OBSERVERS = {
     "no observer": partial(PIObserver, kp=0.0, ki=0.0),  # e is the innovation itself
     "linear": PIObserver,
-    "extended state": ExtendedStatePIObserver,
+    "extended state": partial(ExtendedStatePIObserver, n_observers=1),
 }
 UNITS = ("unit RMS", "sensor's unit")
 #: A rough drift must be above 0; this one is far below the scatter of windows.
@@ -84,18 +82,6 @@ def comparing(healthy, *, model=None, **windows):
     return diagnoser
 
 
-def observing_bank(
-    healthy, *, observer=ExtendedStatePIObserverBank, order=32, **distance
-):
-    """The proposal with some parameters changed."""
-    return make_pipeline(
-        ARXLaguerre(order=order, bank=False),
-        observer(),
-        SpectralDistance(**distance),
-        ThresholdLadder(),
-    )
-
-
 def output_alone(healthy):
     return make_pipeline(FunctionTransformer(unit_rms), *_steps(healthy))
 
@@ -126,11 +112,12 @@ def variants():
             makers[f"{observer}, {words}"] = partial(
                 observing, make(evaluation=evaluation)
             )
-    makers[PROPOSAL] = observing_bank
-    linear = partial(ExtendedStatePIObserverBank, saturation=0.0, bandwidth=1.0)
-    makers[f"{PROPOSAL}, linear observers"] = partial(observing_bank, observer=linear)
-    makers[f"{PROPOSAL}, model order 8"] = partial(observing_bank, order=8)
-    makers[f"{PROPOSAL}, no drift at all"] = partial(observing_bank, **NO_DRIFT)
+    bank = ExtendedStatePIObserver()
+    linear = ExtendedStatePIObserver(saturation=0.0)
+    makers[PROPOSAL] = partial(observing, bank)
+    makers[f"{PROPOSAL}, linear observers"] = partial(observing, linear)
+    makers[f"{PROPOSAL}, model order 8"] = partial(observing, bank, order=8)
+    makers[f"{PROPOSAL}, one model"] = partial(observing, bank, bank=False)
     makers[RECIPE] = comparing
     makers[f"{RECIPE}, measured inputs left out"] = output_alone
     makers[f"{RECIPE}, plain windows, no model"] = plain_windows
@@ -174,7 +161,7 @@ def comparisons():
     asked.append(
         ("bank over frequency against the baseline", PROPOSAL, "linear, power")
     )
-    for name in ("linear observers", "model order 8", "no drift at all"):
+    for name in ("linear observers", "model order 8", "one model"):
         asked.append(("a part of the proposal", f"{PROPOSAL}, {name}", PROPOSAL))
     asked.append(("recommended against the proposal", RECIPE, PROPOSAL))
     for unit in UNITS:

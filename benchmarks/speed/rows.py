@@ -54,7 +54,7 @@ def transforms(n_rounds=9, n_windows=800, n_samples=1200):
     """Innovations and residual levels of 8 models of order 16 against a matrix product."""
     X, y = coloured_windows(n_windows, n_samples, n_conditions=8)
     identify = ARXLaguerre(order=16).fit(X, y)
-    observe = ExtendedStatePIObserver().fit(identify.transform(X[:8]))
+    observe = ExtendedStatePIObserver(n_observers=1).fit(identify.transform(X[:8]))
     product, n_product = matrix_product()
     coef = identify.coef_[0, :8]
     few = X[: max(n_windows // 400, 1)]
@@ -145,7 +145,7 @@ def extended_state_predict(n_rounds=5, n_windows=800, n_samples=1200):
     X, y = coloured_windows(n_windows, n_samples)
     diagnoser = make_extended_state_pio().fit(X, y)
     _, order = diagnoser["identify"].coef_.shape
-    counts = bank_multiply_adds(order, diagnoser["observe"].n_members)
+    counts = bank_multiply_adds(order, diagnoser["observe"].n_observers)
     return _predict("make_extended_state_pio", diagnoser, counts, 45, X, y, n_rounds)
 
 
@@ -225,9 +225,8 @@ def grid_search(n_rounds=3, n_windows=800, n_samples=1200, n_gains=25):
     X, y = coloured_windows(n_windows, n_samples)
     folds = StratifiedKFold(2)
     gains = np.linspace(0.01, 0.04, n_gains)
-    later = Pipeline(
-        [("observe", ExtendedStatePIObserver()), ("decide", ThresholdLadder())]
-    )
+    observe = ExtendedStatePIObserver(n_observers=1)
+    later = Pipeline([("observe", observe), ("decide", ThresholdLadder())])
     parts = []
     for train, test in folds.split(X, y):
         identify = ARXLaguerre().fit(X[train], y[train])
@@ -251,9 +250,9 @@ def grid_search(n_rounds=3, n_windows=800, n_samples=1200, n_gains=25):
             diagnoser = make_single_observer_pio(memory=folder)
             diagnoser.set_params(identify=CountedARXLaguerre())
             before = CountedARXLaguerre.n_fits
-            GridSearchCV(
-                diagnoser, {"observe__ki_a": gains}, cv=folds, refit=False
-            ).fit(X, y)
+            GridSearchCV(diagnoser, {"observe__ki": gains}, cv=folds, refit=False).fit(
+                X, y
+            )
             counts.append(CountedARXLaguerre.n_fits - before)
 
     seconds = take_turns({"search": search, "once": fit_and_score}, n_rounds)

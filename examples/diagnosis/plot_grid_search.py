@@ -3,9 +3,8 @@ Which gains of the observers are best?
 ======================================
 
 With the parameter ``memory``, a Pipeline stores the result of its first step. A search
-over the gains of the observers then identifies the model only once for each split. The
-bandwidth of the bank sets the gains of its observers. Gains whose stability cannot be
-certified get the score NaN.
+over the gains of the observers then identifies the model only once for each split. Unstable
+gains get the score NaN.
 """
 
 import warnings
@@ -33,9 +32,9 @@ X, y = rig.data[seen], rig.target[seen]
 groups = list(zip(rig.rpm[seen], rig.recording[seen], strict=True))
 
 # %%
-grid = {"observe__bandwidth": [0.02, 0.1, 0.3, 1.0], "observe__saturation": [0.0, 1.0]}
+grid = {"observe__ki": [0.002, 0.01, 0.03, 0.1, 1.0], "observe__saturation": [0.0, 1.0]}
 with TemporaryDirectory() as cache, warnings.catch_warnings():
-    # Some of these gains are unstable. Their score is NaN.
+    # An integral gain of 1 is unstable. Its score is NaN.
     warnings.simplefilter("ignore", FitFailedWarning)
     warnings.filterwarnings("ignore", "One or more of the test scores", UserWarning)
     search = GridSearchCV(make_extended_state_pio(memory=cache), grid, cv=SpeedSplit())
@@ -43,13 +42,12 @@ with TemporaryDirectory() as cache, warnings.catch_warnings():
 print("simulated rig, best gains between 400 and 500 rpm:", search.best_params_)
 
 # %%
-# The plot shows the mean accuracy between 400 and 500 rpm. A hatched cell was not
-# certified stable. Observers of a narrow bandwidth follow the fault too slowly, which
-# costs a third of the accuracy. The nonlinear gain (saturation above 0) needs more
-# bandwidth than the linear one.
-bandwidth, saturation = grid["observe__bandwidth"], grid["observe__saturation"]
+# The plot shows the mean accuracy between 400 and 500 rpm. A hatched cell is
+# unstable. The integral gain sets how fast the observers follow the fault, and how wide
+# the band of each one is. With a saturation of 0, the observers are linear.
+ki, saturation = grid["observe__ki"], grid["observe__saturation"]
 # The parameters of the grid are in alphabetical order; the last one changes fastest.
-shape = len(bandwidth), len(saturation)
+shape = len(ki), len(saturation)
 accuracy = search.cv_results_["mean_test_score"].reshape(shape).T
 _, ax = plt.subplots(layout="constrained")
 ax.patch.set(hatch="///", edgecolor="grey")
@@ -62,8 +60,8 @@ for (row, column), score in np.ndenumerate(accuracy):
             "bbox": {"facecolor": "white", "alpha": 0.8},
         }
         ax.text(column, row, f"{score:.3f}", **inside)
-ax.set(xlabel="bandwidth", ylabel="saturation")
-ax.set_xticks(range(len(bandwidth)), bandwidth)
+ax.set(xlabel="ki", ylabel="saturation")
+ax.set_xticks(range(len(ki)), ki)
 ax.set_yticks(range(len(saturation)), saturation)
 plt.colorbar(image, label="Accuracy of single windows")
 plt.show()

@@ -18,7 +18,7 @@ from skarxlag.datasets import simulate_rig
 
 POLE = 0.3
 observers = {
-    "extended state": ExtendedStatePIObserver(pole=POLE, kp=0.1, ki_a=0.025, gain=2.0),
+    "extended state": ExtendedStatePIObserver(pole=POLE, ki=0.05, n_observers=1),
     "linear, same gain": PIObserver(pole=POLE, kp=0.1, ki=0.05),
     "linear, twice the gain": PIObserver(pole=POLE, kp=0.1, ki=0.1),
 }

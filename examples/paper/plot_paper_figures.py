@@ -55,7 +55,7 @@ plt.show()
 # sensor. The figure shows the first 320 samples of a window.
 ladder = make_pipeline(
     ARXLaguerre(healthy="Normal", unit_rms=False),
-    ExtendedStatePIObserver(),
+    ExtendedStatePIObserver(n_observers=1),
     ThresholdLadder(healthy="Normal"),
 )
 ladder.fit(rig.data[is_first], rig.target[is_first])

@@ -10,7 +10,6 @@ ESTIMATORS = {
     "ConditionClassifier": "decisions.condition_classifier",
     "DiagnosisPipeline": "core.pipelines",
     "ExtendedStatePIObserver": "models.observers",
-    "ExtendedStatePIObserverBank": "models.observer_bank",
     "FaultDetector": "decisions.fault_detector",
     "FaultOrderClassifier": "decisions.fault_orders",
     "KnownConditions": "decisions.known_conditions",

@@ -92,7 +92,7 @@ class SpectralDistance(StretchTransformer):
     See Also
     --------
     LogSpectra : Computes groups of log spectra.
-    ExtendedStatePIObserverBank : Computes them by observers.
+    ExtendedStatePIObserver : Computes them by observers, and compares them with it.
     ThresholdLadder : Decides by the smallest residual.
 
     References

@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-from scipy import linalg
 
 from .arrays import Array
 from .compiled import compiled, inlined
@@ -22,20 +21,17 @@ def observe(innovations: Array, loop: tuple[Any, ...]) -> tuple[Array, Array]:
 
     .. math::
 
-        e &= \varepsilon - c, \qquad c^+ = \zeta c + k_p e + \hat\delta, \qquad
-        p^+ = p + k_{Ia} e, \\
-        S &= p + k_{Ib} e, \qquad
-        \hat\delta^+ = K_c\,(1 + \min(|S|, M)^\kappa)\, p^+ .
+        e &= \varepsilon - c, \qquad c^+ = \zeta c + k_p e + \hat\delta, \\
+        p^+ &= p + k_i e, \qquad \hat\delta^+ = (1 + \min(|p^+|, M))\, p^+ .
 
-    With :math:`K_c = 1` and :math:`M = 0`, this is the linear proportional-integral
-    observer.
+    With :math:`M = 0`, this is the linear proportional-integral observer.
 
     Parameters
     ----------
     innovations : ndarray of shape (n_windows, n_models, n_samples)
         The innovations of each model.
-    loop : tuple of 7 floats
-        :math:`\zeta, k_p, k_{Ia}, k_{Ib}, K_c, \kappa > 0, M \ge 0`.
+    loop : tuple of 4 floats
+        :math:`\zeta, k_p, k_i, M \ge 0`.
 
     Returns
     -------
@@ -86,44 +82,23 @@ def observe_block(
         The innovations.
     first, model, start : int
         First window, model and first sample.
-    loop : tuple of 7 floats
+    loop : tuple of 4 floats
         As in `observe`.
     histories : ndarray of shape (6, (TILE + 1) * LANES)
         Innovations, error, correction, integral, fault estimate and sum of squared
         errors.
     """
-    _, _, _, _, _, exponent, _ = loop
+    pole, kp, ki, bound = loop
     interleave(innovations, first, model, start, histories[INNOVATION])
-    if exponent == 1.0:
-        for i in range(TILE * LANES):
-            surface = _surface(histories, i, loop)
-            _close_loop(histories, i, surface, loop)
-    else:
-        # A power in a loop, even one that is never taken, keeps it from running on
-        # vectors.
-        for i in range(TILE * LANES):
-            surface = _surface(histories, i, loop) ** exponent
-            _close_loop(histories, i, surface, loop)
-
-
-@inlined
-def _surface(histories, i, loop):
-    _, _, _, ki_b, _, _, saturation = loop
-    e = histories[INNOVATION, i] - histories[CORRECTION, i]
-    return min(abs(histories[INTEGRAL, i] + ki_b * e), saturation)
-
-
-@inlined
-def _close_loop(histories, i, surface, loop):
-    pole, kp, ki_a, _, gain, _, _ = loop
-    e = histories[INNOVATION, i] - histories[CORRECTION, i]
-    integral = histories[INTEGRAL, i] + ki_a * e
-    correction = pole * histories[CORRECTION, i] + kp * e + histories[ESTIMATE, i]
-    histories[ERROR, i] = e
-    histories[CORRECTION, i + LANES] = correction
-    histories[INTEGRAL, i + LANES] = integral
-    histories[ESTIMATE, i + LANES] = gain * (1.0 + surface) * integral
-    histories[POWER, i + LANES] = histories[POWER, i] + e * e
+    for i in range(TILE * LANES):
+        e = histories[INNOVATION, i] - histories[CORRECTION, i]
+        integral = histories[INTEGRAL, i] + ki * e
+        correction = pole * histories[CORRECTION, i] + kp * e + histories[ESTIMATE, i]
+        histories[ERROR, i] = e
+        histories[CORRECTION, i + LANES] = correction
+        histories[INTEGRAL, i + LANES] = integral
+        histories[ESTIMATE, i + LANES] = integral + min(abs(integral), bound) * integral
+        histories[POWER, i + LANES] = histories[POWER, i] + e * e
 
 
 @inlined
@@ -134,76 +109,76 @@ def carry_loop(histories: Any, n_samples: Any) -> None:
             histories[row, lane] = histories[row, n_samples * LANES + lane]
 
 
-def loop_matrix(pole: float, kp: float, ki: float, gain: float = 1.0) -> Array:
-    """Return the closed-loop matrix of correction and integral, for a constant gain.
+def spectral_radius(pole: float, kp: float, ki: float) -> float:
+    r"""Compute the largest modulus of the poles of the loop for small faults.
+
+    The characteristic polynomial is :math:`z^2 - (1 + a) z + a + k_i` with :math:`a =
+    \zeta - k_p`. If :math:`k_i = 0`, the integral has no effect, and its pole at 1 does
+    not count.
 
     Parameters
     ----------
     pole, kp, ki : float
         Laguerre pole, proportional and integral gain.
-    gain : float, default=1.0
-        Gain from the integral to the fault estimate.
 
     Returns
     -------
-    ndarray of shape (2, 2)
-        The matrix. The loop is stable if its spectral radius is below 1. With a = pole
-        - kp and k = ki gain, Jury's conditions for this are k > 0, a + k < 1 and 2 (1 +
-        a) + k > 0.
+    float
+        The spectral radius. The loop is stable if it is below 1.
 
     Examples
     --------
-    >>> loop_matrix(0.0, 0.5, 0.1, 2.0)
-    array([[-0.5,  2. ],
-           [-0.1,  1. ]])
+    >>> round(spectral_radius(0.3, 0.1, 0.07), 12)
+    0.9
     """
-    return np.array([[pole - kp, gain], [-ki, 1.0]], dtype=np.float64)
+    a = pole - kp
+    if ki == 0:
+        return abs(a)
+    return float(np.abs(np.roots([1.0, -1 - a, a + ki])).max())
 
 
-def common_lyapunov(slow: Array, fast: Array) -> Array | None:
-    r"""Find a quadratic Lyapunov function that two loops share, or None if there is none.
+def meets_circle_criterion(pole: float, kp: Array, ki: Array, bound: Array) -> Array:
+    r"""Return whether loops are stable for every sequence of gains up to a bound.
 
-    The loops differ in the gain from integral to estimate. A common function
-    :math:`V(x) = x^T P x` also decreases for any gain between theirs, even if the gain
-    changes from sample to sample. P solves the Riccati equation of the discrete
-    positive-real lemma, which is the matrix form of the circle criterion. The function
-    checks P on both loops before it returns it.
+    The gain from the integral to the estimate lies between 1 and :math:`1 + M`. With
+    the polynomial :math:`P(z) = (z - a)(z - 1)`, :math:`a = \zeta - k_p`, :math:`l =
+    k_i` and :math:`h = k_i (1 + M)`, the discrete circle criterion (Tsypkin) is
+
+    .. math::
+
+        |P|^2 + (h + l)\,\mathrm{Re}\,P + h\,l > 0 \quad\text{for all } |z| = 1 .
+
+    This is a quadratic function of the real part of z, whose least value is known in
+    closed form. The criterion holds if and only if the loops with the gains l and h
+    have a common quadratic Lyapunov function.
 
     Parameters
     ----------
-    slow, fast : ndarray of shape (2, 2)
-        `loop_matrix` at the smallest and at the largest gain.
+    pole : float
+        The Laguerre pole :math:`\zeta`.
+    kp, ki, bound : ndarray
+        Gains, and the bound M. The loop must be stable for small faults.
 
     Returns
     -------
-    ndarray of shape (2, 2) or None
-        Positive definite P with A'PA - P negative definite for both A.
+    ndarray of bool
+        True for loops that meet the criterion.
 
     Examples
     --------
-    >>> P = common_lyapunov(loop_matrix(0.0, 0.5, 0.1), loop_matrix(0.0, 0.5, 0.1, 2.0))
-    >>> bool((np.linalg.eigvalsh(P) > 0).all())
-    True
-    >>> common_lyapunov(loop_matrix(0.0, 0.5, 0.1), loop_matrix(0.0, 0.5, 0.1, 20.0)) is None
-    True
+    >>> meets_circle_criterion(0.3, 0.1, 0.05, np.array([1.0, 20.0]))
+    array([ True, False])
     """
-    if np.abs(np.linalg.eigvals([slow, fast])).max() >= 1:
-        return None
-    spread = fast[0, 1] - slow[0, 1]
-    if spread == 0:
-        P = linalg.solve_discrete_lyapunov(slow.T, np.eye(2))
-    else:
-        enter = np.array([[1.0], [0.0]])
-        leave = np.array([[0.0], [1.0]])
-        slack = 1e-9 * np.eye(2)
-        try:
-            P = -linalg.solve_discrete_are(
-                slow, enter, -slack, [[2.0]], s=-spread * leave
-            )
-        except (linalg.LinAlgError, ValueError):
-            return None
-    for A in (slow, fast):
-        change = A.T @ P @ A - P
-        if not np.linalg.eigvalsh(change)[-1] < 0:
-            return None
-    return P
+    a = pole - np.asarray(kp)
+    low = np.asarray(ki, dtype=np.float64)
+    high = low * (1 + np.asarray(bound))
+    both = low + high
+    square = 4 * a + 2 * both
+    slope = -2 * (1 + a) ** 2 - both * (1 + a)
+    constant = 2 * (1 + a**2) + both * (a - 1) + low * high
+    is_bowl = square > 0
+    bottom = np.divide(-slope, 2 * square, out=np.zeros_like(slope), where=is_bowl)
+    places = np.stack(
+        [np.full_like(slope, -1.0), np.full_like(slope, 1.0), np.clip(bottom, -1, 1)]
+    )
+    return ((square * places + slope) * places + constant > 0).all(axis=0)

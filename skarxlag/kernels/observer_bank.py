@@ -32,16 +32,15 @@ _SMALLEST = 1e-9
 _LARGEST = 1e9
 
 
-def member_gains(pole: float, n_members: int, bandwidth: float) -> tuple[Array, Array]:
+def member_gains(pole: float, n_members: int, radius: float) -> tuple[Array, Array]:
     r"""Compute the gains that give member m the closed-loop poles :math:`\rho\,e^{\pm j\omega_m}`.
 
-    The matrix `observer.loop_matrix` has the characteristic polynomial
-    :math:`z^2 - (1 + a) z + a + k_i` with :math:`a = \zeta - k_p`. Hence
+    The loop has the characteristic polynomial :math:`z^2 - (1 + a) z + a + k_i` with
+    :math:`a = \zeta - k_p`. Hence
 
     .. math::
 
-        k_p = 1 + \zeta - 2\rho\cos\omega_m, \qquad k_i = \rho^2 - \zeta + k_p, \qquad
-        \rho = e^{-b \pi / 2M} .
+        k_p = 1 + \zeta - 2\rho\cos\omega_m, \qquad k_i = \rho^2 - \zeta + k_p .
 
     Parameters
     ----------
@@ -49,9 +48,8 @@ def member_gains(pole: float, n_members: int, bandwidth: float) -> tuple[Array, 
         Laguerre pole :math:`\zeta`, in (-1, 1).
     n_members : int
         Number M of members.
-    bandwidth : float
-        The bandwidth b, above 0. At b = 1, the power of a member's response has fallen
-        to one half at the boundary to its neighbour's cell.
+    radius : float
+        The spectral radius :math:`\rho` of every member, in [0, 1).
 
     Returns
     -------
@@ -60,12 +58,11 @@ def member_gains(pole: float, n_members: int, bandwidth: float) -> tuple[Array, 
 
     Examples
     --------
-    >>> kp, ki = member_gains(0.3, 2, 1.0)
+    >>> kp, ki = member_gains(0.3, 2, 0.9)
     >>> loop = np.array([[0.3 - kp[0], 1.0], [-ki[0], 1.0]])
-    >>> np.abs(np.linalg.eigvals(loop)) / np.exp(-np.pi / 4)
-    array([1., 1.])
+    >>> np.abs(np.linalg.eigvals(loop))
+    array([0.9, 0.9])
     """
-    radius = np.exp(-bandwidth * np.pi / (2 * n_members))
     kp = 1 + pole - 2 * radius * np.cos(frequency_grid(n_members))
     return kp, radius**2 - pole + kp
 
@@ -87,9 +84,8 @@ def bank_levels(
         e = \varepsilon - c, \qquad c^+ = \zeta c + k_p e + d, \qquad p^+ = p + k_i e, \qquad
         d^+ = (1 + \min(|p^+|, M))\,p^+ .
 
-    This is the extended-state observer with two equal integral gains. With :math:`M =
-    0` it is linear. The loop computes c by way of the error, since all members then
-    share the terms in the innovations:
+    With :math:`M = 0` it is linear. The loop computes c by way of the error, since all
+    members then share the terms in the innovations:
 
     .. math::
 

@@ -118,7 +118,7 @@ def power_levels(innovations: Array, loop: tuple[Any, ...]) -> Array:
     ----------
     innovations : ndarray of shape (n_windows, n_models, n_samples)
         The innovations.
-    loop : tuple of 7 floats
+    loop : tuple of 4 floats
         Parameters of the loop, see `observer.observe`.
 
     Returns

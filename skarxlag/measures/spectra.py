@@ -45,7 +45,7 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     See Also
     --------
     SpectralDistance : Compares such groups with those of each condition.
-    ExtendedStatePIObserverBank : Measures innovations by observers instead.
+    ExtendedStatePIObserver : Measures innovations by observers instead.
 
     Notes
     -----

@@ -59,9 +59,9 @@ def _whiteness(innovations, fitted):
 
 def _small_signal_response(fitted, frequency):
     """Compute the response of the error to the innovations for small faults."""
-    pole, kp, ki_a, _, gain, _, _ = fitted._loop()
+    pole, kp, ki, _ = fitted._loop()
     z = np.exp(1j * frequency)
-    return (z - pole) * (z - 1) / ((z - pole + kp) * (z - 1) + ki_a * gain)
+    return (z - pole) * (z - 1) / ((z - pole + kp) * (z - 1) + ki)
 
 
 #: Residual evaluations of an observer, by the value of its parameter `evaluation`.

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.pipeline import Pipeline
 
+from ..core.capabilities import offers
 from ..core.state import expect
 from ..kernels.ladder import log_level
-from ..models.observers import Observer
 from ..models.residual_evaluations import RESIDUAL_EVALUATIONS
 from ._fitted import chosen_model, known_conditions, ordered_conditions
 from ._style import Axes, color_of, ink, legend_beside
@@ -134,8 +134,10 @@ class ResidualDisplay(ThresholdDisplay):
         """
         observer = estimator[-2]
         decide = estimator[-1]
-        is_observer = isinstance(observer, Observer)
+        is_observer = offers(observer, "observe")
         expect(is_observer, "Step before the decision", observer, "an observer")
+        n_observers = observer.n_observers
+        expect(n_observers == 1, "n_observers", n_observers, "1 for each model")
         trajectories = {
             name: evaluation.trajectory
             for name, evaluation in RESIDUAL_EVALUATIONS.items()

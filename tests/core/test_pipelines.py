@@ -136,7 +136,7 @@ class CountedARXLaguerre(ARXLaguerre):
     ("observer", "grid"),
     [
         (PIObserver(), {"kp": [0.0, 0.5, 1.0], "ki": [0.01, 0.2]}),
-        (ExtendedStatePIObserver(), {"kp": [0.0, 0.3, 0.9], "ki_a": [0.005, 0.05]}),
+        (ExtendedStatePIObserver(), {"kp": [0.0, 0.3, 0.9], "ki": [0.005, 0.05]}),
     ],
     ids=["PI", "extended"],
 )
@@ -473,8 +473,8 @@ def test_searches_and_cross_validation_route_speeds(speed_aware):
 def test_metadata_that_no_step_requests_are_refused(data):
     with pytest.raises(TypeError, match="turns"):
         make_alpio().fit(*data, turns=300)
-    with pytest.raises(TypeError, match="rpm"):
-        make_alpio().fit(*data).predict(data[0], rpm=300)
+    with pytest.raises(TypeError, match="turns"):
+        make_alpio().fit(*data).predict(data[0], turns=300)
 
 
 @pytest.mark.parametrize("make", MAKERS)

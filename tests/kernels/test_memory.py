@@ -18,7 +18,7 @@ from skarxlag.kernels import (
 )
 from skarxlag.kernels.compiled import _Kernel
 
-LOOP = (0.3, 0.4, 0.1, 0.2, 1.0, 2.0, 5.0)
+LOOP = (0.3, 0.4, 0.1, 5.0)
 ORDERS, POLES = np.array([5, 2]), np.array([0.3, -0.2])
 
 

@@ -13,7 +13,7 @@ from skarxlag.kernels.residual_levels import (
     switching_gain,
 )
 
-LOOP = (0.4, 0.3, 0.03, 0.02, 2.0, 1.5, 1.2)
+LOOP = (0.4, 0.3, 0.06, 1.2)
 
 
 @pytest.fixture(params=[(1, 1), (3, 2 * TILE), (LANES + 2, 5 * TILE + 3)], ids=str)
@@ -37,7 +37,7 @@ def switching_gain_levels(innovations, loop, slope, step):
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [0.0, 1e-300, 1e-160, 1e160, 1e300])
 def test_levels_of_extreme_windows_stay_beside_ordinary_ones(size):
-    linear = (*LOOP[:6], 0.0)
+    linear = (*LOOP[:3], 0.0)
     innovations = np.random.default_rng(0).normal(size=(4, 2, 200))
     ordinary = (
         power_levels(innovations, linear),

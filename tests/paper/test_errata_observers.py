@@ -89,7 +89,7 @@ def test_equation_20_diverges_in_closed_loop_and_form_a_does_not(gain):
     innovations = lfilter([0, 1], [1, -0.3], np.full(400, 0.5))
     innovations += 0.05 * np.random.default_rng(0).normal(size=400)
     assert abs(printed_loop(innovations, 0.3, 0.1, gain, gain)[-1]) > 1e6
-    observer = ExtendedStatePIObserver(ki_a=min(gain, 0.03), ki_b=gain)
+    observer = ExtendedStatePIObserver(ki=min(2 * gain, 0.06), n_observers=1)
     repaired = observer.fit(innovations[np.newaxis]).observe(innovations[np.newaxis])
     assert repaired.fault_estimate[0, 200:].mean() == pytest.approx(0.5, abs=0.02)
 

@@ -29,7 +29,6 @@ from skarxlag import (
     ARXLaguerre,
     DiagnosisPipeline,
     ExtendedStatePIObserver,
-    ExtendedStatePIObserverBank,
     LogSpectra,
     PIObserver,
     SpectralDistance,
@@ -108,11 +107,11 @@ def refuse(path, message):
     [
         make_alpio(healthy="good"),
         make_extended_state_pio(healthy=np.str_("good")),
-        make_alpio(healthy="good").set_params(observe=ExtendedStatePIObserver()),
+        make_alpio().set_params(observe=ExtendedStatePIObserver(n_observers=1)),
         make_diagnoser(healthy="good"),
         make_pipeline(ARXLaguerre(healthy="good", order=(3,), pole=[0.1]), PIObserver(),
                       ThresholdLadder()),
-        make_pipeline(ARXLaguerre(pole="optimise", order=4), ExtendedStatePIObserverBank(),
+        make_pipeline(ARXLaguerre(pole="optimise", order=4, bank=False), LogSpectra(),
                       SpectralDistance(), ThresholdLadder()),
     ],
 )  # fmt: skip

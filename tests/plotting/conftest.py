@@ -61,7 +61,9 @@ def rig():
 
 @pytest.fixture(scope="session")
 def bank(rig):
-    diagnoser = make_alpio(healthy="good").set_params(observe=ExtendedStatePIObserver())
+    diagnoser = make_alpio(healthy="good").set_params(
+        observe=ExtendedStatePIObserver(n_observers=1)
+    )
     return diagnoser.fit(rig.X, rig.y)
 
 

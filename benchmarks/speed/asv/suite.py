@@ -29,7 +29,8 @@ class Bank:
         self.X, self.y = coloured_windows(8)
         self.identify = skarxlag.ARXLaguerre(order=16).fit(self.X, self.y)
         self.innovations = self.identify.transform(self.X)
-        self.observe = skarxlag.ExtendedStatePIObserver().fit(self.innovations)
+        observer = skarxlag.ExtendedStatePIObserver(n_observers=1)
+        self.observe = observer.fit(self.innovations)
         self.observe.transform(self.innovations[:8])
 
     def time_fit(self):

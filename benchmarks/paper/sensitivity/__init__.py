@@ -1,1 +1,0 @@
-"""Effect of the choices that the paper leaves open on the accuracy."""
