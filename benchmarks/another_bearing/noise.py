@@ -10,6 +10,7 @@ import sys
 
 import numpy as np
 import pandas as pd
+from scipy import fft
 from scipy.signal import lfilter
 
 from benchmarks.another_bearing.arguments import parse
@@ -24,10 +25,13 @@ def synthetic(rate, n_samples, seed=0):
     """Return noises of several colours and distributions, and sines, by name."""
     rng = np.random.default_rng(seed)
     time = np.arange(n_samples) / rate
-    white = rng.normal(size=(8, n_samples))
+    white = rng.normal(size=(9, n_samples))
+    spectrum = fft.rfft(white[8])
+    spectrum[1:] /= np.sqrt(np.arange(1, len(spectrum)))
     return {
         "white": white[0],
         "white, once more": white[1],
+        "pink": fft.irfft(spectrum, n_samples),
         "brown": np.cumsum(white[2]),
         "violet": np.diff(white[3], prepend=0),
         "low frequencies": lfilter([1], [1, -0.9], white[4]),

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import clone
-from sklearn.utils import Bunch
+from sklearn.utils import Bunch, column_or_1d
 
 from ..core.capabilities import capabilities, requests, training_speeds
 from ..core.fault_locations import FAULT_LOCATIONS, check_locations
@@ -20,9 +20,7 @@ from ..core.validation import check_rate, warn_of_lost_speeds, weighted_windows
 from ..distances.stretches import StretchResidual
 from ..kernels import ladder, posterior
 from ..kernels.coloured_noises import coloured_noises
-from ..kernels.speed_references import drift_factor, speed_distance
 from .condition_locations import locate_conditions, location_answers, location_names
-from .left_out_specimens import location_exponent, specimens_of_rows
 from .signal_classifier import SignalClassifier
 
 #: Log probability of an unknown condition in rows that name none.
@@ -40,19 +38,13 @@ class ConditionClassifier(SignalClassifier):
     of :func:`skarxlag.kernels.posterior.condition_log_probabilities`.
 
     - A row that resembles one answer much more than any other is probably of a specimen
-      that was recorded. Its residuals then count with a large exponent.
+      that was recorded. Its nearest answer is then right.
     - Otherwise, it may be another specimen of a known condition. Its residuals count
-      with small exponents: 8 for the question whether there is a fault, and 4 for its
-      location.
-    - Or its condition is unknown. The probability of this grows with the smallest
-      residual.
+      with the exponent 6.
+    - Or its condition is unknown.
 
     `fit` probes the comparison with noise, which carries no condition. A row must
     resemble one answer by more than noise does to count as a recorded specimen.
-
-    With `specimen` in `fit`, each specimen of a location with several is left out in turn.
-    The rows of the left-out specimens choose the exponent for the location: the more alike
-    the specimens are, the larger it is.
 
     Parameters
     ----------
@@ -91,8 +83,6 @@ class ConditionClassifier(SignalClassifier):
         Number of rows of the healthy condition; 0 if there is none.
     noise_gaps_ : ndarray of shape (2,)
         Largest gap of noise in the questions about the fault and about its location.
-    location_exponent_ : float
-        Exponent of the residuals of locations for other specimens.
     n_specimens_ : ndarray of int of shape (n_classes,)
         Number of specimens of each condition.
     n_models_, n_features_in_ : int
@@ -121,7 +111,7 @@ class ConditionClassifier(SignalClassifier):
     array(['healthy', 'inner'], dtype='<U7')
     >>> found = classifier.diagnose(np.stack([X[39], noise[40]]))
     >>> np.exp(found.log_probability[:, -1]).round(2)  # of an unknown condition
-    array([0.02, 0.15])
+    array([0. , 0.2])
     """
 
     residual: Any = None
@@ -133,34 +123,31 @@ class ConditionClassifier(SignalClassifier):
     def _learn(self, X, y, rpm, sample_weight, specimen):
         rows, labels, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         classes, target = np.unique(labels, return_inverse=True)
-        self.classes_: NDArray[Any] = classes
         located = locate_conditions(classes.tolist(), self.locations, self.healthy)
-        self.class_locations_: NDArray[Any] = located.numbers
-        self.healthy_index_: int = located.healthy_index
-        specimens = specimens_of_rows(specimen, len(X))
-        self.n_specimens_: NDArray[Any] = np.ones(len(classes), dtype=int)
-        if specimens is not None:
-            of_labels = pd.Series(specimens[rows]).groupby(target)
-            self.n_specimens_ = of_labels.nunique().to_numpy()
-        metadata = self._metadata(rpm, sample_weight)
+        healthy = located.healthy_index
+        n_specimens = _count_specimens(specimen, rows, target, len(X))
         residual = clone(self._residual())
-        self.residual_: Any = residual.fit(X, y, **metadata)
-        self.detection_threshold_: float = 0.0
-        self.n_healthy_: int = 0
-        if self.healthy_index_ >= 0:
-            is_healthy = target == self.healthy_index_
-            levels = self._levels(X, rpm)[rows][is_healthy, self.healthy_index_]
-            self.n_healthy_ = len(levels)
-            self.detection_threshold_ = ladder.false_alarm_threshold(
-                levels, weights[is_healthy], self.false_alarm_rate
+        residual.fit(X, y, **self._metadata(rpm, sample_weight))
+        threshold = 0.0
+        is_healthy = target == healthy
+        if healthy >= 0:
+            of_healthy = _levels(residual, X, rpm)[rows][is_healthy, healthy]
+            threshold = ladder.false_alarm_threshold(
+                of_healthy, weights[is_healthy], self.false_alarm_rate
             )
-        self.noise_gaps_: NDArray[Any] = self._probe(X, rpm)
-        self.location_exponent_: float = posterior.LOCATION_EXPONENT
-        if specimens is not None:
-            location_of_rows = located.numbers[np.searchsorted(classes, y)]
-            self.location_exponent_ = location_exponent(
-                self._residual(), X, y, specimens, location_of_rows, metadata
-            )
+        probes, speeds = _probes(X, rpm)
+        noise_gaps = posterior.noise_gaps(
+            posterior.logarithms(_levels(residual, probes, speeds)),
+            *location_answers(located.numbers),
+        )
+        self.classes_: NDArray[Any] = classes
+        self.class_locations_: NDArray[Any] = located.numbers
+        self.healthy_index_: int = healthy
+        self.n_specimens_: NDArray[Any] = n_specimens
+        self.residual_: Any = residual
+        self.detection_threshold_: float = threshold
+        self.n_healthy_: int = int(is_healthy.sum())
+        self.noise_gaps_: NDArray[Any] = noise_gaps
 
     def _residual(self):
         return StretchResidual() if self.residual is None else self.residual
@@ -174,21 +161,6 @@ class ConditionClassifier(SignalClassifier):
             if value is not None and requests(self._residual(), "fit", name)
         }
 
-    def _levels(self, X, rpm):
-        """Return the residuals of rows, in an array that may be changed."""
-        takes_rpm = rpm is not None and requests(self.residual_, "transform", "rpm")
-        metadata = {"rpm": rpm} if takes_rpm else {}
-        return np.array(self.residual_.transform(X, **metadata))
-
-    def _probe(self, X, rpm):
-        """Return the largest gaps of noise as long as the rows, at the middle training speed."""
-        rows = coloured_noises((X.shape[1], X.shape[-1])).astype(X.dtype)
-        speeds = None
-        if rpm is not None:
-            speeds = np.full(len(rows), np.exp(np.median(log_speeds(rpm, len(X)))))
-        logs = posterior.logarithms(self._levels(rows, speeds))
-        return posterior.question_gaps(logs, *self.questions()).max(axis=0)
-
     def questions(self) -> tuple[NDArray[Any], int]:
         """Return the number of the location of each class, and that of the healthy one."""
         return location_answers(self.class_locations_)
@@ -200,11 +172,10 @@ class ConditionClassifier(SignalClassifier):
             rpm, is_plausible = with_plausible_speeds(rpm, len(X), train_rpm)
             if rpm is None:
                 warn_of_lost_speeds(self)
-        levels = self._levels(X, rpm)
+        levels = _levels(self.residual_, X, rpm)
         # Equal residuals name no condition.
         levels[~is_plausible] = 1.0
-        log_drift = np.log(self._drift(rpm, X))
-        evidence = np.column_stack([posterior.logarithms(levels), log_drift])
+        evidence = posterior.logarithms(levels)
         diagnosis = self._joined(evidence, 1.0, is_plausible)
         diagnosis.update(levels=levels, row_evidence=evidence)
         if self.healthy_index_ >= 0:
@@ -216,28 +187,18 @@ class ConditionClassifier(SignalClassifier):
         """Return probabilities and verdicts; equal ones for implausible rows."""
         locations, healthy = self.questions()
         joined = posterior.condition_log_probabilities(
-            evidence[:, :-1],
+            evidence,
             locations,
             healthy,
-            np.exp(evidence[:, -1]),
-            noise_gaps=tuple(self.noise_gaps_.tolist()),
-            prior=self.recorded_prior,
-            location_exponent=self.location_exponent_,
-            n_rows=n_rows,
+            self.noise_gaps_,
+            self.recorded_prior,
+            n_rows,
         )
         n_classes = len(self.classes_)
         equal = np.append(np.full(n_classes, -np.log(n_classes)), _NEVER)
         logs = np.where(np.c_[is_plausible], joined.log_probability, equal)
         decided = posterior.decided(logs, self.classes_, locations, healthy)
         return Bunch(log_probability=logs, recorded=joined.recorded, **decided)
-
-    def _drift(self, rpm, X):
-        """Return the factor on the drift at the speed of each row; 1 if the speed is not known."""
-        train_rpm = training_speeds(self.residual_)
-        if rpm is None or len(train_rpm) == 0:
-            return np.ones(len(X))
-        speeds = log_speeds(rpm, len(X), X.shape[-1])
-        return drift_factor(speed_distance(speeds, np.log(train_rpm)).variance)
 
     @uses_fitted
     def detect(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
@@ -275,7 +236,7 @@ class ConditionClassifier(SignalClassifier):
             "alarm": self.healthy_index_ >= 0,
             "is_stretch": measured.is_stretch,
             "locations": location_names(self.class_locations_),
-            "n_evidence": len(self.classes_) + 1,
+            "n_evidence": len(self.classes_),
             "n_specimens": tuple(self.n_specimens_.tolist()),
             "sampling_rate": measured.sampling_rate,
             "speeds": measured.speeds,
@@ -301,9 +262,8 @@ class ConditionClassifier(SignalClassifier):
         are_locations = np.isin(locations, numbers)
         expect(are_locations, "class_locations_", locations, "numbers of locations")
         self._check_healthy()
-        # Larger gaps or exponents overflow.
+        # Larger gaps overflow.
         self._check_array("noise_gaps_", (2,), "at least 0 and below 1e3")
-        self._check_number("location_exponent_", "above 0 and below 1e3")
         self._check_array("n_specimens_", (n_classes,), kind=int)
         are_counts = (self.n_specimens_ >= 1) & (self.n_specimens_ < 1e6)
         expect(are_counts, "n_specimens_", self.n_specimens_, "counts of at least 1")
@@ -329,3 +289,29 @@ class ConditionClassifier(SignalClassifier):
         check_rate(self.false_alarm_rate, "false_alarm_rate")
         check_rate(self.recorded_prior, "recorded_prior")
         check_locations(self.locations)
+
+
+def _count_specimens(specimen, rows, target, n_rows):
+    """Return the number of specimens of each condition, 1 if specimens are not stated."""
+    if specimen is None:
+        return np.ones(target.max() + 1, dtype=int)
+    names = column_or_1d(np.asarray(specimen, dtype=object)).astype(str)
+    expected = f"{n_rows}, as X has rows"
+    expect(len(names) == n_rows, "Length of specimen", len(names), expected)
+    return pd.Series(names[rows]).groupby(target).nunique().to_numpy()
+
+
+def _levels(residual, X, rpm):
+    """Return the residuals of rows, in an array that may be changed."""
+    takes_rpm = rpm is not None and requests(residual, "transform", "rpm")
+    metadata = {"rpm": rpm} if takes_rpm else {}
+    return np.array(residual.transform(X, **metadata))
+
+
+def _probes(X, rpm):
+    """Return rows of noise as long as those of X, and the middle training speed for each."""
+    rows = coloured_noises((X.shape[1], X.shape[-1])).astype(X.dtype)
+    if rpm is None:
+        return rows, None
+    middle = np.exp(np.median(log_speeds(rpm, len(X))))
+    return rows, np.full(len(rows), middle)

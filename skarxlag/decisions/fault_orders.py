@@ -304,7 +304,7 @@ class FaultOrderClassifier(SignalClassifier):
     )
 
     def _joined(self, evidence, n_rows):
-        by_spectra, by_combs = np.split(evidence, 2, axis=1)
+        by_spectra, by_combs = np.split(evidence, [len(self.classes_)], axis=1)
         learned = self.conditions_.join(by_spectra, n_rows)
         weights = effective_number(n_rows).reshape(-1, 1)
         scores = learned.log_probability + weights * by_combs
@@ -335,7 +335,7 @@ class FaultOrderClassifier(SignalClassifier):
             Number of rows, or the sum of their weights.
         rpm : float
             Their speed. NaN: combs are not used.
-        evidence : ndarray of shape (2 * n_classes + 2,) or None, default=None
+        evidence : ndarray of shape (2 * n_classes + 1,) or None, default=None
             Mean of ``row_evidence``, of which spectra are used. Required with
             `conditions`, and not used without them.
         n_joined : float, default=1.0
@@ -349,7 +349,7 @@ class FaultOrderClassifier(SignalClassifier):
         matches = self._search().match_gathered(contrast, self.window_shape_[-1], rpm)
         if self.conditions_ is None:
             return self._judge(matches, None, n_rows)
-        by_spectra, _ = np.split(np.asarray(evidence), 2)
+        by_spectra = np.asarray(evidence)[: len(self.classes_)]
         learned = self.conditions_.join(by_spectra[np.newaxis], n_joined)
         return self._judge(matches, learned.log_probability, n_rows)
 
@@ -414,8 +414,8 @@ class FaultOrderClassifier(SignalClassifier):
             return self.conditions_._capabilities() | {
                 "sampling_rate": self.sampling_rate,
                 "takes_rpm": True,
-                # Each condition, and an unknown one, by spectra and by combs.
-                "n_evidence": 2 * (len(self.classes_) + 1),
+                # Each condition by spectra; by combs also an unknown one.
+                "n_evidence": 2 * len(self.classes_) + 1,
             }
         healthy = self.classes_[self.class_locations_ == FAULT_LOCATIONS.index(HEALTHY)]
         return {

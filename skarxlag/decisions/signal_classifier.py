@@ -130,8 +130,8 @@ class SignalClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         ----------
         evidence : array-like of shape (n_recordings, n_values)
             Means of ``row_evidence``, which `diagnose` returns with learned conditions:
-            natural logarithms of the residuals of each class and of the factor on the
-            drift, followed by log probabilities of combs, if there is a bearing.
+            natural logarithms of the residuals of each class, followed by log
+            probabilities of combs, if there is a bearing.
         n_rows : float or array-like of shape (n_recordings,), default=1.0
             Number of rows, or the sum of their weights, above 0.
 

@@ -2,9 +2,9 @@
 
 Residuals separate the conditions best for the specimens that were recorded. Another
 specimen of the same fault resembles the recorded one less, and it resembles other
-faults nearly as much. These functions ask two questions: whether there is a fault, and
-which location it has. For each question they mix two answers: that for a specimen that was
-recorded, and that for another one.
+faults nearly as much. So each answer is certain as far as its row is one of a recorded
+specimen, and for the rest it follows from residuals with a small exponent. The constants
+are chosen by leaving rigs out, see ``python -m benchmarks.another_bearing constants``.
 """
 
 from typing import NamedTuple
@@ -14,38 +14,25 @@ from numpy.typing import NDArray
 from scipy.special import expit, log_expit, logit
 
 from .arrays import Array
-from .speed_references import LEAST_DRIFT
 
-#: Exponents of the residuals in the probabilities of the answers. They are chosen by
-#: leaving rigs out, as all constants of this module are, see ``python -m
-#: benchmarks.another_bearing constants``. The first is that of a specimen that was
-#: recorded. The others are those of another specimen, for the question whether there is
-#: a fault, and for the question at which location.
-RECORDED_EXPONENT = 32.0
-FAULT_EXPONENT = 8.0
-LOCATION_EXPONENT = 4.0
 #: Log odds of a recorded specimen for each neper by which the gap of the residuals
 #: exceeds that of noise. The gap is the logarithm of the second smallest residual over
 #: the smallest.
-GAP_ODDS = 5.0
-#: Least gap of noise that is assumed, in the questions about the fault and about its
-#: location.
-LEAST_FAULT_GAP = 0.4
-LEAST_LOCATION_GAP = 0.2
-#: Range of these log odds: a gap is never proof.
-_GAP_RANGE = (-6.0, 8.0)
-#: Log odds against a recorded specimen for each neper by which the smallest residual
-#: exceeds the second number.
-FAR_ODDS = 8.0
-FAR = 1.6
-#: Odds of an unknown condition against another specimen of a known one, if the row is
-#: no farther than other specimens are.
+GAP_ODDS = 12.0
+#: Log odds at the gap of noise, and the largest ones: a gap is never proof.
+ODDS_OF_NOISE = -0.5
+LARGEST_ODDS = 8.0
+#: Log odds against a recorded specimen for each neper of the smallest residual above 1.
+FAR_ODDS = 4.0
+#: Exponents of the residuals: of the answers for another specimen, and of the
+#: conditions of one location, which differ by specimen.
+ANOTHER_EXPONENT = 6.0
+CONDITION_EXPONENT = 32.0
+#: Probability of an unknown condition in rows that are of no recorded specimen.
 UNKNOWN_SHARE = 0.2
-#: Log odds of an unknown condition for each neper by which the smallest residual
-#: exceeds the second number, at a training speed. The drift of another speed hides a
-#: part of the distance.
-UNKNOWN_ODDS = 6.0
-UNLIKE = 3.2
+#: Share of the gap of noise that the rows of a recording have in common: they are of
+#: one specimen.
+COMMON_GAP = 0.3
 
 
 class Posterior(NamedTuple):
@@ -81,87 +68,68 @@ def logarithms(residuals: Array) -> NDArray[np.float64]:
     return np.log(np.maximum(residuals, np.finfo(float).tiny))
 
 
-def recorded_log_odds(
-    residuals: Array,
-    noise_gap: float | NDArray[np.float64],
-    prior: float = 0.5,
-) -> Array:
-    r"""Compute the log odds that rows are of a specimen that was recorded.
+def answer_log_probabilities(
+    residuals: Array, noise_gap: float | NDArray[np.float64], prior: float = 0.5
+) -> tuple[Array, Array]:
+    r"""Compute the log probability of each answer to a question.
+
+    With the smallest residual :math:`r_1`, the second one :math:`r_2`, the gap :math:`g
+    = \ln (r_2 / r_1)`, the gap :math:`g_0` that noise reaches, and the prior
+    :math:`\pi`, the log odds that the row is of a recorded specimen are
 
     .. math::
 
-        \ln\frac{\pi}{1 - \pi} + 5\,(g - g_0)
-        - 8 \max\bigl(\ln (r_1 / 1.6), 0\bigr)
+        z = \min\Bigl(8,\; \ln\frac{\pi}{1 - \pi} - 0.5 + 12\,(g - g_0)
+        - 4 \max(\ln r_1, 0)\Bigr).
 
-    with the prior :math:`\pi`, the smallest residual :math:`r_1`, the gap :math:`g =
-    \ln (r_2 / r_1)` to the second one, and the gap :math:`g_0` that noise reaches. The
-    second term is limited to the range from -6 to 8. A row of a recorded specimen
-    resembles one answer much more than any other.
+    With :math:`q = 1 / (1 + e^{-z})`, answer a has the probability
 
-    Parameters
-    ----------
-    residuals : ndarray of shape (n_rows, n_answers)
-        Natural logarithms of the residuals of the answers to one question.
-    noise_gap : float or ndarray of shape (n_rows,)
-        The largest gap of noise, at least 0.
-    prior : float, default=0.5
-        The probability that a row is of a recorded specimen, in (0, 1).
-
-    Returns
-    -------
-    ndarray of shape (n_rows,)
-        Natural logarithms of odds.
-
-    Examples
-    --------
-    >>> recorded_log_odds(np.log([[1.0, 2.0], [1.0, 1.1], [2.0, 4.0]]), 0.2).round(1)
-    array([ 2.5, -0.5,  0.7])
-    """
-    two_smallest = np.sort(residuals, axis=1)[:, :2]
-    smallest = two_smallest[:, 0]
-    gap = two_smallest[:, -1] - smallest
-    by_gap = np.clip(GAP_ODDS * (gap - noise_gap), *_GAP_RANGE)
-    distance = np.maximum(smallest - np.log(FAR), 0.0)
-    return logit(prior) + by_gap - FAR_ODDS * distance
-
-
-def answer_log_probabilities(
-    residuals: Array, exponent: float, recorded: Array
-) -> Array:
-    r"""Compute the log probability of each answer to a question.
-
-    .. math:: q\,\frac{r_a^{-32}}{\sum r^{-32}} + (1 - q)\,\frac{r_a^{-k}}{\sum r^{-k}}
-
-    with the probability q that the row is of a recorded specimen, and the exponent k of
-    others.
+    .. math:: p_a = q\,[a \text{ is nearest}] + (1 - q)\,\frac{r_a^{-6}}{\sum_b r_b^{-6}}.
 
     Parameters
     ----------
     residuals : ndarray of shape (n_rows, n_answers)
         Natural logarithms of the residuals.
-    exponent : float
-        The exponent k, at least 0.
-    recorded : ndarray of shape (n_rows,)
-        Log odds of q, see `recorded_log_odds`.
+    noise_gap : float or ndarray of shape (n_rows,)
+        The gap :math:`g_0`, at least 0.
+    prior : float, default=0.5
+        The probability :math:`\pi`, in (0, 1).
 
     Returns
     -------
-    ndarray of shape (n_rows, n_answers)
+    log_probability : ndarray of shape (n_rows, n_answers)
         Natural logarithms; those of a row sum to 1 as probabilities.
+    log_odds : ndarray of shape (n_rows,)
+        The log odds z. With a single answer there is no gap, and they are minus
+        infinity.
 
     Examples
     --------
-    >>> residuals = np.log([[1.0, 1.2]])
-    >>> np.exp(answer_log_probabilities(residuals, 4.0, np.array([-20.0]))).round(2)
-    array([[0.67, 0.33]])
-    >>> np.exp(answer_log_probabilities(residuals, 4.0, np.array([20.0]))).round(2)
-    array([[1., 0.]])
+    >>> logs, odds = answer_log_probabilities(np.log([[1.0, 2.0], [1.0, 1.1]]), 0.2)
+    >>> np.exp(logs).round(2), odds.round(1)
+    (array([[1.  , 0.  ],
+           [0.69, 0.31]]), array([ 5.4, -1.8]))
     """
-    of_recorded = _log_softmax(-RECORDED_EXPONENT * residuals)
-    of_others = _log_softmax(-exponent * residuals)
-    if_recorded = log_expit(recorded)[:, np.newaxis] + of_recorded
-    if_another = log_expit(-recorded)[:, np.newaxis] + of_others
-    return np.logaddexp(if_recorded, if_another)
+    if residuals.shape[1] < 2:
+        return np.zeros(residuals.shape), np.full(len(residuals), -np.inf)
+    smallest = residuals.min(axis=1)
+    excess = _gap(residuals) - noise_gap
+    log_odds = logit(prior) + ODDS_OF_NOISE + GAP_ODDS * excess
+    log_odds -= FAR_ODDS * np.maximum(smallest, 0.0)
+    log_odds = np.minimum(log_odds, LARGEST_ODDS)
+    is_nearest = residuals == smallest[:, np.newaxis]
+    n_nearest = is_nearest.sum(axis=1)
+    of_nearest = np.c_[log_expit(log_odds) - np.log(n_nearest)]
+    if_recorded = np.where(is_nearest, of_nearest, -np.inf)
+    of_others = _log_softmax(-ANOTHER_EXPONENT * residuals)
+    if_another = np.c_[log_expit(-log_odds)] + of_others
+    return np.logaddexp(if_recorded, if_another), log_odds
+
+
+def _gap(residuals):
+    """Return the second smallest value of each row less the smallest."""
+    smallest, second = np.partition(residuals, 1, axis=1)[:, :2].T
+    return second - smallest
 
 
 def _log_softmax(scores):
@@ -169,73 +137,6 @@ def _log_softmax(scores):
     below_largest = scores - scores.max(axis=1, keepdims=True)
     total = np.exp(below_largest).sum(axis=1, keepdims=True)
     return below_largest - np.log(total)
-
-
-def unknown_log_odds(smallest: Array, recorded: Array, drift: Array) -> Array:
-    r"""Compute the log odds of an unknown condition against all known ones.
-
-    .. math::
-
-        \ln (1 - q) + \ln\frac{0.2}{0.8}
-        + 6 \max\left(\ln \frac{r_1 \sqrt{f / 0.2}}{3.2},\; 0\right)
-
-    with the probability q of a recorded specimen, the smallest residual :math:`r_1`,
-    and the factor f on the drift, 0.2 at a training speed. The residual of a row that
-    no drift explains falls with the root of f.
-
-    Parameters
-    ----------
-    smallest : ndarray of shape (n_rows,)
-        Natural logarithms of the smallest residuals.
-    recorded : ndarray of shape (n_rows,)
-        Log odds of q, see `recorded_log_odds`.
-    drift : ndarray of shape (n_rows,)
-        Factors f, see :func:`skarxlag.kernels.speed_references.drift_factor`.
-
-    Returns
-    -------
-    ndarray of shape (n_rows,)
-        Natural logarithms of odds.
-
-    Examples
-    --------
-    >>> unknown_log_odds(np.log([1.0, 6.4]), np.zeros(2), np.full(2, 0.2)).round(2)
-    array([-2.08,  2.08])
-    """
-    at_training_speed = smallest + np.log(drift / LEAST_DRIFT) / 2
-    beyond = np.maximum(at_training_speed - np.log(UNLIKE), 0.0)
-    return log_expit(-recorded) + logit(UNKNOWN_SHARE) + UNKNOWN_ODDS * beyond
-
-
-def question_gaps(residuals: Array, locations: Array, healthy: int) -> Array:
-    """Compute the gaps between the two nearest answers to both questions.
-
-    Parameters
-    ----------
-    residuals, locations, healthy
-        As in `condition_log_probabilities`.
-
-    Returns
-    -------
-    ndarray of shape (n_rows, 2)
-        Of the question whether there is a fault, and at which location; 0 if there is one
-        answer.
-
-    Examples
-    --------
-    >>> residuals = np.log([[1.0, 0.5, 1.0]])
-    >>> question_gaps(residuals, np.array([0, 1, 2]), 0).round(2)
-    array([[0.69, 0.69]])
-    """
-    nearest = _by_location(np.min, residuals, locations)
-    of_faults = nearest[:, np.arange(nearest.shape[1]) != healthy]
-    gaps = np.zeros((len(residuals), 2))
-    if of_faults.shape[1] > 1:
-        smallest = np.sort(of_faults, axis=1)
-        gaps[:, 1] = smallest[:, 1] - smallest[:, 0]
-    if healthy >= 0 and of_faults.shape[1] > 0:
-        gaps[:, 0] = np.abs(nearest[:, healthy] - of_faults.min(axis=1))
-    return gaps
 
 
 def _by_location(function, values, locations):
@@ -247,28 +148,88 @@ def _by_location(function, values, locations):
     return np.stack(of_locations, axis=1)
 
 
+def question_residuals(
+    residuals: Array, locations: Array, healthy: int
+) -> tuple[Array, Array]:
+    """Return the residuals of the answers to both questions.
+
+    The residual of an answer is the smallest residual of its conditions.
+
+    Parameters
+    ----------
+    residuals, locations, healthy
+        As in `condition_log_probabilities`.
+
+    Returns
+    -------
+    of_states : ndarray of shape (n_rows, n_states)
+        Of the question whether there is a fault: of healthy conditions and of faults, as
+        far as there are any.
+    of_faults : ndarray of shape (n_rows, n_faults)
+        Of the question at which location the fault is.
+
+    Examples
+    --------
+    >>> residuals = np.array([[0.0, -0.7, 0.1]])
+    >>> question_residuals(residuals, np.array([0, 1, 2]), 0)
+    (array([[ 0. , -0.7]]), array([[-0.7,  0.1]]))
+    """
+    nearest = _by_location(np.min, residuals, locations)
+    is_fault = np.arange(nearest.shape[1]) != healthy
+    of_faults = nearest[:, is_fault]
+    of_states = nearest[:, ~is_fault]
+    if of_faults.shape[1] > 0:
+        of_states = np.column_stack([of_states, of_faults.min(axis=1)])
+    return of_states, of_faults
+
+
+def noise_gaps(residuals: Array, locations: Array, healthy: int) -> Array:
+    """Compute the largest gaps of rows of noise in both questions.
+
+    Parameters
+    ----------
+    residuals, locations, healthy
+        As in `condition_log_probabilities`.
+
+    Returns
+    -------
+    ndarray of shape (2,)
+        Of the question whether there is a fault, and at which location; 0 if there is one
+        answer.
+
+    Examples
+    --------
+    >>> noise_gaps(np.array([[0.0, -0.7, 0.1], [0.1, 0.0, 0.0]]), np.array([0, 1, 2]), 0)
+    array([0.7, 0.8])
+    """
+    questions = question_residuals(residuals, locations, healthy)
+    return np.array(
+        [
+            _gap(question).max() if question.shape[1] > 1 else 0.0
+            for question in questions
+        ]
+    )
+
+
 def condition_log_probabilities(
     residuals: Array,
     locations: Array,
     healthy: int,
-    drift: Array,
-    noise_gaps: tuple[float, float] = (0.0, 0.0),
+    gaps_of_noise: Array,
     prior: float = 0.5,
-    location_exponent: float = LOCATION_EXPONENT,
     n_rows: float | NDArray[np.float64] = 1.0,
 ) -> Posterior:
     r"""Compute the log probability of each condition, and that of an unknown one.
 
     Three questions are asked in turn: whether there is a fault, at which location, and
-    which of the conditions of the location it is. The residual of an answer is the
-    smallest residual of its conditions. The first two questions are answered by
-    `answer_log_probabilities`. The conditions of a location differ by specimen, so the
-    third has the exponent of a recorded specimen.
+    which of the conditions of the location it is. `answer_log_probabilities` answers the
+    first two. The conditions of a location differ by specimen, so their probabilities
+    are proportional to :math:`r^{-32}`. An unknown condition has the odds :math:`(1 - q)
+    \cdot 0.2 / 0.8` against all known ones, with the larger q of the two questions.
 
-    Whether the specimen was recorded is the same for all rows of a recording. So the
-    questions are asked once, about the mean of the logarithms over its n rows. The gap
-    that noise reaches is then :math:`g_0 / \sqrt{n}`, because the noise of the rows is
-    independent.
+    The rows of a recording are of one specimen. So the questions are asked once, about
+    the mean of the logarithms over its n rows. The noise of the rows is independent in
+    part, and the gap of noise is multiplied by :math:`\sqrt{0.3 + 0.7 / n}`.
 
     Parameters
     ----------
@@ -278,17 +239,12 @@ def condition_log_probabilities(
         Number of the location of each condition; all numbers from 0 to the largest occur.
     healthy : int
         Number of the location of healthy conditions; -1 if there is none.
-    drift : ndarray of shape (n_rows,)
-        Factors on the drift at the speeds of the rows.
-    noise_gaps : tuple of two floats, default=(0.0, 0.0)
-        Largest gaps of noise in the questions about the fault and about its location. At
-        least .4 and .2 are used.
+    gaps_of_noise : array-like of shape (2,)
+        Largest gaps of noise, see `noise_gaps`.
     prior : float, default=0.5
         Probability that a row is of a recorded specimen, in (0, 1).
-    location_exponent : float, default=4.0
-        Exponent of the residuals of locations for other specimens, at least 0.
     n_rows : float or ndarray of shape (n_rows,), default=1.0
-        Number n of rows that each mean is of, above 0.
+        Number n of rows that each mean is of. Less than 1 counts as 1.
 
     Returns
     -------
@@ -300,36 +256,28 @@ def condition_log_probabilities(
     A healthy condition, two of the inner race and one of the outer race:
 
     >>> residuals = np.log([[1.0, 0.5, 0.6, 0.9]])
-    >>> found = condition_log_probabilities(residuals, np.array([0, 1, 1, 2]), 0, np.full(1, 0.2))
+    >>> found = condition_log_probabilities(residuals, np.array([0, 1, 1, 2]), 0, (0.4, 0.2))
     >>> np.exp(found.log_probability).round(2), found.recorded.round(2)
-    (array([[0.  , 0.96, 0.  , 0.01, 0.03]]), array([0.87]))
+    (array([[0.  , 0.99, 0.  , 0.  , 0.  ]]), array([0.98]))
     """
-    fault_gap = max(noise_gaps[0], LEAST_FAULT_GAP) / np.sqrt(n_rows)
-    location_gap = max(noise_gaps[1], LEAST_LOCATION_GAP) / np.sqrt(n_rows)
-    nearest = _by_location(np.min, residuals, locations)
-    n_locations = nearest.shape[1]
-    of_location = np.zeros((len(residuals), n_locations))
+    left = np.sqrt(COMMON_GAP + (1 - COMMON_GAP) / np.maximum(n_rows, 1.0))
+    of_questions = question_residuals(residuals, locations, healthy)
+    (of_states, state_odds), (of_faults, location_odds) = (
+        answer_log_probabilities(question, gap * left, prior)
+        for question, gap in zip(of_questions, gaps_of_noise, strict=True)
+    )
+    n_locations = locations.max() + 1
     is_fault = np.arange(n_locations) != healthy
-    of_faults = nearest[:, is_fault]
-    recorded = np.full(len(residuals), -np.inf)
-    if of_faults.shape[1] > 0:
-        recorded = recorded_log_odds(of_faults, location_gap, prior)
-        answers = answer_log_probabilities(of_faults, location_exponent, recorded)
-        of_location[:, is_fault] = answers
-    if healthy >= 0 and of_faults.shape[1] > 0:
-        of_nearest_fault = of_faults.min(axis=1)
-        question = np.stack([nearest[:, healthy], of_nearest_fault], axis=1)
-        of_question = recorded_log_odds(question, fault_gap, prior)
-        answers = answer_log_probabilities(question, FAULT_EXPONENT, of_question)
-        of_location[:, healthy] = answers[:, 0]
-        of_location[:, is_fault] += answers[:, 1:]
-        recorded = np.maximum(recorded, of_question)
+    of_location = np.empty((len(residuals), n_locations))
+    of_location[:, ~is_fault] = of_states[:, :1]
+    of_location[:, is_fault] = of_states[:, -1:] + of_faults
     scores = np.empty((len(residuals), len(locations) + 1))
     for location in range(n_locations):
         conditions = np.flatnonzero(locations == location)
-        among = _log_softmax(-RECORDED_EXPONENT * residuals[:, conditions])
+        among = _log_softmax(-CONDITION_EXPONENT * residuals[:, conditions])
         scores[:, conditions] = of_location[:, [location]] + among
-    scores[:, -1] = unknown_log_odds(nearest.min(axis=1), recorded, drift)
+    recorded = np.maximum(state_odds, location_odds)
+    scores[:, -1] = log_expit(-recorded) + logit(UNKNOWN_SHARE)
     return Posterior(_log_softmax(scores), expit(recorded))
 
 
@@ -369,11 +317,9 @@ def decided_condition(
 
 
 def with_largest(probability: Array, chosen: NDArray[np.intp]) -> Array:
-    r"""Return the nearest probabilities of which a chosen one is the largest in each row.
+    """Return probabilities of which a chosen one is the largest in each row.
 
-    Where another condition is more probable than the chosen one, both get the level t,
-    which all others are limited to: :math:`\sum_{c \ne c^*} \min(p_c, t) + t = 1`. This
-    is the smallest change.
+    The chosen condition and all that are at least as probable get their mean.
 
     Parameters
     ----------
@@ -385,31 +331,22 @@ def with_largest(probability: Array, chosen: NDArray[np.intp]) -> Array:
     Returns
     -------
     ndarray of shape (n_rows, n_conditions)
-        Rows that sum to 1; the chosen condition exceeds the others by at least 1e-9 of
-        itself.
+        Rows that sum to 1; the chosen condition exceeds the others by at least 1e-6 of
+        itself if it did not exceed them before.
 
     Examples
     --------
-    >>> with_largest(np.array([[0.4, 0.3, 0.3], [0.1, 0.8, 0.1]]), np.array([1, 1])).round(3)
-    array([[0.35, 0.35, 0.3 ],
-           [0.1 , 0.8 , 0.1 ]])
+    >>> with_largest(np.array([[0.5, 0.3, 0.2], [0.1, 0.8, 0.1]]), np.array([1, 1])).round(3)
+    array([[0.4, 0.4, 0.2],
+           [0.1, 0.8, 0.1]])
     """
-    changed = probability.copy()
-    rows = np.flatnonzero(probability.argmax(axis=1) != chosen)
-    if len(rows) == 0:
-        return changed
-    others = probability[rows]
-    others[np.arange(len(rows)), chosen[rows]] = np.inf
-    # The chosen one comes last.
-    ascending = np.sort(others, axis=1)
-    sums = np.zeros(ascending.shape)
-    sums[:, 1:] = np.cumsum(ascending[:, :-1], axis=1)
-    # The level of the chosen one and of all but the first k of the others.
-    levels = (1 - sums) / np.arange(ascending.shape[1], 0, -1)
-    first = (levels <= ascending).argmax(axis=1)
-    level = levels[np.arange(len(rows)), first]
-    changed[rows] = np.minimum(probability[rows], level[:, np.newaxis])
-    changed[rows, chosen[rows]] = level * (1 + 1e-6)
+    rows = np.arange(len(probability))
+    of_chosen = probability[rows, chosen]
+    is_raised = probability >= np.c_[of_chosen]
+    mean = np.where(is_raised, probability, 0.0).sum(axis=1) / is_raised.sum(axis=1)
+    changed = np.where(is_raised, np.c_[mean], probability)
+    is_largest = changed.argmax(axis=1) == chosen
+    changed[rows, chosen] *= np.where(is_largest, 1.0, 1 + 1e-6)
     return changed / changed.sum(axis=1, keepdims=True)
 
 

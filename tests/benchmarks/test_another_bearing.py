@@ -3,15 +3,16 @@
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.signal import lfilter
+from scipy.signal import lfilter, welch
 
 from benchmarks.another_bearing import command, constants, metrics, protocol
 from benchmarks.another_bearing.methods import METHODS, by_location
+from benchmarks.another_bearing.noise import synthetic
 from benchmarks.recipe.rigs import Recording, Rig
 from skarxlag.core.fault_locations import FAULT_LOCATIONS
 from skarxlag.kernels import posterior
 
-RATE = 2000.0
+RATE = 2400.0
 POLES = {"Normal": 0.0, "IR2": 0.6, "IR5": 0.5, "OR2": -0.6, "OR5": -0.5}
 SPECIMENS = [{"IR2", "OR2"}, {"IR5", "OR5"}]
 
@@ -26,7 +27,9 @@ def make_rig(loads=(None,)):
         for load in loads
     ]
     recordings = [
-        Recording(lfilter([1], [1, -POLES[facts[0]]], rng.normal(size=12_000)), *facts)
+        Recording(
+            lfilter([1], [1, -POLES[facts[0]]], rng.normal(size=int(6 * RATE))), *facts
+        )
         for facts in settings
     ]
     return Rig("CWRU drive end", RATE, recordings)
@@ -112,20 +115,44 @@ def test_every_method_has_a_row_for_each_protocol(rig):
     assert set(command.overview(table)["method"]) <= set(METHODS)
 
 
-def test_settings_of_the_constants_change_the_score_and_are_put_back(rig):
-    parts = constants.compared(rig)
-    in_use, stated = constants.losses(parts, constants.IN_USE)
-    other, _ = constants.losses(parts, constants.IN_USE | {"UNKNOWN_SHARE": 0.9})
-    assert other > in_use > 0 and stated.dtype == bool
+@pytest.fixture(scope="module")
+def parts(rig):
+    return constants.compared(rig)
+
+
+def test_settings_of_the_constants_change_the_score_and_are_put_back(parts):
+    in_use = constants.score(constants.stated(parts, constants.IN_USE))
+    changed = constants.IN_USE | {"UNKNOWN_SHARE": 0.9}
+    other = constants.score(constants.stated(parts, changed))
+    assert other["log loss"] > in_use["log loss"] > 0
+    assert 0 <= in_use["right"] <= in_use["stated"] and 0 <= in_use["noise"] <= 1
     assert constants.IN_USE["UNKNOWN_SHARE"] == posterior.UNKNOWN_SHARE
 
 
+def test_a_larger_prior_states_more_rows(parts):
+    table = constants.trade(parts)
+    assert table["recorded_prior"].tolist() == list(constants.PRIORS)
+    for name in ("same bearing", "another bearing"):
+        assert table[f"{name}: stated"].is_monotonic_increasing
+
+
 def test_the_setting_that_is_best_on_the_other_rigs_is_chosen():
-    grid = constants.settings()
-    assert len(grid) == 240 and grid[0] == constants.IN_USE
-    scores = pd.DataFrame(np.full((240, 2), 1.0), columns=["a", "b"])
-    scores.loc[7] = 0.5
-    table = constants.left_out(scores, 0 * scores)
-    assert table["log loss"].tolist() == [0.5, 0.5]
-    assert table["in use"].tolist() == [1.0, 1.0]
-    assert table["far"][0] == grid[7]["FAR"]
+    grid = constants.SETTINGS
+    assert len(grid) == 14 and grid[0] == constants.IN_USE
+    table = pd.DataFrame(
+        {"log loss": 1.0, "noise": 0.0, "stated": 10, "right": 10}, range(14)
+    )
+    table.loc[3:6, "log loss"] = 0.5
+    # Too much noise, and too few right.
+    table.loc[3, "noise"] = 0.1
+    table.loc[4, "right"] = 5
+    chosen = constants.left_out({"a": table, "b": table})
+    assert chosen["log loss"].tolist() == [0.5, 0.5]
+    assert chosen["in use"].tolist() == [1.0, 1.0]
+    assert chosen["odds of noise"][0] == grid[5]["ODDS_OF_NOISE"]
+
+
+def test_pink_noise_has_the_same_power_in_each_octave():
+    frequency, power = welch(synthetic(1000.0, 2**17)["pink"], 1000.0, nperseg=4096)
+    octaves = np.log(frequency[20:-20])
+    assert abs(np.polyfit(octaves, np.log(power[20:-20]), 1)[0] + 1) < 0.05

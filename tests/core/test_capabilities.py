@@ -74,7 +74,7 @@ def searched(diagnoser):
     ("model", "expected"),
     [
         (make_alpio(healthy="good"), LADDER | ROWS),
-        (make_diagnoser(healthy="good"), LADDER | ROWS | SPECIMENS | {"n_evidence": 3}),
+        (make_diagnoser(healthy="good"), LADDER | ROWS | SPECIMENS | {"n_evidence": 2}),
         (searched(make_alpio(healthy="good")), LADDER | ROWS),
         (Pipeline([("outer", make_alpio(healthy="good"))]), LADDER | ROWS),
         (calibrated(make_alpio(healthy="good")), FOREIGN | ROWS | {"healthy": "good"}),

@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 from skarxlag import ConditionClassifier, make_diagnoser
 from skarxlag.distances.stretches import window_comparison
 from skarxlag.kernels import posterior
-from skarxlag.kernels.speed_references import drift_factor, speed_distance
+from skarxlag.kernels.coloured_noises import coloured_noises
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 LENGTH = 2400
@@ -91,14 +91,9 @@ def test_without_a_healthy_condition_there_is_no_alarm(data):
     assert strict.detection_threshold_ < fitted.detection_threshold_
 
 
-def of_kernel(fitted, logs, drift=1.0, **options):
+def of_kernel(fitted, logs, **options):
     return posterior.condition_log_probabilities(
-        logs,
-        np.array([0, 0, 2, 1]),
-        2,
-        np.full(len(logs), drift),
-        tuple(fitted.noise_gaps_),
-        **options,
+        logs, np.array([0, 0, 2, 1]), 2, fitted.noise_gaps_, **options
     )
 
 
@@ -134,18 +129,23 @@ def test_rows_are_joined_by_their_mean_log_residuals(fitted, data):
     np.testing.assert_allclose(joined.log_probability, expected.log_probability)
 
 
-@pytest.mark.parametrize("train_rpm", [[900.0], [900.0, 1000.0]])
-@pytest.mark.parametrize("rpm", [900.0, 1500.0])
-def test_the_drift_at_a_speed_counts_for_rows_unlike_all(data, train_rpm, rpm):
+def test_gaps_of_noise_are_those_of_coloured_noises_at_the_middle_speed(data):
     X, y = data
-    fitted = classifier().fit(X, y, rpm=np.resize(train_rpm, len(X)))
-    rough = np.diff(rows(0.0, 4, 70), n=2, axis=1, prepend=[[0.0, 0.0]] * 4)
-    found = fitted.diagnose(rough, rpm=rpm)
-    variance = speed_distance(np.log([rpm]), np.log(train_rpm)).variance
-    drift = float(drift_factor(variance)[0])
-    np.testing.assert_allclose(found.row_evidence[:, -1], np.log(drift))
-    expected = of_kernel(fitted, np.log(found.levels), drift)
-    np.testing.assert_allclose(found.log_probability, expected.log_probability)
+    fitted = classifier().fit(X, y, rpm=np.resize([800.0, 900.0, 1500.0], len(X)))
+    noises = coloured_noises((1, LENGTH))
+    logs = np.log(fitted.residual_.transform(noises, rpm=np.full(len(noises), 900.0)))
+    expected = posterior.noise_gaps(logs, np.array([0, 0, 2, 1]), 2)
+    np.testing.assert_allclose(fitted.noise_gaps_, expected)
+
+
+def test_an_interrupted_refit_changes_nothing(data, monkeypatch):
+    X, y = data
+    fitted = classifier().fit(X, y)
+    before = dict(vars(fitted))
+    monkeypatch.setattr(posterior, "noise_gaps", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        fitted.fit(X[12:], y[12:])
+    assert {name: vars(fitted)[name] for name in before} == before
 
 
 def test_one_healthy_row_has_a_limit(data):
@@ -180,38 +180,14 @@ def test_what_is_far_from_everything_is_not_named(data):
     assert found.recorded.max() < 0.05
 
 
-#: Poles of two specimens of each of two locations: similar ones, and those of the other
-#: location.
-ALIKE = [(0.5, 0.52), (-0.5, -0.52)]
-MIXED = [(0.7, -0.5), (-0.7, 0.5)]
-
-
-def specimens(poles):
+def specimens():
     """Rows, locations and specimens."""
-    X, y, names = [], [], []
-    for location, of_location in zip(("inner", "outer"), poles, strict=True):
-        for number, pole in enumerate(of_location):
-            X.append(rows(pole, 6, seed=len(X)))
-            y += 6 * [location]
-            names += 6 * [f"{location} {number}"]
-    return np.concatenate(X), np.array(y), np.array(names)
-
-
-def test_specimens_that_are_alike_make_the_location_surer():
-    def exponent(poles):
-        X, y, names = specimens(poles)
-        fitted = classifier().fit(X, y, specimen=names)
-        assert fitted.n_specimens_.tolist() == [2, 2]
-        return fitted.location_exponent_
-
-    assert exponent(ALIKE) > posterior.LOCATION_EXPONENT > exponent(MIXED)
-    X, y, _ = specimens(ALIKE)
-    plain = classifier().fit(X, y)
-    assert plain.location_exponent_ == posterior.LOCATION_EXPONENT
+    X = np.concatenate([rows(a, 6, i) for i, a in enumerate((0.5, 0.52, -0.5, -0.52))])
+    return X, np.repeat(["inner", "outer"], 12), np.repeat(list("abcd"), 6)
 
 
 def test_specimens_reach_the_classifier_through_the_pipeline():
-    X, y, names = specimens(ALIKE)
+    X, y, names = specimens()
     alone = make_diagnoser().fit(X, y, specimen=names)["decide"]
     assert alone.n_specimens_.tolist() == [2, 2]
     options = {"bearing": "6205", "sampling_rate": 1000.0}

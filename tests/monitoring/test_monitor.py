@@ -94,7 +94,7 @@ def test_evidence_fades_with_the_stated_half_life(make, diagnoser):
     half_life = 0.7
 
     def probabilities(weights):
-        mean = np.append(np.average(logs[: len(weights)], axis=0, weights=weights), 0)
+        mean = np.average(logs[: len(weights)], axis=0, weights=weights)
         joined = diagnoser["decide"].join(mean[np.newaxis], weights.sum())
         return np.exp(joined.log_probability[0])
 
@@ -400,11 +400,11 @@ def test_state_goes_through_a_file_and_the_next_verdicts_are_the_same(make, tmp_
         (lambda s: s["settings"].update(conditions=["a"]), "conditions == "),
         (
             lambda s: s["recent"]["evidence"].update(sums=[1.0]),
-            "expected 3 finite sums",
+            "expected 2 finite sums",
         ),
         (
             lambda s: s["recent"]["evidence"].update(sums=[np.nan, 0.0]),
-            "expected 3 finite sums",
+            "expected 2 finite sums",
         ),
         (lambda s: s["recent"].update(time=np.inf), "time == inf, expected a finite"),
         (lambda s: s["recent"]["evidence"].update(age=None), "damaged"),
@@ -760,7 +760,7 @@ def test_combs_are_gathered_beside_learned_spectra(joint):
     assert last.verdict == "worn outer" and last.probability > 0.9 > doubt
     # The last verdict, from all that the rows show.
     contrast, decide = found.contrasts.mean(axis=0), joint["decide"]
-    mean = found.row_evidence[:, :3].mean(axis=0, keepdims=True)
+    mean = found.row_evidence[:, :2].mean(axis=0, keepdims=True)
     by_spectra = decide.conditions_.join(mean, 40)
     spectra = by_spectra.log_probability[0]
     orders, places = decide.orders_, decide.class_locations_
@@ -778,8 +778,8 @@ def test_rows_are_joined_by_spectra_and_combs(joint):
     one = decide.join(found.row_evidence[:1])
     np.testing.assert_allclose(one.log_probability[0], found.log_probability[0])
     mean = found.row_evidence.mean(axis=0)
-    spectra = decide.conditions_.join(mean[np.newaxis, :3], 6).log_probability[0]
-    expected = log_softmax(spectra + effective_number(6) * mean[3:])
+    spectra = decide.conditions_.join(mean[np.newaxis, :2], 6).log_probability[0]
+    expected = log_softmax(spectra + effective_number(6) * mean[2:])
     joined = decide.join(mean[np.newaxis], 6)
     np.testing.assert_allclose(joined.log_probability[0], expected)
 

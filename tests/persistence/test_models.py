@@ -382,7 +382,6 @@ def test_tampered_model_is_refused_at_load_by_name(tmp_path, step, name, value):
         ("class_locations_", np.array([0, 99])),
         ("healthy_index_", 7),
         ("noise_gaps_", np.array([0.1, -1.0])),
-        ("location_exponent_", 1e9),
         ("n_specimens_", np.array([0, 1])),
         ("recorded_prior", 1.0),
     ],

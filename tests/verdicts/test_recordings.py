@@ -107,8 +107,7 @@ def test_a_recording_is_diagnosed_by_the_mean_log_residuals_of_its_windows(windo
         np.log(diagnoser.diagnose(X[:6]).levels).mean(axis=0, keepdims=True),
         np.array([0, 1]),
         1,
-        np.ones(1),
-        noise_gaps=tuple(decide.noise_gaps_),
+        decide.noise_gaps_,
         n_rows=6,
     )
     assert (row["verdict"], row["no signal"]) == ("coloured", 3)
