@@ -84,6 +84,14 @@ READ = {
     "a rate in the head": "Sample rate: 2000 Hz\nSensor: 7\nacc\n" + lines(Y),
     "a rate in kHz": "Sampling Frequency;2;kHz\nn;acc\n"
     + lines(np.arange(N), Y, separator=";"),
+    "a rate after a sign of equality": "SamplingRate=2000\nacc\n" + lines(Y),
+    "an interval in the head": '"Sample Interval",5e-4,s\nn,CH1\n' + lines(range(N), Y),
+    "dates of the US": "time,acc\n"
+    + lines([f"01/25/2024 10:00:{t:09.6f} AM" for t in T], Y),
+    "minutes and seconds": "time,acc\n" + lines([f"59:{t:09.6f}" for t in T], Y),
+    "units below the second line of names": "A,B,B\nTime,a,b\ns,g,g\n" + THREE,
+    "signs of thousands between quotes": "time,acc\n"
+    + lines(T, 1000 * Y, form=("{:.6f}", '"{:,.1f}"')),
     "sep=": "sep=;\ntime;acc\n" + SEMICOLONS,
     "minus of typesetters": "time,acc\n" + PLAIN.replace("-", "\u2212"),
 }
@@ -102,9 +110,10 @@ def test_read(tmp_path, kind):
     n, rate = OTHERS.get(kind, (N, RATE))
     path = write(tmp_path, READ[kind])
     names = list_channels(path)["channel"].tolist()
-    channel = {"a rate in the head": 0, "seconds that have passed": "acc"}.get(kind, 1)
+    channel = 0 if len(names) == 1 or names[0] == "acc" else 1
     signal, stated = read_recording(path, channel=channel)
-    np.testing.assert_allclose(signal, Y[-n:], rtol=1e-5, atol=1e-4)
+    scale = 1000 if "thousands" in kind else 1
+    np.testing.assert_allclose(signal / scale, Y[-n:], rtol=1e-5, atol=1e-4)
     assert stated == rate
     assert "Comment" not in names and "Headers" not in names
 
@@ -162,6 +171,19 @@ REFUSED = {
         "time,acc\n" + lines(T.repeat(2), np.ravel([Y, U], "F")),
         "'time' is 0 s in samples 0 and 1, .* one column of each sensor",
     ),
+    "rows of two sensors in steps of the last digit but three": (
+        "time,acc\n"
+        + lines(
+            np.arange(N).repeat(2) / 1000, np.ravel([Y, U], "F"), form=("{:.6f}", "{}")
+        ),
+        "'time' is 0 s in samples 0 and 1",
+    ),
+    "a row that is repeated far from the head": (
+        "time,acc\n"
+        + lines(np.arange(20_000) / RATE, np.resize(Y, 20_000), form=("{:.6f}", "{}"))
+        + "9.999500,7\n10.000000,7\n",
+        "'time' is 9.9995 s in samples 19999 and 20000",
+    ),
     "two rates": (
         "Sample rate,25600,Hz\ntime,acc\n" + PLAIN,
         "the sampling rate is 25600 Hz, but its times 'time' state 2000 Hz",
@@ -175,6 +197,14 @@ def test_refused(tmp_path, kind):
     path = write(tmp_path, text)
     with pytest.raises(ValueError, match=rf"run.csv: .*{message}"):
         read_recording(path, channel=2 if "Sensor" in text or "axis" in text else 1)
+
+
+def test_a_rate_of_an_unlikely_unit_is_not_stated(tmp_path):
+    """Milliseconds would give 2 Hz; a rate that is stated shows the unit."""
+    path = write(tmp_path, "time,acc\n" + lines(1000 * T, Y))
+    assert read_recording(path, channel="acc")[1] is None
+    table = write(tmp_path, "path,channel,sampling_rate\nrun.csv,acc,2000\n", "t.csv")
+    assert read_recording_table(table).sampling_rate == RATE
 
 
 @pytest.mark.parametrize("rounding", [np.round, np.floor])

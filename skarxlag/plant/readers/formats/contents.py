@@ -65,6 +65,8 @@ class Channel:
         Seconds since 1970 at the first sample.
     contradiction : dict of str to float
         Sampling rates by name, in Hz, if the file states several that disagree.
+    last_digit : float or None
+        Value of the last written decimal, in a text in which it is always the same.
     """
 
     length: int | None = None
@@ -73,6 +75,7 @@ class Channel:
     rpm: float | None = None
     start: float | None = None
     contradiction: dict[str, float] = field(default_factory=dict)
+    last_digit: float | None = None
 
 
 @dataclass

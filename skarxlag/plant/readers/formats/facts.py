@@ -121,7 +121,7 @@ def is_rate(value: Any) -> bool:
 _UNIT_IN_NAME = re.compile(r".*[(\[]([^()\[\]]+)[)\]]\s*")
 _DAY_FIRST = re.compile(r"\s*(\d{1,2})([./])(\d{1,2})\2(\d\d)?(\d\d)(?!\d)[ T,]*")
 _TIME_OF_DAY = re.compile(
-    r"(\d{1,2}):(\d\d):(\d\d(?:[.,]\d*)?)\s*([AP]M)?", re.IGNORECASE
+    r"(?:(\d{1,2}):)?(\d\d):(\d\d(?:[.,]\d*)?)\s*([AP]M)?", re.IGNORECASE
 )
 #: Number with a sign between groups of three digits, and its decimals.
 _GROUPED = re.compile(
@@ -232,13 +232,17 @@ def check_unambiguous(name: str, text: str, highest: float = np.inf) -> None:
 def seconds_of_day(field: Any) -> float:
     """Return a time of day in seconds, NaN if the field is no text of one.
 
+    Spreadsheets leave out the hours, as in ``59:59.5``, but not the decimals then.
+
     >>> seconds_of_day("23:59:59,5"), seconds_of_day("01:00:00 PM"), seconds_of_day("1:2")
     (86399.5, 46800.0, nan)
+    >>> seconds_of_day("59:59.5"), seconds_of_day("10:30")
+    (3599.5, nan)
     """
     match = _TIME_OF_DAY.fullmatch(str(field).strip().strip('"'))
-    if match is None:
+    if match is None or (match[1] is None and match[3].isdecimal()):
         return np.nan
-    hours = int(match[1])
+    hours = int(match[1] or 0)
     if match[4]:
         hours = hours % 12 + 12 * (match[4].upper() == "PM")
     return 3600.0 * hours + 60 * int(match[2]) + float(match[3].replace(",", "."))
@@ -263,8 +267,9 @@ def seconds_of_date(field: Any) -> float:
     """Return a date in seconds since 1970, NaN if the field is not a text of a date.
 
     Dates are in ISO 8601, or with the day first as in ``22.11.2026 07:00:00,5``,
-    ``22/11/2026`` or ``22.11.26``, which is in this century. They are in UTC unless
-    they state a zone.
+    ``22/11/2026`` or ``22.11.26``, which is in this century. Before a time with AM or
+    PM, and as in ``11/22/2026``, the month comes first. Dates are in UTC unless they
+    state a zone.
 
     Examples
     --------
@@ -276,9 +281,12 @@ def seconds_of_date(field: Any) -> float:
     try:
         text = field.strip().strip('"')
         if match := _DAY_FIRST.match(text):
-            day, _, month, century, year = match.groups("20")
-            clock = text[match.end() :] or "00:00"
-            text = f"{century}{year}-{month:0>2}-{day:0>2}T{clock}"
+            day, sign, month, century, year = match.groups("20")
+            clock = text[match.end() :] or "00:00:00"
+            if sign == "/" and (clock[-1] in "mM" or int(month) > 12):
+                day, month = month, day
+            date = datetime(int(century + year), int(month), int(day), tzinfo=UTC)
+            return date.timestamp() + seconds_of_day(clock)
         date = datetime.fromisoformat(text)
         return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
     except (ValueError, AttributeError, OverflowError):

@@ -86,6 +86,7 @@ def _contents_of(file, path):
             sampling_rate=rate,
             unit=layout.units.get(name),
             contradiction=contradiction,
+            last_digit=layout.last_digits.get(name),
         )
         for name in layout.names[:n_channels]
     }

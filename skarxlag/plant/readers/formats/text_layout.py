@@ -47,6 +47,8 @@ _WITH_COMMA = re.compile(r"([+-]?)(\d*),(\d+)")
 _INTEGER = re.compile(r"[+-]?\d+")
 #: Name and value in one field of the head, as in ``Rate: 2000 Hz``.
 _NAME_AND_VALUE = re.compile(r"\s*([^:=]+?)\s*[:=]\s*(\S+)\s*(\S*)")
+#: Decimals at the end of a number or of a time of day.
+_DECIMALS = re.compile(r"\d(?:[.,](\d+))?(?: [AP]M|Z)?$")
 #: Texts of instruments in place of a number.
 _OVERFLOWS = ("ol", "over", "overflow", "overload", "err", "error", "inf", "fail")
 #: Roles of the comma in lines that hold one comma each.
@@ -89,6 +91,9 @@ class TextLayout:
     skips_blank : bool
         Whether blank lines are no samples. In a text of one column, a blank line is a
         missing value, unless one follows each sample.
+    last_digits : dict of str to float
+        By column, the value of the last written decimal, if all samples of the head
+        have equally many.
     rates : dict of str to float
         Sampling rates in Hz that lines of the head state, by their names.
     advice : str
@@ -108,6 +113,7 @@ class TextLayout:
     n_fields: int
     n_rows: int
     skips_blank: bool
+    last_digits: dict[str, float]
     rates: dict[str, float] = field(default_factory=dict)
     advice: str = ""
 
@@ -197,6 +203,11 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
         n_fields=n_fields,
         n_rows=len(samples),
         skips_blank=n_fields > 1 or n_blank > max(0.9 * len(samples) - 2, 3),
+        last_digits={
+            name: 10.0**-n
+            for i, name in enumerate(names[:n_fields])
+            if (n := _n_decimals([*samples.values()], i)) is not None
+        },
         rates=_stated_rates([*comments, *above[: len(above) - n_header]]),
         advice=_AMBIGUOUS if comma == _UNCLEAR and not has_header else "",
     )
@@ -368,7 +379,7 @@ def _first_sample(kinds, may_be_cut):
 def _header(above, n_fields, n_filled):
     """Return names, None if there are none; units; and the number of lines with them."""
     n_texts = 0
-    while n_texts < len(above) and "number" not in map(_kind, above[-1 - n_texts]):
+    while n_texts < len(above) and _may_be_names(above[-1 - n_texts]):
         n_texts += 1
     header = above[len(above) - n_texts :]
     fitted = [_names_of(fields, n_fields, n_filled) for fields in header]
@@ -393,6 +404,12 @@ def _header(above, n_fields, n_filled):
     if pairs and pairs[-1][1] and _may_be_units(fitted[-1], len(above) == 2):
         return pairs[-1][1], fitted[-1], 2
     return fitted[-1], [], 1
+
+
+def _may_be_names(fields):
+    """Return whether a line above the samples holds no number, and states no value."""
+    is_value = len(fields) == 1 and _NAME_AND_VALUE.fullmatch(fields[0])
+    return not is_value and "number" not in map(_kind, fields)
 
 
 def _are_units(fields):
@@ -472,6 +489,14 @@ def _signs(samples, n_fields):
         if any("," in text for text in like.values()):
             decimal = ","
     return decimal, ""
+
+
+def _n_decimals(rows, i):
+    """Return how many decimals a column has in all rows, None if they differ."""
+    texts = [fields[i] for fields in rows if len(fields) > i and fields[i]]
+    matches = [_DECIMALS.search(text) for text in texts]
+    counts = {len(match[1] or "") if match else None for match in matches}
+    return counts.pop() if len(counts) == 1 else None
 
 
 def _decimal_sign(text):

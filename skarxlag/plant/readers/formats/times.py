@@ -49,7 +49,9 @@ _N_PARTS = 16
 _N_WRITTEN = 500
 _N_LAST = 100
 #: Steps of the last decimal from which two equal times are not the same by rounding.
-_FINE = 5
+_FINE = 1.5
+#: Sampling rate in Hz below which times without a unit are not taken for seconds.
+_LOWEST_RATE = 10.0
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,8 @@ class TimeAxis:
         Seconds of the unit of the values.
     has_equal : bool
         Whether equal times are usual, because they were rounded.
+    last_digit : float or None
+        Seconds of the last written decimal, if a text has the same one everywhere.
     problem : str
         Why equal times do not come from rounding, else empty.
     """
@@ -83,6 +87,7 @@ class TimeAxis:
     resolution: float = 0.0
     scale: float = 1.0
     has_equal: bool = False
+    last_digit: float | None = None
     problem: str = ""
 
 
@@ -117,7 +122,7 @@ class EvenTimes:
         start = clock.n_samples
         n_last = len(self._last)
         times, _ = _in_seconds(values, axis.scale, self._last)
-        written = last_decimal(times[-_N_LAST:])
+        written = axis.last_digit or last_decimal(times[-_N_LAST:])
         clock.resolution = max(axis.resolution, written)
         clock.tolerance = max(_LATE / clock.rate, _LATE_STEPS * clock.resolution)
         if not axis.has_equal:
@@ -169,7 +174,8 @@ def find_time_axis(
 
     Numbers without a unit are seconds. They are smaller units if they are so large that
     they count these since 1970; days of a spreadsheet if seconds would give a sampling
-    rate above 1 MHz; and the unit that gives the stated rate, if one does.
+    rate above 1 MHz; and the unit that gives the stated rate, if one does. Seconds that
+    would give a rate below 10 Hz, which no analysis of bearings uses, are not times.
 
     Parameters
     ----------
@@ -225,7 +231,13 @@ def _axis(contents, name, stated_rate, n_probed=_N_PROBED):
     if is_constant:
         # A letter may stand for another quantity, such as a torque.
         return None if letters(name) == "t" else TimeAxis(name, length, None)
-    problem = _problem_of_equal(contents, name, times)
+    is_seconds = kind == "number" and not is_stated and scale == 1
+    if is_seconds and rate < _LOWEST_RATE and stated_rate is None:
+        return None
+    last_digit = contents.channels[name].last_digit
+    if last_digit is not None and kind == "number":
+        last_digit *= scale
+    problem = _problem_of_equal(contents, name, times, last_digit)
     if tolerance > _COARSE_TOLERANCE and not problem:
         return None
     return TimeAxis(
@@ -236,6 +248,7 @@ def _axis(contents, name, stated_rate, n_probed=_N_PROBED):
         float(np.abs(steps).min()),
         scale if kind == "number" else 1.0,
         len(changed) < len(timed),
+        last_digit,
         problem,
     )
 
@@ -275,7 +288,7 @@ def last_decimal(times: NDArray[Any]) -> float:
     return 0.0
 
 
-def _problem_of_equal(contents, name, times):
+def _problem_of_equal(contents, name, times, last_digit):
     """Return why equal times are not rounded, empty if they are or there are none."""
     known = times[np.isfinite(times)]
     steps = np.abs(np.diff(known))
@@ -295,8 +308,9 @@ def _problem_of_equal(contents, name, times):
     if len(known) == len(times) and _are_repeated([*columns.values()], repeats):
         return _equal_times(name, sample, known[sample])
     usual = np.median(steps[steps > 0])
-    written = last_decimal(known[: len(known) // _N_PARTS + 2])
-    is_fine = 0 < last_decimal(known) < usual / _FINE and 0 < written < usual / _FINE
+    ends = known[:_N_LAST], known[-_N_LAST:]
+    written = [last_digit] if last_digit else [*map(last_decimal, ends)]
+    is_fine = min(written) > 0 and max(written) < usual / _FINE
     is_slow_clock = sizes[1:-1].min() > 2 and np.ptp(sizes[1:-1]) > 0
     if not is_fine or is_slow_clock:
         return ""
