@@ -1,6 +1,4 @@
-"""Settings of the score and of its probabilities, chosen by leaving rigs out."""
-
-from itertools import product
+"""Slip and probabilities of combs, chosen by leaving rigs out."""
 
 import numpy as np
 import pandas as pd
@@ -9,34 +7,15 @@ from skarxlag import FaultOrderClassifier
 from skarxlag.core.fault_locations import FAULTS as FAULT_LOCATIONS
 from skarxlag.core.fault_locations import HEALTHY
 from skarxlag.decisions.comb_probabilities import VISIBLE_ALONE, comb_evidence
-from skarxlag.kernels.fault_orders import (
-    contrast_parts,
-    fault_comb,
-)
 
-#: Settings that are scored: weights of the three contrasts, weight of the cage, and
-#: slip.
-SETTINGS = list(
-    product(
-        [
-            (1, 0, 0),
-            (0, 1, 0),
-            (1, 1, 0),
-            (1, 1, 0.4),
-            (1, 1, 1),
-            (1, 0, 0.4),
-            (0, 1, 0.4),
-        ],
-        [0.3, 0.6, 0.9],
-        [0.02, 0.03, 0.05],
-    )
-)
+#: Largest slips that are scored.
+SLIPS = (0.01, 0.015, 0.02, 0.03, 0.05)
 #: Shares of faults that show their comb, which are scored.
 VISIBLE = (0.1, 0.2, 0.4, 0.5, 0.6, 0.8, 0.9)
 
 
-def settings_left_out(rigs):
-    """Return the accuracy on each rig with the settings that are best on all others.
+def slips_left_out(rigs):
+    """Return the accuracy on each rig with the slip that is best on all others.
 
     Parameters
     ----------
@@ -45,44 +24,33 @@ def settings_left_out(rigs):
     Returns
     -------
     DataFrame
-        ``rig``, ``chosen`` settings, ``accuracy`` with them, and ``ours``, that of the
-        defaults.
+        ``rig left out``, the chosen ``slip``, the share ``right`` with it, and ``right
+        with the default``.
     """
+    default = FaultOrderClassifier().slip
     accuracy = {}
     for name, rig in rigs.items():
         faulty = [
             recording for recording in rig if recording.location in FAULT_LOCATIONS
         ]
-        right = np.zeros((len(SETTINGS), len(faulty)))
-        for column, recording in enumerate(faulty):
-            samples_per_revolution = 60 * recording.rate / recording.rpm
-            parts = contrast_parts(
-                recording.samples, samples_per_revolution, recording.rate
-            )
-            for row, (weights, cage, slip) in enumerate(SETTINGS):
-                contrast = np.array(weights) / sum(weights) @ parts
-                scores = fault_comb(contrast, recording.orders, 0.1, slip, cage).scores
-                right[row, column] = (
-                    FAULT_LOCATIONS[scores.argmax()] == recording.location
-                )
-        accuracy[name] = right.mean(axis=1)
-    frame = pd.DataFrame(accuracy)
-    default = SETTINGS.index(((1, 1, 0.4), 0.6, 0.03))
-    rows = []
-    for name in frame:
-        best = int(frame.drop(columns=name).mean(axis=1).argmax())
-        weights, cage, slip = SETTINGS[best]
-        rows.append(
-            {
-                "rig left out": name,
-                "weights": " : ".join(f"{w:g}" for w in weights),
-                "cage": cage,
-                "slip": slip,
-                "right": frame.loc[best, name],
-                "right with the defaults": frame.loc[default, name],
-            }
-        )
-    return pd.DataFrame(rows)
+        for slip in SLIPS:
+            right = 0
+            for recording in faulty:
+                samples = recording.samples[np.newaxis]
+                classifier = FaultOrderClassifier(
+                    bearing=recording.bearing, sampling_rate=recording.rate, slip=slip
+                ).fit(samples)
+                scores = classifier.match(samples, rpm=recording.rpm).scores[0]
+                right += FAULT_LOCATIONS[scores.argmax()] == recording.location
+            accuracy[name, slip] = right / len(faulty)
+    table = pd.Series(accuracy).unstack(0)
+    best = {rig: table.drop(columns=rig).mean(axis=1).idxmax() for rig in table}
+    lines = [
+        (rig, slip, table.loc[slip, rig], table.loc[default, rig])
+        for rig, slip in best.items()
+    ]
+    columns = ["rig left out", "slip", "right", "right with the default"]
+    return pd.DataFrame(lines, columns=columns)
 
 
 def visible_left_out(recorded, seconds):

@@ -166,4 +166,12 @@ def _alarms(reference, tested, rate):
 def _matched(scores, rpm):
     """Return matches as `FaultOrderClassifier.match` returns them, from stored scores."""
     nothing = np.zeros(scores.shape, dtype=int)
-    return Bunch(scores=scores, rpm=rpm, factors=nothing + 1.0, bearings=nothing)
+    return Bunch(
+        scores=scores,
+        rpm=rpm,
+        factors=nothing + 1.0,
+        bearings=nothing,
+        speed_errors=np.ones(len(scores)),
+        other_orders=np.ones(len(scores)),
+        other_scores=np.zeros(len(scores)),
+    )

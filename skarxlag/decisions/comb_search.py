@@ -11,12 +11,22 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import Bunch
 
 from ..core.parallel import map_rows
-from ..kernels.fault_orders import N_ORDERS, order_contrast
+from ..kernels.fault_orders import (
+    FAULTS,
+    N_ORDERS,
+    Comb,
+    at_true_speed,
+    fault_comb,
+    no_fault_lines,
+    order_contrast,
+    speed_error,
+)
 from ..measures.envelope_spectra import (
     LEAST_REVOLUTIONS,
-    best_combs,
+    impact_orders,
     samples_per_revolution_of_rows,
 )
+from ..measures.mains_hum import MAINS
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,35 +96,86 @@ class CombSearch:
 
         def match_row(index, samples):
             period = samples_per_revolution[index] / self.gear_ratio
-            n_revolutions = len(samples) / np.mean(period)
-            contrast = np.zeros(N_ORDERS)
+            mean_period = np.mean(period)
+            contrasts = np.zeros((3, N_ORDERS))
             # Revolutions of less than two samples, which a large ratio of gears gives,
             # show no order.
-            if n_revolutions <= len(samples) / 2:
-                contrast = order_contrast(samples, period, self.sampling_rate)
-            combs = self.combs(contrast, n_revolutions)
+            if mean_period >= 2:
+                contrasts = order_contrast(samples, period)
+            nominal = self.impacts.ravel()
+            error = speed_error(contrasts, nominal, self.speed_tolerance)
+            contrast = at_true_speed(contrasts, error)
+            turns = len(samples) / mean_period * np.exp(error)
+            rpm = 60 * self.sampling_rate / (mean_period * self.gear_ratio)
+            rpm *= np.exp(error)
+            fields = self.combs(contrast, turns, rpm)
+            fields["rpm"] = rpm
+            fields["speed_errors"] = np.exp(error)
             if with_contrasts:
-                combs["contrasts"] = contrast
-            return combs
+                fields["contrasts"] = contrast
+            return fields
 
         rows = map_rows(match_row, X, n_jobs)
-        fields = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
-        mean_period = samples_per_revolution.reshape(len(X), -1).mean(axis=1)
-        return Bunch(**fields, rpm=60 * self.sampling_rate / mean_period)
+        return Bunch(
+            **{name: np.stack([row[name] for row in rows]) for name in rows[0]}
+        )
 
     def match_gathered(
         self, contrast: NDArray[Any], n_samples: int, rpm: float
     ) -> Bunch:
         """Match the mean contrast of several rows of n_samples samples each."""
-        n_revolutions = n_samples * rpm * self.gear_ratio / (60 * self.sampling_rate)
-        combs = self.combs(contrast, n_revolutions)
-        fields = {name: values[np.newaxis] for name, values in combs.items()}
-        return Bunch(**fields, rpm=np.array([rpm]))
+        turns = n_samples * rpm * self.gear_ratio / (60 * self.sampling_rate)
+        combs = self.combs(contrast, turns, rpm)
+        fields = {name: np.asarray(value)[np.newaxis] for name, value in combs.items()}
+        return Bunch(**fields, rpm=np.array([rpm]), speed_errors=np.ones(1))
+
+    @property
+    def impacts(self) -> NDArray[Any]:
+        """Orders of impacts of ball, inner and outer race of each bearing."""
+        return impact_orders(self.orders)
 
     def combs(
-        self, contrast: NDArray[Any], n_revolutions: float
-    ) -> dict[str, NDArray[Any]]:
-        """Return score, factor and bearing of each fault, see `best_combs`."""
-        return best_combs(
-            contrast, n_revolutions, self.orders, self.speed_tolerance, self.slip
-        )
+        self, contrast: NDArray[Any], n_revolutions: float, rpm: float
+    ) -> dict[str, Any]:
+        """Match the combs of all bearings, and keep the better one of each fault.
+
+        Parameters
+        ----------
+        contrast : ndarray of shape (4001,)
+            Over orders of the true speed.
+        n_revolutions : float
+            Revolutions of the bearing's shaft in a row; NaN: nothing is matched.
+        rpm : float
+            True speed of the shaft whose speed is given.
+
+        Returns
+        -------
+        dict
+            "scores", "factors" and "bearings" of each fault; "other_orders" and
+            "other_scores" of the strongest other comb.
+        """
+        n_bearings = len(self.orders)
+        if np.isnan(n_revolutions):
+            nothing = Comb(np.zeros(len(FAULTS)), np.ones(len(FAULTS)), np.nan, 0.0)
+            found = [nothing] * n_bearings
+        else:
+            # Rectifiers and magnetic forces have twice the frequency of the mains.
+            mains = [120 * mains / (rpm * self.gear_ratio) for mains in MAINS]
+            masked = no_fault_lines(mains)
+            found = [
+                fault_comb(contrast, impacts, self.slip, n_revolutions, masked)
+                for impacts in self.impacts
+            ]
+        scores = np.array([comb.scores for comb in found])
+        factors = np.array([comb.factors for comb in found])
+        best = scores.argmax(axis=0)
+        fault = np.arange(len(FAULTS))
+        # A comb that belongs to one of the bearings is no other comb.
+        other = min(found, key=lambda comb: comb.other_score)
+        return {
+            "scores": scores[best, fault],
+            "factors": factors[best, fault],
+            "bearings": best,
+            "other_orders": other.other_order,
+            "other_scores": other.other_score,
+        }

@@ -17,6 +17,8 @@ from .comb_limits import ComparedCombs
 #: Faults in words, and orders of their impacts, in the order of `FAULTS`.
 _WORDS = "a rolling element", "the inner race", "the outer race"
 _ORDERS = "2 BSF", "BPFI", "BPFO"
+#: Error of the stated speed in per cent from which on a sentence states it.
+_SPEED_REMARK = 1.0
 
 
 def comb_sentences(
@@ -24,7 +26,6 @@ def comb_sentences(
     compared: ComparedCombs,
     orders: NDArray[Any],
     bearings: Sequence[BearingLike],
-    slip: float,
 ) -> NDArray[np.object_]:
     """Describe the strongest comb of each row in a sentence.
 
@@ -38,8 +39,6 @@ def comb_sentences(
         As in `CombSearch`.
     bearings : sequence of BearingLike
         The bearings as the user gave them.
-    slip : float
-        As in `FaultOrderClassifier`.
 
     Returns
     -------
@@ -58,21 +57,34 @@ def comb_sentences(
         size = f"{NEPER_IN_DB * matches.scores[row, best]:.0f} dB"
         factor = matches.factors[row, best]
         order = nominal_orders[bearing, best] * factor
-        if not compared.alarm[row]:
-            limit = f"{NEPER_IN_DB * compared.score_limits[row]:.0f} dB"
+        other = matches.other_scores[row]
+        other_train = (
+            f"impacts of {NEPER_IN_DB * other:.0f} dB at "
+            f"{matches.other_orders[row]:.2f} orders, which is no order of this bearing"
+        )
+        limit = f"{NEPER_IN_DB * compared.score_limits[row]:.0f} dB"
+        if not compared.alarm[row] and other > compared.score_limits[row]:
+            sentence = other_train
+        elif not compared.alarm[row]:
             sentence = (
                 "no comb exceeds its limit; the strongest is that of "
                 f"{location} with {size}, limit {limit}"
             )
         elif compared.is_close[row]:
-            other = _WORDS[second]
-            sentence = f"impacts of {size} fit {location} and {other} nearly as well"
+            rival = _WORDS[second]
+            sentence = f"impacts of {size} fit {location} and {rival} nearly as well"
         else:
             sentence = (
                 f"impacts at {order:.2f} orders ({_ORDERS[best]}), {location}, {size}, "
                 f"{100 * (factor - 1):+.1f} % from the nominal order"
             )
-            if abs(np.log(factor)) > slip:
-                sentence += ", which is more than slip explains: check the speed and the bearing"
+            if other > matches.scores[row, best]:
+                sentence += f"; {other_train}"
+        error = 100 * (matches.speed_errors[row] - 1)
+        if abs(error) > _SPEED_REMARK:
+            sentence += (
+                f"; the lines of the shaft show {matches.rpm[row]:.0f} rpm, "
+                f"{error:+.1f} % from the stated speed"
+            )
         sentences.append(sentence)
     return np.array(sentences, dtype=object)

@@ -52,10 +52,12 @@ class FaultOrderClassifier(SignalClassifier):
     A fault of a race or a rolling element causes impacts at orders of the shaft that
     follow from the bearing's geometry [1]_: BPFO and BPFI for the outer and the inner
     race, and twice BSF for a rolling element. The score of a fault location is the mean
-    contrast of the envelope spectra at the multiples of its order, see
+    contrast of the envelope spectra at the first four multiples of its order, see
     :func:`skarxlag.kernels.fault_orders.order_contrast` and
     :func:`skarxlag.kernels.fault_orders.fault_comb`. The location with the largest
-    score is named if the score exceeds a limit; otherwise the row is healthy.
+    score is named if the score exceeds a limit; otherwise the row is healthy. Lines of
+    the shaft, of the mains and of other impacts do not count. The lines of the shaft
+    also show its true speed, :func:`skarxlag.kernels.fault_orders.speed_error`.
 
     A row of X is a raw signal, or the innovations of one model
     (``ARXLaguerre(bank=False)``), with at least two revolutions of the shaft, and
@@ -63,13 +65,13 @@ class FaultOrderClassifier(SignalClassifier):
 
     Without `y`, the classes are "ball", "healthy", "inner" and "outer". The limit is
     that of healthy recordings of other machines: a quantile of a Gumbel distribution
-    (location .86, scale .31 nepers). The stated false-alarm rate holds as far as the
+    (location 1.25, scale .28 nepers). The stated false-alarm rate holds as far as the
     machine resembles those.
 
     With `y`, each label stands for a fault location. The mean scores of healthy rows are
     subtracted, and the limit is the conformal quantile of the largest rest. The stated
     rate then holds for rows like these, at their speeds. At other speeds the limit is
-    at least a quantile of a Gumbel distribution (location .06, scale .31). If all rows
+    at least a quantile of a Gumbel distribution (location .06, scale .28). If all rows
     are healthy and their label is a text, the faults are added to the classes.
 
     The probabilities follow from the scores above the limit by
@@ -113,12 +115,11 @@ class FaultOrderClassifier(SignalClassifier):
         names a row "not identifiable" if the two best scores are closer than the margin
         that this share needs.
     speed_tolerance : float, default=0.1
-        Largest logarithm of the true speed over the nominal speed, in [0, 0.3]. All
-        combs share it.
-    slip : float, default=0.03
+        Largest logarithm of the true speed over the nominal speed, in [0, 0.3]. The
+        true speed is found by the lines of the shaft.
+    slip : float, default=0.02
         Largest logarithm of the factor by which slip of the elements moves the order of
-        one comb, above 0. The largest slip costs .15 nepers, and an error of the speed
-        of this size costs all combs .4 nepers. Costs grow with the logarithm's square.
+        one comb, above 0. The largest slip costs .15 nepers.
     speed_range : tuple of two floats or None, default=None
         Lowest and highest speed in revolutions per minute. Without `rpm`, the speed of
         each row is searched in this range, as in :func:`skarxlag.estimate_shaft_speed`.
@@ -180,7 +181,7 @@ class FaultOrderClassifier(SignalClassifier):
     false_alarm_rate: float = 0.02
     wrong_name_rate: float = 0.02
     speed_tolerance: float = 0.1
-    slip: float = 0.03
+    slip: float = 0.02
     speed_range: tuple[float, float] | None = None
     n_jobs: int | None = None
 
@@ -259,11 +260,13 @@ class FaultOrderClassifier(SignalClassifier):
         Returns
         -------
         Bunch
-            ``scores``, in nepers, ``factors``, true over nominal speed, and
+            ``scores``, in nepers, ``factors``, true over nominal order, and
             ``bearings``, the index of the bearing that fits best, all of shape (n_rows,
-            3) for ball, inner and outer race; ``contrasts`` of shape (n_rows, 4001), at
-            the orders 0, .01, ... 40 of the bearing's shaft; and ``rpm``, the mean
-            speed of each row.
+            3) for ball, inner and outer race; ``other_orders`` and ``other_scores`` of
+            the strongest comb at another order; ``rpm``, the true mean speed of each
+            row, and ``speed_errors``, its ratio to the stated speed; and ``contrasts``
+            of shape (n_rows, 4001), at the orders 0, .01, ... 40 of the bearing's shaft
+            at its true speed.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
         return self._match(X, rpm)
@@ -381,7 +384,7 @@ class FaultOrderClassifier(SignalClassifier):
         rates = self.false_alarm_rate, self.wrong_name_rate
         compared = compare_combs(matches.scores, matches.rpm, healthy, gain, *rates)
         sentences = comb_sentences(
-            matches, compared, self.orders_, listed(self.bearing), self.slip
+            matches, compared, self.orders_, listed(self.bearing)
         )
         judged = Bunch(
             alarm=compared.alarm, p_value=compared.p_value, evidence=sentences

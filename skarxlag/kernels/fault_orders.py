@@ -1,16 +1,15 @@
 """Contrast of envelope spectra over orders of the shaft, and combs of faults in it."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy import fft
 from scipy.ndimage import maximum_filter1d
 
 from .arrays import Array
-from .order_spectra import envelopes_over_angle, equal_angles
 from .running_median import running_median
 from .scaling import centred
 from .short_time import hann_window
@@ -19,200 +18,362 @@ from .short_time import hann_window
 ORDER_STEP = 0.01
 HIGHEST_ORDER = 40.0
 N_ORDERS = round(HIGHEST_ORDER / ORDER_STEP) + 1
-#: Width of the running median that a spectrum is compared with, in orders.
-_FLOOR_WIDTH = 0.75
-#: Least width of this median in cells of the plain spectrum: three main lobes of a Hann
-#: window.
-_FLOOR_CELLS = 12
+_ORDERS = np.arange(N_ORDERS) * ORDER_STEP
+#: Multiples in the comb of a fault.
+N_MULTIPLES = 4
+#: Levels of the tree of bands: 1, 2, 4 and 8 bands from 0 to half the sampling rate.
+_N_LEVELS = 4
+#: Width of the running median that a spectrum is compared with: in orders, and at least
+#: in revolutions times orders, so that a line does not fill it.
+_FLOOR_WIDTH = 1.2
+_FLOOR_CELLS = 24
 #: Points of a zero-padded spectrum for each cell of the plain one.
-_PADDING = 4
-#: Bands of frequency with an envelope each.
-_N_BANDS = 8
-#: Length of the Hann window of their short-time spectrum in seconds.
-_FRAME = 2.5e-3
-#: Highest frequency in Hz that counts, if envelopes up to the highest order fit below
-#: it: lines of healthy machines that resemble combs are stronger above. Of seven
-#: values, it is best for the ROC AUC and for the fault locations alike, also if it is
-#: chosen without one of the rigs.
-_HIGHEST_FREQUENCY = 6.4e3
-#: A segment has this many seconds, but a number of revolutions in this range: the
-#: longer it is, the more do lines of the shaft stand out against impacts that slip.
-_SECONDS = 1.0
-_REVOLUTIONS = (10, 30)
-#: A long segment has this many times the samples of a segment.
-_LONG = 5
-#: Weights of the contrast of bands, of the prewhitened signal in segments, and in long
-#: segments.
-_WEIGHTS = np.array([1.0, 1.0, 0.4]) / 2.4
-#: ln ln 2 is the median of the logarithm of exponentially distributed power, less that
-#: of its mean.
-_MEDIAN_OF_NOISE = math.log(math.log(2))
-#: Step of the logarithm of the factor on the speed.
-FACTOR_STEP = 0.002
+_PADDING = 2
 _LEAST_POWER = 1e-12
+#: Step of the logarithm of the factor on the speed.
+FACTOR_STEP = 0.0005
 #: Nepers that the largest slip costs a comb.
 _SLIP_COST = 0.15
-#: Nepers that an error of the speed of the same size costs all combs together.
-_SPEED_COST = 0.6
-#: Multiples of each part of a fault's comb.
-RACE_MULTIPLES = 3
-SPIN_MULTIPLES = 4
-CAGE_MULTIPLES = 4
-_MULTIPLES = np.array([CAGE_MULTIPLES, SPIN_MULTIPLES, *3 * [RACE_MULTIPLES]])
-#: Weight of the cage's comb in the score of a ball.
-CAGE_WEIGHT = 0.6
-#: Most of the cage's comb that counts, in nepers. Strong faults of a race show the
-#: cage, too.
-MOST_OF_CAGE = 1.0
+#: Scale of the logarithm of the true over the stated speed. Errors have heavy tails.
+_SPEED_SCALE = 0.005
+#: Multiples of the shaft that show its speed.
+_SHAFT_MULTIPLES = 20
+#: Logarithm of order within which a multiple of the shaft may be a line of a fault.
+_NEAR_FAULT = 0.04
+#: Half width in orders of what is masked about lines that belong to no fault.
+_MASK = 1.5 * ORDER_STEP
+#: Nepers by which lines between those of a comb may be lower and still explain it: at
+#: fractions of its order, and at other multiples of the shaft.
+_OF_FRACTION = 0.2
+_OF_SHAFT = 0.1
+#: Width of a line in cells of the plain spectrum, with a Hann window: lines that are
+#: closer are not tested.
+_LINE_WIDTH = 4.0
+#: Lowest order of impacts that are searched besides those of the bearing.
+_LOWEST_OTHER = 1.2
+#: Nepers by which the comb of a train may be lower than that of its multiples.
+_SAME_TRAIN = 0.5
 #: Locations of faults in the order of the scores.
 FAULTS = ("ball", "inner", "outer")
 #: Decibels of power in a neper of power.
 NEPER_IN_DB = 10 / math.log(10)
+#: Divisors of the order of each fault at which impacts are no fault of this location.
+#: An element may hit a single ring, once in each of its revolutions.
+_DIVISORS = ((3, 4), (2, 3, 4), (2, 3, 4))
 
 
 class Comb(NamedTuple):
-    """Scores of the faults, and the factors on the speed that they belong to.
+    """Scores of the faults, the factors that they belong to, and other impacts.
 
     Parameters
     ----------
     scores : ndarray of shape (3,)
-        For ball, inner and outer race, in nepers.
+        For ball, inner and outer race, in nepers. 0 if lines between the multiples show
+        that the impacts come at a fraction of the order.
     factors : ndarray of shape (3,)
-        True over nominal speed: slip of the elements and error of the speed together.
+        Order of the comb over the order of the fault: slip of the elements.
+    other_order, other_score : float
+        Order of the strongest comb at none of these orders, and its score in nepers.
     """
 
     scores: NDArray[np.float64]
     factors: NDArray[np.float64]
+    other_order: float
+    other_score: float
 
 
-def order_contrast(samples: Array, period: float | Array, rate: float) -> Array:
-    r"""Compute how far the envelope spectra of a signal rise above their surroundings.
+def order_contrast(samples: Array, period: float | Array) -> Array:
+    r"""Compute how far spectra of a signal and of its envelopes rise above their surroundings.
 
-    Frequencies above 6.4 kHz do not count, or above 80 times that of the shaft if that
-    is more. The signal is cut into segments of 1 s, but from 10 to 30 revolutions.
-    Three spectra contribute. The first is the mean over eight frequency bands, each with the
-    envelope of :func:`band_envelopes <skarxlag.kernels.order_spectra.band_envelopes>`.
-    The second is the spectrum of the squared envelope after cepstrum prewhitening,
-    which sets the magnitude of all frequencies to 1. The third is the second in
-    segments that are five times as long. The contrast of a power spectrum P at order o
-    is
+    The squared envelope is taken of a tree of 15 bands: 1, 2, 4 and 8 equally wide ones
+    from 0 to half the sampling rate. The contrast of its power spectrum P (one Hann
+    window over the whole signal) is
 
-    .. math:: \max\left(\ln P(o) - \mathrm{median} \ln P + \ln \ln 2,\; 0\right)
+    .. math:: C(o) = \max\left(\ln P(o) - \mathrm{median} \ln P,\; 0\right)
 
-    with the running median over .75 order, or 12 divided by the revolutions of a
-    segment if that is more. The largest of three neighbouring cells counts.
-
-    Parameters
-    ----------
-    samples : ndarray of shape (n_samples,)
-        A signal in any unit.
-    period : float or ndarray of shape (n_samples,)
-        Samples in a revolution of the shaft; one number for each sample if the speed varies.
-    rate : float
-        Sampling rate in Hz.
-
-    Returns
-    -------
-    ndarray of shape (4001,)
-        Contrast in nepers at the orders 0, .01, ... 40; the mean of segments. 0 at
-        orders that the signal cannot show.
-    """
-    return _WEIGHTS @ contrast_parts(samples, period, rate)
-
-
-def contrast_parts(samples: Array, period: float | Array, rate: float) -> Array:
-    """Compute the three contrasts that `order_contrast` is the weighted mean of.
+    with the largest P within the resolution about order o, and the running median over
+    1.2 orders, or 24 divided by the revolutions if that is more. The root mean square
+    over those bands counts that are wide enough to show the order. So a line of a
+    longer signal has more contrast, and noise has the same one for every length, rate
+    and speed.
 
     Parameters
     ----------
     samples : ndarray of shape (n_samples,)
         A signal in any unit.
     period : float or ndarray of shape (n_samples,)
-        Samples in a revolution of the shaft.
-    rate : float
-        Sampling rate in Hz.
+        Samples in a revolution of the shaft; one number for each sample if the speed
+        varies.
 
     Returns
     -------
     ndarray of shape (3, 4001)
-        Contrast of bands, of the prewhitened signal, and of the prewhitened signal in
-        long segments.
+        Contrast in nepers at the orders 0, .01, ... 40: of envelopes, of envelopes
+        after cepstrum prewhitening, which sets the magnitude of all frequencies to 1,
+        and of the signal itself. 0 at orders that the signal cannot show.
     """
-    samples, period, rate = _without_high_frequencies(samples, period, rate)
-    fewest, most = np.multiply(_REVOLUTIONS, np.mean(period))
-    length = np.clip(_SECONDS * rate, fewest, most)
-    segments = _segments(samples, period, length)
-    frame = 2 ** max(round(math.log2(_FRAME * rate)), 2)
-    n_samples = len(segments[0][0])
-    shortest_frame = min(frame, n_samples // 8)
-    n_bands = min(_N_BANDS, max(shortest_frame // 2 - 1, 1))
-    bands = (frame, n_bands, HIGHEST_ORDER)
-    banded = [
-        mean_contrast(*envelopes_over_angle(*segment, *bands)) for segment in segments
-    ]
-    in_short = [mean_contrast(*prewhitened_envelope(*segment)) for segment in segments]
-    in_long = in_short
-    if len(segments) > 1:
-        long_segments = _segments(samples, period, _LONG * length)
-        in_long = [
-            mean_contrast(*prewhitened_envelope(*segment)) for segment in long_segments
-        ]
-    parts = (banded, in_short, in_long)
-    return np.stack([np.mean(of_segments, axis=0) for of_segments in parts])
+    n_samples = len(samples)
+    rows, _ = centred(samples[np.newaxis])
+    spectrum = fft.rfft(rows[0])
+    size = np.abs(spectrum)
+    white = np.zeros_like(spectrum)
+    has_power = size > _LEAST_POWER * size.max()
+    np.divide(spectrum, size, out=white, where=has_power)
+    highest = (HIGHEST_ORDER + 1) * n_samples / np.mean(period)
+    low = spectrum[: int(min(highest, len(spectrum) - 1)) + 1]
+    signal = fft.irfft(low, 2 * len(low))
+    parts = [_envelopes(spectrum, period), _envelopes(white, period), [signal]]
+    return np.stack([_contrast(part, n_samples, period) for part in parts])
 
 
-def _without_high_frequencies(samples, period, rate):
-    """Resample a signal to twice the highest frequency that counts."""
-    highest = max(_HIGHEST_FREQUENCY, 2 * HIGHEST_ORDER * rate / np.mean(period))
-    n_kept = math.ceil(2 * highest / rate * len(samples))
-    if n_kept >= len(samples):
-        return samples, period, rate
-    share = n_kept / len(samples)
+def _envelopes(spectrum, period):
+    """Return the squared envelopes of the bands of a spectrum, each at its own rate."""
+    envelopes = []
+    for n_bands in 2 ** np.arange(_N_LEVELS):
+        for band in np.array_split(spectrum[1:], n_bands):
+            if len(band) < 2:
+                continue
+            # At twice the width of the band, squares are not aliased.
+            n_values = fft.next_fast_len(2 * len(band))
+            analytic = fft.ifft(band, n_values)
+            squared = analytic.real**2 + analytic.imag**2
+            mean = squared.mean()
+            if mean > 0:
+                envelopes.append(squared / mean - 1)
+    return envelopes
+
+
+def _contrast(rows, n_samples, period):
+    """Return the contrast over orders of rows that each last as long as the signal."""
+    n_revolutions = n_samples / np.mean(period)
     if np.ndim(period) > 0:
-        period = period[(np.arange(n_kept) / share).astype(int)]
-    spectrum = fft.rfft(centred(samples[np.newaxis])[0][0])
-    return fft.irfft(spectrum, n_kept), period * share, rate * share
+        n_revolutions = np.sum(1 / period)
+        rows = [_over_angle(row, period) for row in rows]
+    if len(rows) == 0:
+        return np.zeros(N_ORDERS)
+    levels = np.array([_log_power(row, n_revolutions) for row in rows])
+    shows = np.array([_ORDERS * n_revolutions < len(row) / 2 for row in rows])
+    width = max(_FLOOR_WIDTH, _FLOOR_CELLS / n_revolutions)
+    floor = running_median(levels, 2 * int(width / ORDER_STEP / 2) + 1, "edge")
+    square = np.where(shows, np.maximum(levels - floor, 0) ** 2, 0)
+    return np.sqrt(square.sum(axis=0) / np.maximum(shows.sum(axis=0), 1))
 
 
-def _segments(samples, period, longest):
-    """Return samples and periods of equal segments, at least as long as given, or of all."""
-    n_segments = max(int(len(samples) / longest + 1e-9), 1)
-    length = len(samples) // n_segments
-    segments = []
-    for i in range(n_segments):
-        part = slice(i * length, (i + 1) * length)
-        of_part = period if np.ndim(period) == 0 else period[part]
-        segments.append((samples[part], of_part))
-    return segments
+def _over_angle(row, period):
+    """Resample a row at equal steps of the shaft's angle."""
+    turns = np.append(0, np.cumsum(1 / period))
+    times = np.linspace(0, len(period), len(row), endpoint=False)
+    angles = np.interp(times, np.arange(len(turns)), turns)
+    return np.interp(np.linspace(0, turns[-1], len(row), endpoint=False), angles, row)
 
 
-def prewhitened_envelope(samples: Array, period: float | Array) -> tuple[Array, float]:
-    """Compute the squared envelope of a signal after cepstrum prewhitening.
+def _log_power(row, n_revolutions):
+    """Return the logarithm of the largest power within the resolution of each order."""
+    n_values = len(row)
+    n_fft = fft.next_fast_len(_PADDING * n_values, real=True)
+    cell = n_values / (n_fft * n_revolutions)
+    spectrum = fft.rfft(row * hann_window(n_values), n_fft)
+    spectrum = spectrum[: int((HIGHEST_ORDER + 1) / cell) + 2]
+    power = spectrum.real**2 + spectrum.imag**2
+    level = np.log(power + _LEAST_POWER * power.mean() + np.finfo(float).tiny)
+    n_cells = max(round(max(ORDER_STEP, 1 / n_revolutions) / cell), 1) | 1
+    largest = maximum_filter1d(level, n_cells)
+    return np.interp(_ORDERS / cell, np.arange(len(level)), largest)
+
+
+def speed_error(contrasts: Array, orders: Array, tolerance: float) -> float:
+    r"""Find the true speed by the lines of the shaft.
+
+    With the contrasts :math:`C_i` of `order_contrast`, the logarithm d of the true over
+    the stated speed maximises
+
+    .. math:: \sum_{i=1}^{3} \overline{C_i(h e^d)}
+        - \ln\left(1 + (d / 0.005)^2\right)
+
+    with the mean over h = 1, ..., 20 without those multiples of the shaft that are
+    within 4 % of lines of faults. The second term is the logarithm of a Cauchy
+    distribution of errors.
 
     Parameters
     ----------
-    samples : ndarray of shape (n_samples,)
-        A signal in any unit.
-    period : float or ndarray of shape (n_samples,)
-        Samples in a revolution of the shaft.
+    contrasts : ndarray of shape (3, 4001)
+        As `order_contrast` returns them.
+    orders : ndarray of shape (n,)
+        Orders of impacts of faults.
+    tolerance : float
+        Largest size of d, at least 0.
 
     Returns
     -------
-    envelopes : ndarray of shape (1, n_values)
-        Squared envelope over the angle of the shaft, averaged in blocks so that it
-        shows orders up to 40 and few more.
-    step : float
-        Revolutions from one value to the next.
+    float
+        The logarithm d.
     """
-    n_fft = fft.next_fast_len(len(samples))
-    squared = _squared_envelope(samples, n_fft, (0.0, 0.5), prewhiten=True)
-    block = max(int(np.mean(period) / (2.5 * HIGHEST_ORDER)), 1)
-    n_values = len(squared) // block
-    blocks = squared[: n_values * block].reshape(1, n_values, block)
-    envelopes = blocks.mean(axis=2)
-    if np.ndim(period) == 0:
-        return envelopes, block / period
-    return equal_angles(envelopes, period, block, block)
+    n_steps = int(tolerance / FACTOR_STEP + 1e-9)
+    errors = FACTOR_STEP * np.arange(-n_steps, n_steps + 1)
+    multiples = np.arange(1, _SHAFT_MULTIPLES + 1)
+    lines = np.outer(orders, np.arange(1, N_MULTIPLES + 1)).ravel()
+    distances = np.abs(np.log(multiples[:, np.newaxis] / lines))
+    apart = multiples[distances.min(axis=1) > _NEAR_FAULT]
+    if len(apart) > 0:
+        multiples = apart
+    at = np.multiply.outer(multiples, np.exp(errors))
+    fit = -np.log1p((errors / _SPEED_SCALE) ** 2)
+    for contrast in contrasts:
+        fit += np.interp(at, _ORDERS, contrast, right=0.0).mean(axis=0)
+    best = np.flatnonzero(fit == fit.max())
+    return float(errors[best[np.abs(errors[best]).argmin()]])
+
+
+def at_true_speed(contrasts: Array, error: float) -> Array:
+    """Return the mean contrast of envelopes over orders of the true speed.
+
+    Parameters
+    ----------
+    contrasts : ndarray of shape (3, 4001)
+        As `order_contrast` returns them.
+    error : float
+        As `speed_error` returns it.
+
+    Returns
+    -------
+    ndarray of shape (4001,)
+        In nepers.
+    """
+    envelopes = contrasts[:2].mean(axis=0)
+    return np.interp(_ORDERS * math.exp(error), _ORDERS, envelopes, right=0.0)
+
+
+def no_fault_lines(trains: Sequence[float]) -> NDArray[np.bool_]:
+    """Return where the lines of the shaft and of other trains stand.
+
+    Parameters
+    ----------
+    trains : sequence of float
+        Orders whose multiples belong to no fault, such as twice the mains frequency.
+        Those below 1 are not used: they would leave nothing.
+
+    Returns
+    -------
+    ndarray of bool of shape (4001,)
+        True at multiples of the shaft and of the trains.
+    """
+    is_line = np.zeros(N_ORDERS, dtype=bool)
+    for order in [1.0, *(train for train in trains if train > 1)]:
+        multiple = np.round(_ORDERS / order)
+        distance = np.abs(_ORDERS - multiple * order)
+        # Trains that are not of the shaft wander by a thousandth.
+        wander = 0.0 if order == 1 else 1e-3 * _ORDERS
+        is_line |= (multiple > 0) & (distance <= _MASK + wander)
+    return is_line
+
+
+def fault_comb(
+    contrast: Array,
+    orders: Array,
+    slip: float,
+    n_revolutions: float,
+    masked: NDArray[np.bool_],
+) -> Comb:
+    r"""Compute how well the comb of each fault fits a contrast.
+
+    The comb of order o is the mean contrast at its first four multiples,
+
+    .. math:: \max_{|t| \le \sigma}\; \overline{C(k\, e^t o)}
+        - 0.15 \left(\frac{t}{\sigma}\right)^2, \qquad k = 1, \dots, 4,
+
+    with the slip :math:`\sigma` of the rolling elements. Multiples that are masked do
+    not count. If lines between the multiples, at halves, thirds or quarters of the
+    order, are as high, the impacts come at that fraction of the order, and the score is
+    0. It is 0, too, if the comb is not resolved from multiples of the shaft and most
+    other multiples are as high.
+
+    Parameters
+    ----------
+    contrast : ndarray of shape (4001,)
+        Over orders of the true speed.
+    orders : ndarray of shape (3,)
+        Orders of impacts of ball, inner and outer race.
+    slip : float
+        Largest size :math:`\sigma` of t, above 0.
+    n_revolutions : float
+        Revolutions in the signal: lines closer than their inverse are not resolved.
+    masked : ndarray of bool of shape (4001,)
+        As `no_fault_lines` returns it.
+
+    Returns
+    -------
+    Comb
+        Scores, factors :math:`e^t`, and the strongest other comb.
+    """
+    lines = np.where(masked, 0.0, maximum_filter1d(np.where(masked, 0, contrast), 3))
+    n_slip = max(int(slip / FACTOR_STEP + 1e-9), 1)
+    slips = slip * np.arange(-n_slip, n_slip + 1) / n_slip
+    scores, factors = np.empty((2, len(orders)))
+    for fault, order in enumerate(orders):
+        fit = _mean_of_comb(lines, masked, order * np.exp(slips))
+        fit -= _SLIP_COST * (slips / slip) ** 2
+        best = np.flatnonzero(fit == fit.max())
+        best = best[np.abs(slips[best]).argmin()]
+        factors[fault] = np.exp(slips[best])
+        found = order * factors[fault]
+        resolved = found * n_revolutions / _LINE_WIDTH
+        divisors = [divisor for divisor in _DIVISORS[fault] if divisor < resolved]
+        between = _between(lines, masked, found, divisors)
+        of_shaft = _shaft_level(contrast, found, n_revolutions)
+        explained = max(between + _OF_FRACTION, of_shaft + _OF_SHAFT)
+        is_explained = explained >= fit[best]
+        scores[fault] = 0.0 if is_explained else fit[best]
+    highest = np.log(HIGHEST_ORDER / N_MULTIPLES)
+    others = np.exp(np.arange(np.log(_LOWEST_OTHER), highest, FACTOR_STEP))
+    fit = _mean_of_comb(lines, masked, others)
+    distances = np.abs(np.log(others / orders[:, np.newaxis])).min(axis=0)
+    fit[distances <= slip] = 0
+    # Of a train and its multiples, the train.
+    first = np.argmax(fit >= fit.max() - _SAME_TRAIN)
+    n_near = int(slip / FACTOR_STEP) + 1
+    best = first + fit[first : first + n_near].argmax()
+    return Comb(scores, factors, float(others[best]), float(fit[best]))
+
+
+def _mean_of_comb(lines, masked, orders):
+    """Return the mean height of lines at the multiples of orders, without masked ones."""
+    multiples = np.arange(1, N_MULTIPLES + 1)[:, np.newaxis]
+    cells = np.rint(multiples * orders / ORDER_STEP).astype(int)
+    # Lines above the highest order count as missing.
+    inside = cells < N_ORDERS
+    cells = np.minimum(cells, N_ORDERS - 1)
+    heights = np.where(inside, lines[cells], 0)
+    counts = np.sum(~masked[cells] | ~inside, axis=0)
+    # A single line is no comb.
+    return heights.sum(axis=0) / np.maximum(counts, 2)
+
+
+def _between(lines, masked, order, divisors):
+    """Return the highest mean of the first lines between multiples, at fractions of an order."""
+    highest = 0.0
+    for divisor in divisors:
+        numbers = np.arange(1, divisor * N_MULTIPLES)
+        numbers = numbers[numbers % divisor > 0]
+        cells = np.rint(numbers * order / (divisor * ORDER_STEP)).astype(int)
+        cells = cells[cells < N_ORDERS]
+        cells = cells[~masked[cells]][:N_MULTIPLES]
+        if len(cells) > 1:
+            highest = max(highest, lines[cells].mean())
+    return highest
+
+
+def _shaft_level(contrast, order, n_revolutions):
+    """Return the median height of the shaft's other multiples near a multiple of it."""
+    multiple = max(round(order), 1)
+    resolution = 1 / n_revolutions + ORDER_STEP
+    is_short = n_revolutions < _LINE_WIDTH
+    if abs(order - multiple) > resolution or multiple == 1 or is_short:
+        return 0.0
+    others = np.arange(1, N_MULTIPLES * multiple)
+    others = others[others % multiple > 0]
+    cells = np.rint(others / ORDER_STEP).astype(int)
+    highest = maximum_filter1d(contrast, 3)
+    return float(np.median(highest[cells[cells < N_ORDERS]]))
 
 
 def squared_envelope_spectrum(
@@ -235,145 +396,20 @@ def squared_envelope_spectrum(
         Power, with a Hann window, of the squared envelope over its mean; 0 for a
         constant signal.
     """
-    squared = _squared_envelope(samples, len(samples), band, prewhiten=prewhiten)
-    mean = squared.mean()
-    if mean > 0:
-        squared = (squared / mean - 1) * hann_window(len(samples))
-    power = np.abs(fft.rfft(squared)) ** 2
-    return power * (4 / len(samples)) ** 2
-
-
-def _squared_envelope(samples, n_fft, band, *, prewhiten):
     rows, _ = centred(samples[np.newaxis])
-    spectrum = fft.rfft(rows[0], n_fft)
+    spectrum = fft.rfft(rows[0])
     if prewhiten:
         size = np.abs(spectrum)
         has_power = size > _LEAST_POWER * size.max()
         np.divide(spectrum, size, out=spectrum, where=has_power)
-    spectrum[: math.ceil(band[0] * n_fft)] = 0
-    spectrum[int(band[1] * n_fft) + 1 :] = 0
+    n_samples = len(samples)
+    spectrum[: math.ceil(band[0] * n_samples)] = 0
+    spectrum[int(band[1] * n_samples) + 1 :] = 0
     # The positive frequencies alone give half the analytic signal.
-    analytic = fft.ifft(spectrum, n_fft)[: len(samples)]
-    return analytic.real**2 + analytic.imag**2
-
-
-def mean_contrast(envelopes: Array, step: float) -> Array:
-    """Compute the mean contrast of the spectra of envelopes, see :func:`order_contrast`.
-
-    Parameters
-    ----------
-    envelopes : ndarray of shape (n_bands, n_values)
-        Envelopes over the angle of the shaft.
-    step : float
-        Revolutions from one value to the next.
-
-    Returns
-    -------
-    ndarray of shape (4001,)
-        In nepers, at the orders 0, .01, ... 40; 0 at orders that the envelopes cannot
-        show.
-    """
-    n_values = envelopes.shape[1]
-    if n_values < 8:
-        return np.zeros(N_ORDERS)
-    n_fft = fft.next_fast_len(_PADDING * n_values, real=True)
-    centred_envelopes = envelopes - envelopes.mean(axis=1, keepdims=True)
-    spectra = fft.rfft(centred_envelopes * hann_window(n_values), n_fft)
-    cell = 1 / (n_fft * step)
-    spectra = spectra[:, : int((HIGHEST_ORDER + 1) / cell) + 2]
-    power = spectra.real**2 + spectra.imag**2
-    mean_square = np.mean(envelopes**2, axis=1, keepdims=True)
-    floor = _LEAST_POWER * mean_square + np.finfo(float).tiny
-    level = np.log(power + floor * n_values)
-    width = max(_FLOOR_WIDTH, _FLOOR_CELLS / (n_values * step))
-    n_cells = 2 * int(width / cell / 2) + 1
-    above = level - running_median(level, n_cells, "edge") + _MEDIAN_OF_NOISE
-    highest = maximum_filter1d(np.maximum(above, 0), 3, axis=1)
-    contrast = highest.mean(axis=0)
-    positions = np.arange(N_ORDERS) * ORDER_STEP / cell
-    return np.interp(positions, np.arange(len(contrast)), contrast, right=0)
-
-
-def fault_comb(
-    contrast: Array,
-    orders: Array,
-    tolerance: float,
-    slip: float,
-    cage_weight: float = CAGE_WEIGHT,
-) -> Comb:
-    r"""Compute how well the comb of each fault fits a contrast.
-
-    An error of the nominal speed multiplies all orders by one factor :math:`e^d`. Slip
-    of the rolling elements multiplies each order by a factor :math:`e^t` of its own.
-    The comb of order o with K multiples is
-
-    .. math:: \max_{|t| \le \sigma}\; \frac{1}{K} \sum_{k=1}^{K} C(k\, e^{d + t} o)
-        - 0.15 \left(\frac{t}{\sigma}\right)^2
-
-    with the contrast C and the slip :math:`\sigma`. A race has the comb of its order
-    with 3 multiples. A ball has half the sum of the combs of twice its spin (3) and of
-    its spin (4), plus .6 times the comb of the cage (4), but at most .6 nepers. The
-    common d maximises the median of the three scores less :math:`0.6\, (d / \sigma)^2`,
-    so that a line that fits a single comb does not move the speed.
-
-    Parameters
-    ----------
-    contrast : ndarray of shape (n_orders,)
-        As `order_contrast` returns it.
-    orders : ndarray of shape (4,)
-        Orders of the cage (FTF), the spin of a rolling element (BSF), the inner race
-        (BPFI) and the outer race (BPFO).
-    tolerance : float
-        Largest size of d, at least 0.
-    slip : float
-        Largest size :math:`\sigma` of t, above 0.
-    cage_weight : float, default=0.6
-        Weight of the cage's comb in the score of a ball.
-
-    Returns
-    -------
-    Comb
-        Scores and factors :math:`e^{d + t}` of ball, inner and outer race. The factor
-        of the ball is that of the better comb of its spin.
-    """
-    n_slip = int(slip / FACTOR_STEP + 1e-9)
-    n_error = int(tolerance / FACTOR_STEP + 1e-9)
-    n_shifts = n_error + n_slip
-    shifts = FACTOR_STEP * np.arange(-n_shifts, n_shifts + 1)
-    cage_order, spin_order, inner_order, outer_order = orders
-    twice_order = 2 * spin_order
-    of_combs = [cage_order, spin_order, twice_order, inner_order, outer_order]
-    heights = _heights(contrast, np.array(of_combs), shifts)
-    slips = FACTOR_STEP * np.arange(-n_slip, n_slip + 1)
-    cost = _SLIP_COST * (slips / slip) ** 2
-    slipped = sliding_window_view(heights, len(slips), axis=1) - cost
-    cage, spin, twice, inner, outer = slipped.max(axis=2)
-    ball = (spin + twice) / 2 + cage_weight * np.minimum(cage, MOST_OF_CAGE)
-    scores = np.stack([ball, inner, outer])
-    errors = shifts[n_slip : len(shifts) - n_slip]
-    median = np.sort(scores, axis=0)[1]
-    fit = median - _SPEED_COST * (errors / slip) ** 2
-    at = _nearest_best(fit, errors)
-    # The slip of a ball is that of the higher one of its two combs.
-    of_ball = 1 if spin[at] > twice[at] else 2
-    combs = slipped[[of_ball, 3, 4], at]
-    best_slips = [slips[_nearest_best(comb, slips)] for comb in combs]
-    factors = np.exp(errors[at] + np.array(best_slips))
-    return Comb(scores[:, at], factors)
-
-
-def _heights(contrast, orders, shifts):
-    """Return mean contrasts at multiples of orders, for logarithms of a factor on the speed."""
-    multiples = np.concatenate([np.arange(1, n + 1) for n in _MULTIPLES])
-    positions = np.repeat(orders, _MULTIPLES) * multiples / ORDER_STEP
-    positions = np.multiply.outer(positions, np.exp(shifts))
-    cells = np.arange(len(contrast))
-    at_multiples = np.interp(positions, cells, contrast, right=0.0)
-    starts = np.cumsum(_MULTIPLES) - _MULTIPLES
-    return np.add.reduceat(at_multiples, starts) / _MULTIPLES[:, np.newaxis]
-
-
-def _nearest_best(values, shifts):
-    """Return the index of the largest value; of equal ones, that of the smallest shift."""
-    best = np.flatnonzero(values == values.max())
-    return best[np.abs(shifts[best]).argmin()]
+    analytic = fft.ifft(spectrum, n_samples)
+    squared = analytic.real**2 + analytic.imag**2
+    mean = squared.mean()
+    if mean > 0:
+        squared = (squared / mean - 1) * hann_window(n_samples)
+    power = np.abs(fft.rfft(squared)) ** 2
+    return power * (4 / n_samples) ** 2

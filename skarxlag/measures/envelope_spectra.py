@@ -14,63 +14,12 @@ from ..core.speeds import check_speeds, with_plausible_speeds
 from ..core.state import expect
 from ..core.validation import ABOVE_0, as_samples, check_real
 from ..kernels.comb import comb_frequency
-from ..kernels.fault_orders import (
-    CAGE_WEIGHT,
-    FAULTS,
-    fault_comb,
-    squared_envelope_spectrum,
-)
+from ..kernels.fault_orders import squared_envelope_spectrum
 
 #: Revolutions of the bearing's shaft that a row must have.
 LEAST_REVOLUTIONS = 2
-#: Revolutions of the cage from which on its comb counts: its lines are apart then.
-_CAGE_REVOLUTIONS = 2
 #: Multiples of the shaft's frequency in a search of its speed.
 _N_HARMONICS = 40
-
-
-def best_combs(
-    contrast: NDArray[Any],
-    n_revolutions: float,
-    orders: NDArray[Any],
-    tolerance: float,
-    slip: float,
-) -> dict[str, NDArray[Any]]:
-    """Return score, factor and bearing of each fault, for the bearing that fits it best.
-
-    Parameters
-    ----------
-    contrast : ndarray of shape (n_orders,)
-        Of a row, or the mean of several.
-    n_revolutions : float
-        Revolutions of the bearing's shaft in a row. In short ones, the cage does not
-        count.
-    orders : ndarray of shape (n_bearings, 4)
-        Orders of the cage (FTF), the spin of an element (BSF), the inner race (BPFI)
-        and the outer race (BPFO).
-    tolerance, slip : float
-        As in `fault_comb`.
-
-    Returns
-    -------
-    dict of str to ndarray of shape (3,)
-        "scores", "factors" and "bearings".
-    """
-    weights = np.where(
-        n_revolutions * orders[:, 0] < _CAGE_REVOLUTIONS, 0.0, CAGE_WEIGHT
-    )
-    combs = [
-        fault_comb(contrast, of_bearing, tolerance, slip, weight)
-        for of_bearing, weight in zip(orders, weights, strict=True)
-    ]
-    scores, factors = map(np.stack, zip(*combs, strict=True))
-    best = scores.argmax(axis=0)
-    fault = np.arange(len(FAULTS))
-    return {
-        "scores": scores[best, fault],
-        "factors": factors[best, fault],
-        "bearings": best,
-    }
 
 
 def impact_orders(orders: NDArray[Any]) -> NDArray[Any]:

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: Frequencies in Hz, and the share of the energy that a sine there may have: one of up
-#: to 20 dB above the rest is accepted.
-_MAINS = (50.0, 60.0)
+#: Frequencies of the mains in Hz.
+MAINS = (50.0, 60.0)
+#: Share of the energy that a sine of the mains may have: one of up to 20 dB above the
+#: rest is accepted.
 LARGEST_SHARE = 0.99
 #: Highest order of the shaft that can be so strong a line: unbalance makes the first,
 #: misalignment the second. On six rigs, lines of the first have up to 79 % of the
@@ -69,14 +70,14 @@ def share_of_hum(
     # look.
     steps = np.diff(windows, axis=1)
     steps = np.einsum("wk,wk->w", steps, steps)
-    of_sine = 2 * np.pi * (max(_MAINS) + _DEVIATION) / sampling_rate
+    of_sine = 2 * np.pi * (max(MAINS) + _DEVIATION) / sampling_rate
     most = of_sine + 2 * np.sqrt(1 - LARGEST_SHARE)
     slow = np.flatnonzero(steps <= 1.2 * most**2 * energy)
     pieces = windows if n_pieces == 1 else np.empty_like(windows)
     if n_pieces > 1:
         pieces[slow] = without_trend(windows[slow])
         energy[slow] = np.einsum("wk,wk->w", pieces[slow], pieces[slow])
-    for mains in _MAINS:
+    for mains in MAINS:
         if duration * mains < _FEWEST_PERIODS or mains > sampling_rate / 4:
             continue
         with np.errstate(divide="ignore", invalid="ignore"):

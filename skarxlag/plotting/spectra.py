@@ -13,7 +13,7 @@ from ..core.capabilities import unfolded_steps
 from ..core.state import expect
 from ..decisions.fault_orders import FaultOrderClassifier
 from ..decisions.order_comparison import order_comparison
-from ..kernels.fault_orders import FAULTS, NEPER_IN_DB, ORDER_STEP, RACE_MULTIPLES
+from ..kernels.fault_orders import FAULTS, N_MULTIPLES, NEPER_IN_DB, ORDER_STEP
 from ..measures.envelope_spectra import impact_orders
 from ._fitted import known_conditions
 from ._style import (
@@ -43,7 +43,7 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
     """Plot the contrast of envelope spectra over orders, with the combs of the faults.
 
     The line shows how far the envelope spectra rise above their surroundings. The first
-    three multiples of the order of each fault (BPFO, BPFI and 2 BSF) are marked, at the
+    four multiples of the order of each fault (BPFO, BPFI and 2 BSF) are marked, at the
     speed and slip that fit the fault best. The comb of the fault with the largest score
     is marked by dots, too.
 
@@ -142,7 +142,7 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
         orders = impact_orders(classifier.orders_)[
             matches.bearings[0], np.arange(len(FAULTS))
         ]
-        lines = np.outer(orders * factors, np.arange(1, RACE_MULTIPLES + 1))
+        lines = np.outer(orders * factors, np.arange(1, N_MULTIPLES + 1))
         limit = classifier.limit_ + classifier.reference_.max()
         n_shown = int(_HIGHEST_ORDER / ORDER_STEP) + 1
         return cls(

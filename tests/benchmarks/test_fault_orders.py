@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.fault_orders.choices import settings_left_out
+from benchmarks.fault_orders.choices import slips_left_out
 from benchmarks.fault_orders.command import stretches, whole
 from benchmarks.fault_orders.rigs import Recording
 from benchmarks.fault_orders.tables import compared, counted, with_reference
@@ -64,6 +64,6 @@ def test_wrong_names_and_abstaining_are_counted():
     assert table["right without abstaining"].tolist() == ["1.00", "0.00", ""]
 
 
-def test_settings_are_chosen_without_the_rig(rig):
-    table = settings_left_out({"one": rig, "other": rig})
+def test_the_slip_is_chosen_without_the_rig(rig):
+    table = slips_left_out({"one": rig, "other": rig})
     assert table["right"].tolist() == [1, 1]

@@ -28,7 +28,7 @@ def contrast(**heights):
     """Contrast whose combs have the scores of these heights, in nepers."""
     lines = np.zeros(4001)
     for location, height in heights.items():
-        orders = 100 * ORDERS[location] * np.arange(1, 4)
+        orders = 100 * ORDERS[location] * np.arange(1, 5)
         lines[np.r_[np.floor(orders), np.ceil(orders)].astype(int)] = height
     return lines
 
@@ -83,8 +83,8 @@ def test_the_limit_is_the_score_with_the_stated_p_value(healthy, has_healthy_row
 
 def test_without_healthy_rows_the_limit_is_that_of_other_machines(rows):
     limit = classifier(false_alarm_rate=0.05).fit(rows).limit_
-    assert limit == pytest.approx(gumbel_r.isf(0.05, 0.86, 0.31))
-    assert limit_elsewhere(0.0, 0.05) == pytest.approx(gumbel_r.isf(0.05, 0.06, 0.31))
+    assert limit == pytest.approx(gumbel_r.isf(0.05, 1.25, 0.28))
+    assert limit_elsewhere(0.0, 0.05) == pytest.approx(gumbel_r.isf(0.05, 0.06, 0.28))
 
 
 # Of 40 healthy rows, 1 or 2 are the largest share of 41 below the rate.
@@ -108,15 +108,27 @@ def test_diagnose_is_what_the_methods_return(rows, classes):
         np.testing.assert_array_equal(found[name], method(rows, rpm=900))
 
 
-def test_speed_tolerance_and_slip_limit_the_factor(fitted, rows):
-    signal = [row("inner", rpm=930)]
-    found = fitted.match(signal, rpm=900)
-    assert fitted.predict(signal, rpm=900)[0] == "inner"
-    assert found.factors[0, 1] == pytest.approx(930 / 900, abs=0.01)
-    strict = classifier(slip=0.005).fit(rows)
+def test_the_true_speed_is_found_within_the_tolerance(fitted, rows):
+    turn = 60 * RATE / 960
+    signal = row("inner", rpm=960)
+    signal[np.arange(0, RATE, turn).astype(int)] += 30
+    found = fitted.match([signal], rpm=900)
+    assert found.rpm[0] == pytest.approx(960, rel=0.003)
+    assert found.speed_errors[0] == pytest.approx(960 / 900, rel=0.003)
+    assert found.factors[0, 1] == pytest.approx(1, abs=0.01)
+    diagnosed = fitted.diagnose([signal], rpm=900)
+    assert diagnosed.verdict[0] == "inner"
+    assert "the lines of the shaft show 9" in diagnosed.evidence[0]
+    strict = classifier(speed_tolerance=0.03).fit(rows)
+    assert strict.match([signal], rpm=900).rpm[0] < 900 * 1.031
+
+
+def test_slip_limits_the_factor(rows):
+    signal = [row("inner", rpm=913)]
+    found = classifier(speed_tolerance=0).fit(rows).match(signal, rpm=900)
+    assert found.factors[0, 1] == pytest.approx(913 / 900, abs=0.005)
+    strict = classifier(speed_tolerance=0, slip=0.005).fit(rows)
     assert strict.match(signal, rpm=900).scores[0, 1] < found.scores[0, 1]
-    exact = classifier(speed_tolerance=0.0).fit(rows)
-    assert exact.predict([row("inner", rpm=960)], rpm=900)[0] == "healthy"
 
 
 @pytest.mark.parametrize("ratio", [0.01, 2.0, 20.0])
@@ -125,7 +137,7 @@ def test_gear_ratio_multiplies_the_speed(fitted, rows, ratio):
     found = geared.match(rows, rpm=900 / ratio)
     expected = fitted.match(rows, rpm=900).contrasts
     np.testing.assert_allclose(found.contrasts, expected, atol=1e-9)
-    np.testing.assert_allclose(found.rpm, 900 / ratio)
+    np.testing.assert_allclose(found.rpm, 900 / ratio, rtol=0.02)
     assert geared.predict(rows, rpm=900 / ratio).tolist() == NAMES
     # One revolution and a half of the bearing's shaft is too short.
     assert np.isnan(geared.match(rows, rpm=90 / ratio).rpm).all()
@@ -167,7 +179,7 @@ def test_labels_stand_for_fault_locations(rows, labels, stated, locations):
 
 
 def test_healthy_rows_are_the_reference(rows, healthy):
-    with_comb = np.stack([row("outer", amplitude=6, seed=seed) for seed in range(40)])
+    with_comb = np.stack([row("outer", amplitude=10, seed=seed) for seed in range(40)])
     plain = classifier().fit(healthy)
     assert plain.predict(with_comb, rpm=900).tolist().count("outer") > 30
     fitted = classifier().fit(with_comb[:20], ["good"] * 20, rpm=900)
@@ -221,14 +233,12 @@ def test_evidence_names_order_location_size_and_error(fitted, rows):
     assert close.evidence[0].endswith(" race nearly as well")
 
 
-# At 6 % from the nominal order, a parameter decides what slip and the speed explain.
-@pytest.mark.parametrize(("slip", "is_doubted"), [(0.03, True), (0.08, False)])
-def test_evidence_doubts_the_speed_beyond_the_slip(rows, slip, is_doubted):
-    signal = [row("inner", rpm=954, amplitude=20)]
-    (evidence,) = classifier(slip=slip).fit(rows).diagnose(signal, rpm=900).evidence
-    assert evidence.startswith("impacts at 5.7")
-    doubt = "more than slip explains: check the speed and the bearing"
-    assert evidence.endswith(doubt) == is_doubted
+def test_evidence_states_impacts_at_no_order_of_the_bearing(rows):
+    fitted = classifier(speed_tolerance=0.0).fit(rows)
+    (evidence,) = fitted.diagnose([row("inner", 350, 30)], rpm=900).evidence
+    assert evidence.startswith("impacts of ")
+    assert "at 2.1" in evidence
+    assert evidence.endswith("orders, which is no order of this bearing")
 
 
 @pytest.mark.parametrize(
@@ -262,7 +272,8 @@ def test_a_row_whose_combs_cannot_be_seen_names_no_location(fitted, rows, rpm):
     assert found.refusal.tolist() == ["", reason]
     assert found.p_value[1] == pytest.approx(1)
     matches = fitted.match(rows[1:], rpm=np.array([900.0, rpm]))
-    assert matches.rpm[0] == 900 and np.isnan(matches.rpm[1])
+    assert matches.rpm[0] == pytest.approx(900, rel=0.02)
+    assert np.isnan(matches.rpm[1])
     assert matches.contrasts[0].any() and not matches.contrasts[1].any()
     assert matches.scores[1].tolist() == [0, 0, 0]
     assert matches.factors[1].tolist() == [1, 1, 1]

@@ -1,9 +1,7 @@
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 
 from skarxlag import envelope_spectrum
-from skarxlag.measures.envelope_spectra import best_combs
 
 
 def test_envelope_spectrum_of_a_band():
@@ -25,12 +23,3 @@ def test_envelope_spectrum_of_a_band():
         envelope_spectrum(signal, 20_000, band=(7000, 5000))
     with pytest.raises(ValueError, match="expected one axis"):
         envelope_spectrum(np.ones((9, 9)), 20_000)
-
-
-@pytest.mark.parametrize(("turns_of_cage", "weight"), [(1.99, 0.0), (2.0, 0.6)])
-def test_a_cage_counts_in_rows_of_two_of_its_turns(turns_of_cage, weight):
-    contrast = np.zeros(4001)
-    contrast[[40, 80, 120, 160]] = 1.0
-    orders = np.array([[0.4, 2.3, 5.4, 3.7]])
-    scores = best_combs(contrast, turns_of_cage / 0.4, orders, 0.0, 0.03)["scores"]
-    assert_allclose(scores, [weight, 0, 0], atol=1e-12)

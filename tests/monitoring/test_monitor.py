@@ -24,7 +24,6 @@ from skarxlag import (
 )
 from skarxlag.decisions.comb_probabilities import comb_evidence
 from skarxlag.kernels.evidence import P_VALUE_CORRELATION, effective_number
-from skarxlag.measures.envelope_spectra import best_combs
 from skarxlag.monitoring.monitor import diagnose_together
 
 from .conftest import RATE, WINDOW, sound
@@ -714,7 +713,7 @@ def by_orders():
 
 def test_faint_combs_are_gathered_and_forgotten(by_orders):
     monitor = ConditionMonitor(by_orders, 1e4, window_length=2000, half_life=3.0)
-    healthy, faint = turning(40, 0, 1), turning(40, 4.5, 2)
+    healthy, faint = turning(40, 0, 1), turning(40, 5.2, 2)
     before, during, after = (
         monitor.update(rows.ravel(), rpm=900) for rows in (healthy, faint, healthy)
     )
@@ -749,7 +748,7 @@ def joint():
 
 
 def test_combs_are_gathered_beside_learned_spectra(joint):
-    remounted = lfilter([1], [1, -0.5], turning(40, 4, 2, 850.0).ravel())
+    remounted = lfilter([1], [1, -0.5], turning(40, 4.6, 2, 850.0).ravel())
     found = joint.diagnose(remounted.reshape(40, -1), rpm=850)
     # One by one, combs leave the rows in doubt, and so does the mean of their
     # probabilities.
@@ -763,8 +762,9 @@ def test_combs_are_gathered_beside_learned_spectra(joint):
     mean = found.row_evidence[:, :2].mean(axis=0, keepdims=True)
     by_spectra = decide.conditions_.join(mean, 40)
     spectra = by_spectra.log_probability[0]
-    orders, places = decide.orders_, decide.class_locations_
-    scores = best_combs(contrast, 3, orders, 0.1, 0.03)["scores"] - decide.reference_
+    places = decide.class_locations_
+    matches = decide._search().match_gathered(contrast, 2000, found.rpm.mean())
+    scores = matches.scores[0] - decide.reference_
     places = np.append(places, 3)  # an unknown condition shows no comb
     combs = comb_evidence(
         np.sqrt(effective_number(40, 0.2)) * scores[np.newaxis], places
