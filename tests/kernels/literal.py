@@ -67,36 +67,6 @@ def literal_predictor(samples, order, alpha):
     return np.linalg.solve(sums[1:, 1:] + ridge, sums[1:, 0])
 
 
-def literal_spectral_shape(samples, order, n_frequencies):
-    """Log spectrum of the model that plain ridge regression finds."""
-    order = min(order, len(samples) // 8)
-    if order == 0 or not np.any(samples):
-        return np.zeros(n_frequencies)
-    g = literal_predictor(samples, order, 1e-9)
-    found = []
-    for cell in range(n_frequencies):
-        omega = (cell + 0.5) * math.pi / n_frequencies
-        response = 1 - g @ np.exp(-1j * omega * np.arange(1, order + 1))
-        found.append(-math.log(abs(response) ** 2))
-    return np.array(found)
-
-
-def literal_bands(samples, segment, hop):
-    """Log mean and log median power of the bands of segments."""
-    k = np.arange(segment)
-    hann = np.sin(np.pi * (k + 1) / (segment + 1)) ** 2
-    floor = 1e-12 * segment * np.mean(samples**2) or 1.0
-    power = []
-    for start in range(0, len(samples) - segment + 1, hop):
-        windowed = samples[start : start + segment] * hann
-        sums = [
-            windowed @ np.exp(-2j * np.pi * f * k / segment)
-            for f in range(1, segment // 2)
-        ]
-        power.append(np.abs(sums) ** 2 + floor)
-    return np.log(np.mean(power, axis=0)), np.log(np.median(power, axis=0))
-
-
 def literal_motion(x, known):
     """Weights of known values, variance in unit distances, and distance beyond, one by one."""
     weights = np.zeros(len(known))

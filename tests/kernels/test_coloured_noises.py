@@ -33,10 +33,3 @@ def test_log_spectra_of_the_others_are_random_sums_of_cosines():
     # The estimate of a periodogram varies by 1 / sqrt(256 segments).
     assert np.sqrt(residues.mean() / len(cosines)) < 0.1
     assert_allclose((n[1:, np.newaxis] * sizes[1:]).std(), 1, rtol=0.15)
-
-
-def test_channels_of_a_noise_share_its_colour():
-    first, second = welch(coloured_noises((2, 2**16)), nperseg=256)[1].transpose(
-        1, 0, 2
-    )
-    assert_allclose(first[:, 4:-4], second[:, 4:-4], rtol=0.5)

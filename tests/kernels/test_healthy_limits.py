@@ -37,12 +37,6 @@ def healthy(rows, known, at, weights=None):
     )
 
 
-def test_blocks_of_many_speeds_are_distinguished():
-    at = np.repeat(np.arange(12), 2)
-    limits = calibrate(healthy(noise_rows(24), np.log(500.0 + 50 * np.arange(12)), at))
-    assert limits.n_blocks == 24
-
-
 def shares(logs, at, rate):
     return np.array(
         [np.mean(logs[at == speed] < np.log(rate)) for speed in np.unique(at)]
@@ -60,23 +54,6 @@ def test_scale_is_twice_the_least_that_holds_or_twice_the_largest(jump, place):
     assert scale == 2 * healthy_limits.SCALES[place]
     for rate in healthy_limits.HELD_RATES:
         assert (shares(logs, at, rate).max() <= rate) == (place == 0)
-
-
-@pytest.mark.parametrize(("rate", "n_rows"), [(0.01, 95), (0.05, 19)])
-def test_scale_holds_the_stated_rates_to_the_row(monkeypatch, rate, n_rows):
-    # One flagged row of so many is a little more than the rate; it is flagged at scales
-    # below 1.
-    def one_row(limits, rows, log_speed, scale):
-        return np.where(
-            np.arange(len(log_speed)) == 0, np.log(0.9 * rate) * (scale < 1), -0.1
-        )
-
-    rows, at = noise_rows(5).take(np.arange(2 * n_rows) % 5), np.repeat([0, 1], n_rows)
-    learned = healthy(rows, np.log([800.0, 1000.0]), at)
-    limits = calibrate(learned)
-    monkeypatch.setattr(healthy_limits, "log_p_values", one_row)
-    assert rate < 1 / n_rows < 1.1 * rate
-    assert drift_scale(learned, limits)[0] == 2.0
 
 
 def test_a_row_at_the_limit_is_not_flagged():
@@ -112,17 +89,6 @@ def literal_score(rows, own, rest, at, weights):
     inverse = np.linalg.inv(scatter / about.shape[1] + 0.04 * drift)
     away = cepstra[own] - np.array([expected[speed] for speed in at[own]])
     return np.log(np.einsum("ra,ab,rb->r", away, inverse, away) / n_features + 1e-3)
-
-
-def test_left_out_rates_count_weights():
-    rows, known, at = noise_rows(60), np.log([800.0, 1000.0]), np.repeat([0, 1], 30)
-    rows.values[5, 1] += 1000
-    weights = np.where(np.arange(60) == 5, 30.0, 1.0)
-    # The limits are those without weights, so that they flag the same row.
-    limits = calibrate(healthy(rows, known, at))
-    for weight, rate in ((np.ones(60), 1 / 30), (weights, 30 / 59)):
-        _, logs = drift_scale(healthy(rows, known, at, weight), limits)
-        assert flagged_shares(logs, at, np.log(0.01), weight)[0] == pytest.approx(rate)
 
 
 def test_rows_that_are_all_alike_leave_the_least_deviations():
@@ -175,12 +141,6 @@ def test_p_values_are_between_the_smallest_number_and_one():
     odd = usual._replace(values=usual.values + 1e150)
     least = np.log(np.finfo(float).tiny) + np.log(3)
     assert_allclose(log_p_values(limits, odd, np.zeros(1), 1.0), least)
-
-
-def test_scales_go_from_an_eighth_to_64():
-    scales = healthy_limits.SCALES
-    assert_allclose(scales[[0, -1]], [1 / 8, 64])
-    assert_allclose(scales[1:] / scales[:-1], np.sqrt(2))
 
 
 def test_a_scale_at_which_the_rate_is_just_kept_holds(monkeypatch):

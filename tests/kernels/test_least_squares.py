@@ -77,13 +77,3 @@ def test_windows_of_equal_keys_that_differ_elsewhere_are_kept_apart():
     rows, counted = distinct_windows(windows, np.arange(3), np.ones(3))
     assert sorted(counted) == [1, 2]
     assert 1 in rows.tolist()
-
-
-def test_windows_that_differ_stay_as_they_come():
-    windows, rows = (
-        np.random.default_rng(0).normal(size=(9, 1, 20)),
-        np.array([3, 1, 8]),
-    )
-    found, counted = distinct_windows(windows, rows, np.ones(3))
-    assert_array_equal(found, rows)
-    assert_array_equal(counted, np.ones(3))

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scipy import linalg
 from scipy.signal import lfilter
 
 from skarxlag.kernels import observer
@@ -11,9 +10,6 @@ from skarxlag.kernels.observer import meets_circle_criterion, spectral_radius
 
 PIO = (0.4, 0.3, 0.06, 0.0)
 EXTENDED = (0.4, 0.3, 0.06, 1.2)
-
-#: Of the gains at the two ends of a sector.
-SHARES = np.array([0, 0.2, 0.5, 0.9, 1])[:, np.newaxis, np.newaxis]
 
 
 def observe(signals, *loop):
@@ -133,18 +129,6 @@ def test_form_a_is_unbiased_for_a_constant_fault(fault, bound):
     assert abs(error[0, -1]) < 1e-6 * abs(fault)
 
 
-def test_gain_grows_with_the_fault():
-    settling = []
-    for fault in (0.05, 0.5, 5.0):
-        innovations = lfilter([0, 1], [1, -0.3], np.full((1, 2000), fault))
-        _, estimate = observe(innovations, 0.3, 0.3, 0.01, 5.0)
-        settling.append(
-            np.flatnonzero(np.abs(estimate[0] - fault) > 0.05 * fault).max()
-        )
-    assert settling[0] > settling[1] > settling[2]
-    assert settling[0] > 2 * settling[2]
-
-
 def test_spectral_radius_is_that_of_the_loop():
     rng = np.random.default_rng(0)
     for pole, kp, ki in rng.uniform([-0.9, -1, 0.01], [0.9, 2, 2], size=(50, 3)):
@@ -173,26 +157,6 @@ def test_circle_criterion_is_a_positive_real_part_on_the_circle(random_loops):
         verdicts.append(real_part > 0)
         assert meets_circle_criterion(pole, kp, ki, bound) == verdicts[-1]
     assert min(np.mean(verdicts), 1 - np.mean(verdicts)) > 0.1
-
-
-def test_certified_loops_have_a_common_lyapunov_function(random_loops):
-    n_certified = 0
-    for pole, kp, ki, bound in random_loops:
-        if not meets_circle_criterion(pole, kp, ki, 1.01 * bound):
-            continue
-        n_certified += 1
-        slow, fast = (
-            np.array([[pole - kp, gain], [-ki, 1.0]]) for gain in (1.0, 1 + bound)
-        )
-        # The Riccati equation of the positive-real lemma.
-        enter, leave = np.array([[1.0], [0.0]]), np.array([[0.0], [1.0]])
-        P = -linalg.solve_discrete_are(
-            slow, enter, -1e-9 * np.eye(2), [[2.0]], s=-bound * leave
-        )
-        assert np.linalg.eigvalsh(P)[0] > 0
-        A = (1 - SHARES) * slow + SHARES * fast
-        assert np.linalg.eigvalsh(A.transpose(0, 2, 1) @ P @ A - P).max() < 0
-    assert n_certified > 20
 
 
 def test_criterion_of_many_loops_is_that_of_each():

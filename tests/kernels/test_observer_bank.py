@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scipy.signal import freqz
 
-from skarxlag.kernels import observer, observer_bank
+from skarxlag.kernels import observer_bank
 from skarxlag.kernels.spectra import frequency_grid
 
 POLE, STEP = 0.3, 0.05
@@ -68,15 +67,6 @@ def test_sums_over_long_windows_keep_their_precision():
         assert gain[0, m] + unit == pytest.approx(expected[1], abs=0.005)
 
 
-def test_a_member_is_the_observer_of_a_single_frequency():
-    signals = coloured(1, 200)
-    kp, ki = observer_bank.member_gains(POLE, 8, 0.74)
-    loop = (POLE, kp[3], ki[3], 0.02)
-    _, estimate = observer.observe(signals[:, np.newaxis], loop)
-    literal = literal_estimates(signals[0], kp[3], ki[3], 0.02)
-    assert_allclose(estimate[0, 0, 1:], literal[:-1], atol=1e-12)
-
-
 @pytest.mark.parametrize("pole", [-0.7, 0.0, 0.3, 0.9])
 @pytest.mark.parametrize("radius", [0.1, 0.9, 0.99])
 def test_gains_place_the_closed_loop_poles(pole, radius):
@@ -86,28 +76,6 @@ def test_gains_place_the_closed_loop_poles(pole, radius):
         poles = np.linalg.eigvals([[pole - kp[m], 1.0], [-ki[m], 1.0]])
         assert_allclose(np.abs(poles), radius, rtol=1e-7)
         assert_allclose(np.sort(np.abs(np.angle(poles))), frequency, rtol=1e-5)
-
-
-def test_power_of_a_linear_member_is_that_of_its_transfer_function():
-    kp, ki = observer_bank.member_gains(POLE, 16, 0.91)
-    noise = np.random.default_rng(0).normal(size=(1, 200_000))
-    power, _ = observer_bank.bank_levels(noise, POLE, kp, ki, np.zeros(16), STEP)
-    unit = 2 * np.log(np.abs(noise).max())
-    for m in (0, 5, 15):
-        a = POLE - kp[m]
-        _, response = freqz(
-            [ki[m], -POLE * ki[m]], [1, -(1 + a), a + ki[m]], worN=20_000
-        )
-        expected = np.log(np.mean(np.abs(response) ** 2))
-        assert power[0, m] + unit == pytest.approx(expected, abs=0.05)
-
-
-def test_gain_of_noise_settles_at_the_median():
-    kp, ki = observer_bank.member_gains(POLE, 4, 0.68)
-    noise = np.random.default_rng(0).normal(size=(1, 100_000))
-    power, gain = observer_bank.bank_levels(noise, POLE, kp, ki, np.zeros(4), 0.01)
-    # The median of the size of a Gaussian variable is 0.6745 of its deviation.
-    assert_allclose(gain - power, 2 * np.log(0.6745), atol=0.03)
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1e-20, 1e20, 1e300])
@@ -133,24 +101,6 @@ def test_odd_windows_have_finite_levels():
     power, gain = levels
     assert_allclose(power[0], np.log(1e-12), rtol=1e-5)
     assert_allclose(gain[0], power[0], atol=0.2)
-
-
-def test_vectors_of_state_and_squares_lie_in_one_cache_line_each(monkeypatch):
-    starts, fill_levels = [], observer_bank._fill_levels
-
-    def noting(*arguments):
-        state, squares = arguments[7:9]
-        starts.extend([state.ctypes.data % 64, squares.ctypes.data % 64])
-        fill_levels(*arguments)
-
-    monkeypatch.setattr(observer_bank, "_fill_levels", noting)
-    gains = observer_bank.member_gains(POLE, 2, 0.46)
-    # NumPy's memory begins at another part of a cache line for another size.
-    for n_samples in range(1, 30):
-        observer_bank.bank_levels(
-            coloured(1, n_samples), POLE, *gains, np.zeros(2), STEP
-        )
-    assert set(starts) == {0}
 
 
 def test_each_window_is_worked_on_by_itself():

@@ -8,10 +8,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from skarxlag.kernels import order_spectra
 from skarxlag.kernels.order_spectra import (
-    at_orders,
     band_envelopes,
     envelopes_over_angle,
-    equal_angles,
     match,
     order_spectrum,
 )
@@ -34,13 +32,6 @@ def test_envelopes_do_not_depend_on_scale(rng, factor):
 @pytest.mark.parametrize("value", [0.0, 5.0])
 def test_envelopes_of_a_constant_are_zero(value):
     assert_array_equal(band_envelopes(np.full(100, value), 16, 8, 4), 0)
-
-
-def test_a_pure_tone_leaves_no_noise_of_rounding_in_other_bands():
-    tone = np.sin(2 * np.pi * 8 / 64 * np.arange(6400))
-    # The Hann window of 64 samples hides most of a tone at the middle of a cell; what
-    # is left of it must not be whitened to the size of a signal.
-    assert band_envelopes(tone, 64, 32, 4)[3].max() < 1.5
 
 
 def test_envelopes_have_a_floor_of_1e_14_of_the_power_of_the_signal(rng):
@@ -70,30 +61,6 @@ def literal_power(envelope, n_segment, frequency):
     return np.mean(powers)
 
 
-def test_order_tracking_gathers_what_a_run_up_smears():
-    sampling_rate, n_samples, frame, hop, order = 2_000, 40_000, 16, 8, 5.0
-    rpm = np.linspace(300, 900, n_samples)
-    angle = np.cumsum(rpm) / (60 * sampling_rate)
-    n_frames = (n_samples - frame) // hop + 1
-    # Frame 10 is centred between samples 87 and 88.
-    first = np.arange(n_frames) * hop + 7
-    turns = (angle[first] + angle[first + 1]) / 2
-    envelope = np.cos(2 * np.pi * order * turns)[np.newaxis]
-    tracked, step = equal_angles(envelope, 60 * sampling_rate / rpm, frame, hop)
-    n_segment = round(10 / step)
-    log_power, cells = order_spectrum(tracked, 1.0, n_segment)
-    peak = log_power[0].argmax() * cells / step
-    assert peak == pytest.approx(order, abs=0.03)
-    smeared, _ = order_spectrum(envelope, 1.0, n_segment)
-    assert log_power.max() > smeared.max() + 1
-
-
-def test_steps_between_two_frames_are_the_whole_way():
-    tracked, step = equal_angles(np.array([[1.0, 3.0]]), np.full(8, 8.0), 2, 2)
-    assert step == 0.25
-    assert_array_equal(tracked, [[1.0, 3.0]])
-
-
 # A turn of 1000 samples and frames of 64: half a cycle a hop of 32 is order 15.6.
 @pytest.mark.parametrize(
     ("frame", "max_order", "hop"),
@@ -114,14 +81,6 @@ def test_frames_overlap_as_much_as_the_highest_order_needs(rng, frame, max_order
     envelopes, step = envelopes_over_angle(samples, 1000.0, frame, 2, max_order)
     assert step == hop / 1000
     assert_array_equal(envelopes, band_envelopes(samples, frame, hop, 2))
-
-
-def test_a_speed_that_is_given_for_each_sample_may_be_constant(rng):
-    samples = rng.normal(size=2000)
-    expected, step = envelopes_over_angle(samples, 1000.0, 64, 2, 16)
-    found, same_step = envelopes_over_angle(samples, np.full(2000, 1000.0), 64, 2, 16)
-    assert_allclose(found, expected, rtol=1e-9)
-    assert same_step == pytest.approx(step, rel=1e-9)
 
 
 def test_a_signal_of_less_than_32_samples_has_one_value(rng):
@@ -150,21 +109,6 @@ def test_segments_hold_so_many_turns_as_far_as_there_are_values(
     assert_array_equal(log_power, expected)
     assert cell == pytest.approx(step / 0.2)
     assert order_spectrum(envelopes[:, :2], 0.2, n_turns)[0].shape[1] > 1
-
-
-def test_match_finds_the_factor_of_a_wrong_nominal_speed(rng):
-    orders, step, n_turns = np.arange(1.0, 12.0, 0.1), 0.03, 20.0
-    true = (
-        1
-        + 0.05 * rng.normal(size=(1, 3000))
-        + np.sin(2 * np.pi * 5 * step * np.arange(3000))
-    )
-    log_power, cell = order_spectrum(true, step, n_turns)
-    reference, _ = at_orders(log_power, cell, orders, np.ones(1))
-    # The shaft turned by 22 % less than was said in each step.
-    variances = np.ones((1, len(orders)))
-    _, factors, _ = match(true, step / 0.78, n_turns, orders, 0.3, reference, variances)
-    assert factors[0] == pytest.approx(0.78, rel=0.011)
 
 
 def test_padded_length_is_even():

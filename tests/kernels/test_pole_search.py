@@ -46,14 +46,8 @@ def test_long_windows_are_cut_into_equal_segments(n_samples, length, monkeypatch
         padded.reshape(2, 2, n_segments, length).swapaxes(1, 2).reshape(-1, 2, length)
     )
     found = cross_spectra(windows)
-    # What a search costs does not depend on how long or how many the windows are.
     assert found.shape == (2, 2, length + 1)
     assert_allclose(found, literal_cross_spectra(segments), atol=1e-9)
-
-
-def test_windows_are_cut_above_16384_samples():
-    for n_samples, length in ((2**14, 2**14), (2**14 + 1, 2**13 + 1)):
-        assert cross_spectra(np.ones((1, 1, n_samples))).shape == (1, 1, length + 1)
 
 
 def simulated(orders, poles, coef, n_samples, seed=0, noise=1.0):
@@ -131,15 +125,6 @@ def poles_of(windows, orders, given):
     return search_poles(cross_spectra(windows)[np.newaxis], orders, given, 1e-6)
 
 
-@pytest.mark.parametrize(
-    ("pole", "coef"),
-    [(-0.6, [0.3, -0.3]), (0.4, [-0.4, 0.4]), (0.8, [-0.4, 0.4]), (0.95, [-0.2, 0.25])],
-)
-def test_search_finds_the_pole_of_a_laguerre_system(pole, coef):
-    windows = simulated([2], [pole], coef, 20_000)
-    assert poles_of(windows, [2], [None])[0] == pytest.approx(pole, abs=0.04)
-
-
 @pytest.mark.parametrize("of_input", [0.8, 0.95])
 def test_search_finds_the_pole_of_each_channel(of_input):
     windows = simulated([1, 2], [0.3, of_input], [0.5, 1.0, -1.0], 20_000, noise=0.2)
@@ -149,22 +134,6 @@ def test_search_finds_the_pole_of_each_channel(of_input):
     assert poles_of(windows, [1, 2], [0.25, None])[0] == 0.25
 
 
-def test_poles_end_at_098():
-    # The output is noise and a response to the input that is slower than every pole
-    # that is tried.
-    noise, slow = np.random.default_rng(0).normal(size=(2, 20_000))
-    windows = np.stack([noise + lfilter([0.0, 0.1], [1, -0.998], slow), slow])[
-        np.newaxis
-    ]
-    assert poles_of(windows, [1, 1], [0.0, None])[1] == pytest.approx(0.98, abs=1e-9)
-
-
-def test_networks_that_do_not_settle_within_a_segment_are_not_tried():
-    slow = lfilter([1], [1, -0.999], np.random.default_rng(0).normal(size=(4, 1, 100)))
-    # 32 (1 + p) / (1 - p) samples are as many as there are.
-    assert abs(poles_of(slow, [32], [None])[0]) <= (100 - 32) / (100 + 32) + 1e-9
-
-
 def test_poles_given_for_every_other_channel_may_be_slow():
     windows = simulated([1, 2], [0.3, 0.8], [0.5, 1.0, -1.0], 5_000, noise=0.2)
     found = poles_of(windows, [1, 2], [0.99999, None])
@@ -172,18 +141,24 @@ def test_poles_given_for_every_other_channel_may_be_slow():
     assert abs(found[1]) <= LARGEST_POLE
 
 
-@pytest.mark.parametrize("order", [1, 6, 8, 32])
-def test_search_is_no_worse_than_a_fine_grid(order):
+@pytest.mark.parametrize(
+    ("order", "alpha"), [(1, 1e-6), (6, 1e-6), (32, 1e-6), (6, 1e4)]
+)
+def test_search_is_no_worse_than_a_fine_grid(order, alpha):
     noise = np.random.default_rng(0).normal(size=(3, 1, 2000))
     windows = lfilter([1], [1, -1.6, 0.9], noise)
-    found = poles_of(windows, [order], [None])
-    error = fit_with(windows, [order], found)
-    near = np.clip(found + np.linspace(-0.01, 0.01, 41)[:, np.newaxis], -0.98, 0.98)
-    assert error <= min(fit_with(windows, [order], p) for p in near) * (1 + 1e-9)
+    spectra = cross_spectra(windows)[np.newaxis]
+    found = search_poles(spectra, [order], [None], alpha)
+
+    def error(pole):
+        return fit_errors(spectra, [order], [pole], alpha)[0]
+
+    near = np.clip(found + np.linspace(-0.01, 0.01, 41), -0.98, 0.98)
+    assert error(found[0]) <= min(map(error, near)) * (1 + 1e-9)
     # Between the starts of the search the error of a high order has ripples of this
     # size.
-    best = min(fit_with(windows, [order], [p]) for p in np.linspace(-0.97, 0.97, 195))
-    assert error <= best * (1 + 1e-4)
+    best = min(map(error, np.linspace(-0.97, 0.97, 195)))
+    assert error(found[0]) <= best * (1 + 1e-4)
 
 
 def test_the_pole_is_shared_by_all_models():
@@ -196,52 +171,16 @@ def test_the_pole_is_shared_by_all_models():
     grid = np.linspace(-0.95, 0.95, 381)
     total = [sum(fit_with(windows, [2], [p]) for windows in models) for p in grid]
     assert shared[0] == pytest.approx(grid[np.argmin(total)], abs=0.005)
-    # Loudness says nothing of a model's share.
-    found[0] *= 1e6
-    assert_allclose(search_poles(found, [2], [None], 0.0), shared, atol=1e-3)
 
 
-def test_a_ridge_enters_as_in_the_fit():
-    windows = simulated([2], [0.4], [-0.4, 0.4], 2000)
-    found = cross_spectra(windows)[np.newaxis]
-    ridged = search_poles(found, [2], [None], 1e4)
-    best = min(fit_with(windows, [2], [p], 1e4) for p in np.linspace(-0.97, 0.97, 195))
-    assert fit_with(windows, [2], ridged, 1e4) <= best * (1 + 1e-6)
-    assert abs(ridged[0] - search_poles(found, [2], [None], 1e-6)[0]) > 1e-3
-
-
-@pytest.mark.parametrize(("order", "largest"), [(1, 19 / 21), (5, 15 / 25), (30, 0.0)])
-def test_poles_end_where_a_network_settles_within_a_window(order, largest, monkeypatch):
+@pytest.mark.parametrize(
+    ("order", "n_samples", "largest"),
+    [(1, 20, 19 / 21), (5, 20, 15 / 25), (30, 20, 0.0), (1, 10_000, 0.98)],
+)
+def test_poles_end_where_a_network_settles_within_a_window(
+    order, n_samples, largest, monkeypatch
+):
     # The slower, the better.
     monkeypatch.setattr(pole_search, "fit_errors", lambda *given: -np.array(given[2]))
-    spectra = np.ones((1, 1, 1, 21))
+    spectra = np.ones((1, 1, 1, n_samples + 1))
     assert search_poles(spectra, [order], [None], 0.0)[0] == pytest.approx(largest)
-
-
-@pytest.mark.parametrize("n_channels", [1, 3])
-def test_grids_are_tried_twice_if_several_poles_are_free(n_channels, monkeypatch):
-    tried, best = [], np.arctanh([0.5, -0.2, 0.7])[:n_channels]
-
-    def error_of(spectra, orders, poles, alpha):
-        tried.append(np.arctanh(poles))
-        return np.array([np.sum((tried[-1] - best) ** 2)])
-
-    monkeypatch.setattr(pole_search, "fit_errors", error_of)
-    orders = [7, 1, 32][:n_channels]
-    spectra = np.ones((1, n_channels, n_channels, 10_001))
-    found = search_poles(spectra, orders, [None] * n_channels, 0.0)
-    assert_allclose(np.arctanh(found), best, atol=1e-5)
-    passes = 1 if n_channels == 1 else 2
-    # The error is evaluated on an even grid of each channel, with a place more for two
-    # filters.
-    for channel in [*range(n_channels)] * passes:
-        n_places = {7: 24, 1: 21, 32: 37}[orders[channel]]
-        grid, tried[:n_places] = np.array(tried[:n_places]), []
-        limit = np.arctanh(LARGEST_POLE)
-        assert_allclose(grid[:, channel], np.linspace(-limit, limit, n_places))
-        assert all(
-            len(set(others)) == 1 for others in np.delete(grid, channel, axis=1).T
-        )
-    # All poles are refined together from the best places.
-    start = np.array(tried[: n_channels + 1])
-    assert_allclose(start - start[0], np.eye(n_channels + 1, n_channels, -1) * 1e-6)

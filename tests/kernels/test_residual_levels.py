@@ -91,19 +91,6 @@ def test_cepstral_norm_is_the_weighted_sum_over_a_literal_dct(exponent, n_freque
     assert_allclose(cepstral_norm(spectrum, exponent), expected, atol=1e-12)
 
 
-@pytest.mark.parametrize("a", [0.9, -0.5, 0.3])
-def test_cepstral_norm_of_an_ar1_system_is_martins(a):
-    # Its cepstrum is a^n / n, 2 a^n / n as coefficients of cosines, and
-    # sum n (2 a^n / n)^2 = -4 ln(1 - a^2): four times Martin's metric from white noise.
-    n_frequencies = 2048
-    frequency = (np.arange(n_frequencies) + 0.5) * np.pi / n_frequencies
-    spectrum = -2 * np.log(np.abs(1 - a * np.exp(-1j * frequency)))
-    norm = cepstral_norm(spectrum[np.newaxis], 1.0)
-    assert norm == pytest.approx(-4 * np.log(1 - a**2), rel=1e-9)
-    # p = 0 is twice the variance of the log spectrum.
-    assert cepstral_norm(spectrum[np.newaxis], 0.0) == pytest.approx(2 * spectrum.var())
-
-
 def test_switching_gain_by_hand():
     up, down = np.exp(0.5), np.exp(-0.5)
     sizes, gain = np.array([[2.0, 0], [2.0, 0], [0, 0]]), np.array([1.0, 0.0])

@@ -6,30 +6,9 @@ from scipy import signal
 from skarxlag.kernels import short_time
 
 
-@pytest.mark.parametrize("segment", [4, 31, 128])
-@pytest.mark.parametrize("hop", [1, 16, 300])
-def test_windowed_segments_by_hand(segment, hop):
-    signals, window = (
-        np.random.default_rng(0).normal(size=(2, 300)),
-        np.arange(segment + 0.0),
-    )
-    segments = short_time.windowed_segments(signals, window, hop)
-    starts = range(0, 300 - segment + 1, hop)
-    literal = [
-        [window * samples[s : s + segment] for s in starts] for samples in signals
-    ]
-    assert_array_equal(segments, literal)
-
-
-@pytest.mark.parametrize("length", [1, 4, 128])
-def test_hann_window_has_no_zeros_at_its_ends(length):
-    expected = signal.windows.hann(length + 2)[1:-1]
-    assert_allclose(short_time.hann_window(length), expected, atol=1e-15)
-
-
-@pytest.mark.parametrize("segment", [4, 5, 32, 127, 128, 130])
-@pytest.mark.parametrize("hop", [1, 5, 16, 128, 200])
-@pytest.mark.parametrize("n_samples", [130, 131, 1200])
+@pytest.mark.parametrize("segment", [4, 31, 128, 130])
+@pytest.mark.parametrize("hop", [1, 16, 200])
+@pytest.mark.parametrize("n_samples", [130, 1200])
 def test_levels_against_the_short_time_transform_of_scipy(segment, hop, n_samples):
     signals = np.random.default_rng(1).normal(size=(3, n_samples))
     signals[1] = np.cos(0.3 * np.arange(n_samples))

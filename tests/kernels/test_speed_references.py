@@ -8,11 +8,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from skarxlag.kernels import speed_references
-from skarxlag.kernels.healthy_limits import Limits, log_p_values
-from skarxlag.kernels.healthy_rows import Rows
 from skarxlag.kernels.speed_references import (
     SAME_LOG_SPEED,
-    drift_learned,
     group_speeds,
 )
 
@@ -24,38 +21,6 @@ def test_a_group_spans_as_much_as_is_stated():
     assert at.tolist() == [0, 0]
     _, at = group_speeds(np.array([0.0, np.nextafter(SAME_LOG_SPEED, 1)]))
     assert at.tolist() == [0, 1]
-
-
-def test_drift_at_one_speed_is_9_percent_of_that_over_the_unit_distance():
-    one, none = np.ones(1), np.zeros((1, 0))
-    cepstra, no_scatter = np.zeros((1, 1)), np.zeros(1)
-    limits = Limits(
-        no_scatter, np.eye(1), no_scatter, cepstra, none, none, none[0], 0.0, 1.0, 5
-    )
-    # Changes of the deviation that each of the two is expected to have are equally
-    # probable.
-    changes = np.sqrt([0.09, 1.09]).reshape(2, 1, 1)
-    rows = Rows(one, one, changes, np.zeros((2, 0)))
-    found = log_p_values(limits, rows, np.array([0.0, np.log(1.3)]), 1.0)
-    assert_allclose(found[0], found[1], rtol=1e-10)
-    assert found[0] < 0
-
-
-def test_learned_drift_has_the_axes_of_the_means():
-    known, means = (
-        np.array([0.0, 0.2, 0.5]),
-        np.random.default_rng(0).normal(size=(3, 2, 4, 5)),
-    )
-    # The second condition was recorded at the two upper speeds only.
-    recorded = np.array([[True, False], [True, True], [True, True]])
-    found = drift_learned(known, means, recorded)
-    assert found.shape == (5, 4, 5)
-    # Between two speeds the prior holds for 0.4 of log speed, of which at least a fifth
-    # counts.
-    inside = means[1, 0] - (0.6 * means[0, 0] + 0.4 * means[2, 0])
-    assert_allclose(found[1], inside / np.sqrt(0.2 * 0.3 / 0.5 / 0.4))
-    outside = means[2, 1] - means[1, 1]
-    assert_allclose(found[4], outside / np.sqrt(0.3 / 0.4))
 
 
 known_speeds = st.lists(st.integers(1, 60), min_size=1, max_size=5, unique=True).map(
