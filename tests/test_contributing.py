@@ -92,7 +92,8 @@ def test_tutorials_of_a_measure_and_a_decision(tmp_path):
         "tests/core/test_state.py",
         "tests/test_public_names.py",
     ]
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests]
+    quiet = ["-q", "-p", "no:cacheprovider", "-W", "ignore:NUMBA_DISABLE_JIT"]
+    command = [sys.executable, "-m", "pytest", *quiet, *tests]
     names = ["crest_factor", "nearest_levels", "CrestFactor", "NearestLevels"]
     command += ["-k", " or ".join([*names, "same_names or registry"])]
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(tmp_path)}

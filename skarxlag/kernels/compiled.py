@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import gc
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -57,6 +58,12 @@ class _Kernel:
         # Loading a model computes nothing, so it should not wait for numba.
         import numba
 
+        if numba.config.DISABLE_JIT:
+            warnings.warn(
+                "NUMBA_DISABLE_JIT is set, so loops run as plain Python and take some "
+                "thousand times as long. Unset it, except to debug a few windows.",
+                stacklevel=3,
+            )
         function: Any = self.__wrapped__
         names_in_module = function.__globals__
         for name in function.__code__.co_names:

@@ -134,3 +134,10 @@ def test_kernels_know_nothing_of_scikit_learn():
     sources = list((PACKAGE / "kernels").glob("*.py"))
     assert len(sources) > 10
     assert not [source.name for source in sources if "sklearn" in source.read_text()]
+
+
+def test_loops_that_are_not_compiled_are_announced(monkeypatch):
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
+    loop = compiled(lambda x: x + 1)
+    with pytest.warns(UserWarning, match="NUMBA_DISABLE_JIT is set, so loops run as"):
+        assert loop(1) == 2
