@@ -111,7 +111,7 @@ def read_file(
         raise _named(path, reason) from error
     except Exception as error:
         # What libraries say of a damaged file is meant for their programmers.
-        reason = f"cannot be read as {suffix}, damaged, or of another format?"
+        reason = f"cannot be read as {suffix}, damaged? Or is it of another format?"
         if "pickle" in str(error) or "Python objects" in str(error):
             reason = "holds pickled objects, which are refused, or is damaged; expected numbers"
         raise _named(path, reason) from error

@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from typing import Any
 
@@ -128,6 +128,8 @@ _GROUPED = re.compile(
     r"[+-]?[1-9]\d{0,2}(?P<sign>[.,'\u2019 \u00a0\u202f])\d{3}(?:(?P=sign)\d{3})*"
     r"(?P<decimals>(?!(?P=sign))[.,]\d*)?"
 )
+#: Decimals at the end of a number or of a time of day.
+_DECIMALS = re.compile(r"^[^Ee]*\d(?:[.,](\d+))?(?: [AP]M|Z)?$")
 #: Minus as typesetters write it.
 _MINUS = "\u2212"
 
@@ -188,6 +190,17 @@ def is_ambiguous(text: str, highest: float = np.inf) -> bool:
     if not is_one_group or match["decimals"]:
         return False
     return abs(number(match[0], thousands=match["sign"])) <= highest
+
+
+def n_decimals(texts: Iterable[str]) -> int | None:
+    """Return how many decimals all numbers or times of day have, None if they differ.
+
+    >>> n_decimals(["0.5", "", "13.0"]), n_decimals(["0.5", "13"]), n_decimals(["1E-3"])
+    (1, None, None)
+    """
+    matches = [_DECIMALS.search(text) for text in texts if text]
+    counts = {len(match[1] or "") if match else None for match in matches}
+    return counts.pop() if len(counts) == 1 else None
 
 
 def meanings(text: str) -> str:

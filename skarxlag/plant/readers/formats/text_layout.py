@@ -15,20 +15,14 @@ import numpy as np
 from .contents import ContentError
 from .facts import (
     MISSING,
-    SECONDS,
-    UNITS,
-    all_letters,
     distinct,
     is_ambiguous,
-    is_number,
     meanings,
-    names_times,
+    n_decimals,
     number,
-    seconds_of_date,
-    seconds_of_day,
-    stated_rate,
     unit_in_name,
 )
+from .text_header import are_texts, header_of, kind_of, names_of, stated_rates
 
 #: Lines of the head that are looked at.
 _LINES = 400
@@ -39,18 +33,12 @@ UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _SEPARATOR_LINE = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)
 #: Beginnings of lines that are comments, if they do not separate.
 _COMMENT_SIGNS = ("#", "%", "!", "//", ";")
-#: First fields of a line of names that are no name.
-_NAME_TAGS = ("header", "headers", "names", "columns", "fields", "channels")
 #: Number with a decimal comma, or two integers: sign, digits before the comma, digits
 #: after it.
 _WITH_COMMA = re.compile(r"([+-]?)(\d*),(\d+)")
 _INTEGER = re.compile(r"[+-]?\d+")
-#: Name and value in one field of the head, as in ``Rate: 2000 Hz``.
-_NAME_AND_VALUE = re.compile(r"\s*([^:=]+?)\s*[:=]\s*(\S+)\s*(\S*)")
-#: Decimals at the end of a number or of a time of day.
-_DECIMALS = re.compile(r"\d(?:[.,](\d+))?(?: [AP]M|Z)?$")
 #: Texts of instruments in place of a number.
-_OVERFLOWS = ("ol", "over", "overflow", "overload", "err", "error", "inf", "fail")
+_NO_WORDS = {*MISSING, "ol", "over", "overflow", "overload", "err", "error", "inf"}
 #: Roles of the comma in lines that hold one comma each.
 _SEPARATOR = "separator"
 _DECIMAL = "decimal sign"
@@ -169,7 +157,7 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
         lines = lines[:-1]
     body, comments, separator, comma = _split_comments(lines)
     n_lines_before, rows = zip(*split_rows(body, separator), strict=True)
-    kinds = [[_kind(text) for text in fields] for fields in rows]
+    kinds = [[kind_of(text) for text in fields] for fields in rows]
     n_fields, usual, first = _first_sample(kinds, may_be_cut)
     n_above = n_lines_before[first] if first < len(rows) else len(body)
     samples = {
@@ -181,10 +169,10 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     decimal, thousands = _signs(samples, n_fields)
     above = [fields for fields in rows[:first] if fields]
     n_filled = max((i + 1 for i, kind in enumerate(usual) if kind), default=1)
-    names, unit_line, n_header = _header(above, n_fields, n_filled)
+    names, unit_line, n_header = header_of(above, n_fields, n_filled)
     comments = [_fields(line, separator) for i, line in comments.items() if i < n_above]
     if not above and comments:
-        names = _names_of(comments[-1], n_fields, n_filled, is_tagged=True)
+        names = names_of(comments[-1], n_fields, n_filled, is_tagged=True)
     has_header = names is not None
     names = distinct(names) if has_header else [str(i) for i in range(n_fields)]
     unit_fields = unit_line or [unit_in_name(name) or "" for name in names]
@@ -206,9 +194,10 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
         last_digits={
             name: 10.0**-n
             for i, name in enumerate(names[:n_fields])
-            if (n := _n_decimals([*samples.values()], i)) is not None
+            if (n := n_decimals(row[i] for row in samples.values() if len(row) > i))
+            is not None
         },
-        rates=_stated_rates([*comments, *above[: len(above) - n_header]]),
+        rates=stated_rates([*comments, *above[: len(above) - n_header]]),
         advice=_AMBIGUOUS if comma == _UNCLEAR and not has_header else "",
     )
 
@@ -241,7 +230,7 @@ def stream_head(lines: Sequence[str]) -> int | None:
         if not texts or line[:1] in "#%":
             continue
         n_filled += 1
-        are_numbers = {_kind(text.strip('"')) for text in texts} <= {"number", "date"}
+        are_numbers = {kind_of(text.strip('"')) for text in texts} <= {"number", "date"}
         is_second = are_numbers and len(texts) == n_before
         n_before = len(texts) if are_numbers else 0
         if n_filled >= _STREAM_LINES[0] and (is_second or i + 1 >= _STREAM_LINES[1]):
@@ -273,27 +262,29 @@ def footer_start(tail: str, layout: TextLayout) -> int:
     '0.1,-2\n'
     """
     lines = tail.splitlines(keepends=True)
-    n_samples = len(lines)
-    while n_samples and not _is_sample(_fields(lines[n_samples - 1], layout.separator)):
-        n_samples -= 1
-    after = [line for line in lines[n_samples:] if line.strip()]
-    if not after:
-        return len("".join(lines[:n_samples]))
-    is_footer = _is_comment(after[0], layout.separator) or re.match(
-        r"[^\d\W]{2}|[-=*_]{2}", after[0].strip(' "' + layout.separator)
+    rows = [_fields(line, layout.separator) for line in lines]
+    is_sample = [_is_sample(fields, layout.kinds[: layout.n_fields]) for fields in rows]
+    n_samples = len(rows) - next(
+        (i for i, is_one in enumerate(is_sample[::-1]) if is_one), 0
     )
-    if is_footer and not _is_missing(after[0], layout.separator):
-        return len("".join(lines[:n_samples]))
-    return len(tail)
+    end = len("".join(lines[:n_samples]))
+    first = next((i for i in range(n_samples, len(rows)) if any(rows[i])), None)
+    if first is None:
+        return end
+    word = "".join(rows[first][:1]).lower()
+    is_word = re.match(r"[^\d\W]{2}|[-=*_]{2}", word) and word not in _NO_WORDS
+    is_footer = is_word or _is_comment(lines[first], layout.separator)
+    return end if is_footer else len(tail)
 
 
-def _is_sample(fields):
-    kinds = [_kind(text) for text in fields]
-    return bool(kinds) and kinds[0] in ("number", "date") and "number" in kinds[-2:]
-
-
-def _is_missing(line, separator):
-    return _fields(line, separator)[0].lower() in {*MISSING, *_OVERFLOWS}
+def _is_sample(fields, usual):
+    """Return whether the fields of a line have the usual kinds, and one is a number."""
+    kinds = [kind_of(text) for text in fields]
+    is_usual = [
+        kind in ("", expected) or expected in ("text", "")
+        for kind, expected in zip(kinds, usual, strict=False)
+    ]
+    return len(kinds) >= len(usual) and all(is_usual) and not are_texts(kinds)
 
 
 def _split_comments(lines):
@@ -362,7 +353,7 @@ def _first_sample(kinds, may_be_cut):
 
     first = next(i for i, row in enumerate(kinds) if is_usual(row) and any(row))
     above = kinds[:first]
-    headers = [i for i, row in enumerate(above) if row and _is_text(row)]
+    headers = [i for i, row in enumerate(above) if row and are_texts(row)]
     headers = headers or [i for i, row in enumerate(above) if "text" in row]
     if headers:
         first = headers[-1] + 1
@@ -376,101 +367,12 @@ def _first_sample(kinds, may_be_cut):
     return n_fields, usual, first
 
 
-def _header(above, n_fields, n_filled):
-    """Return names, None if there are none; units; and the number of lines with them."""
-    n_texts = 0
-    while n_texts < len(above) and _may_be_names(above[-1 - n_texts]):
-        n_texts += 1
-    header = above[len(above) - n_texts :]
-    fitted = [_names_of(fields, n_fields, n_filled) for fields in header]
-    if not header or fitted[-1] is None:
-        last = above[-1] if above else []
-        if len(last) > 1 and _is_text(map(_kind, last)):
-            raise ContentError(
-                f"{len(last)} names for the {n_fields} fields of a sample"
-            )
-        names = last and _names_of(last, n_fields, n_filled)
-        has_names = names and {*map(_kind, last)} > {"number"}
-        return (names, [], 1) if has_names else (None, [], 0)
-    above_header = above[len(above) - n_texts - 1] if n_texts < len(above) else []
-    names = _names_of(above_header, n_fields, n_filled)
-    if names and _are_units(fitted[0]) and all_letters(header[0][0]) in SECONDS:
-        # Names of an oscilloscope may be numbers, if the unit of the first is of time.
-        return names, fitted[0], n_texts + 1
-    pairs = [(i, fitted[i - 1], fitted[i]) for i in range(1, len(header))]
-    for i, names, units in pairs:
-        if names and units and _are_units(units):
-            return names, units, len(header) - i + 1
-    if pairs and pairs[-1][1] and _may_be_units(fitted[-1], len(above) == 2):
-        return pairs[-1][1], fitted[-1], 2
-    return fitted[-1], [], 1
-
-
-def _may_be_names(fields):
-    """Return whether a line above the samples holds no number, and states no value."""
-    is_value = len(fields) == 1 and _NAME_AND_VALUE.fullmatch(fields[0])
-    return not is_value and "number" not in map(_kind, fields)
-
-
-def _are_units(fields):
-    """Return whether all fields are units, or in brackets."""
-    return bool(fields) and all(_is_unit(text) for text in fields if text)
-
-
-def _may_be_units(fields, is_second_of_two):
-    """Return whether the last line below a line of names may hold their units."""
-    if any(map(names_times, fields)):
-        return False
-    return is_second_of_two or any(map(_is_unit, fields))
-
-
-def _is_unit(text):
-    return text.strip("[]() ").lower() in UNITS or text[:1] in ("[", "(")
-
-
-def _names_of(fields, n_fields, n_filled, is_tagged=False):
-    """Return the names of the columns in a line, None if their number does not fit.
-
-    Lines of names and of samples may end with separators. The names may follow a tag,
-    and one for comments may come last.
-    """
-    if len(fields) == n_fields + 1 and _is_text(map(_kind, fields)):
-        if is_tagged or all_letters(fields[0]) in _NAME_TAGS:
-            return fields[1:]
-        return fields
-    is_short = len(fields) < max(n_fields if is_tagged else n_filled, 1)
-    are_numbers = {*map(_kind, fields)} <= {"number", ""}
-    if is_short or any(fields[n_fields:]) or are_numbers:
-        return None
-    return [*fields, *[""] * n_fields][:n_fields]
-
-
-def _stated_rates(rows) -> dict[str, float]:
-    """Return the sampling rates that lines of the head state, by their names."""
-    rates = {}
-    for fields in rows:
-        match = _NAME_AND_VALUE.fullmatch(" ".join(fields[:3]))
-        parts = [*fields, "", ""][:3]
-        if number(parts[1]) != number(parts[1]) and match:
-            parts = list(match.groups())
-        name, text, unit = parts
-        # Values of further channels follow that of the first.
-        unit = unit_in_name(name) or (unit if unit.strip(" []()").isalpha() else "")
-        value = number(text)
-        if np.isfinite(value) and value > 0:
-            unit = unit.strip(" []()").lower() or None
-            plain = all_letters(re.split(r"[(\[]", name)[0])
-            if rate := stated_rate(plain, value, unit):
-                rates[name.strip()] = rate
-    return rates
-
-
 def _signs(samples, n_fields):
     """Return the decimal sign, and the sign of thousands, empty if neither is shown."""
     columns: list[dict[int, str]] = [{} for _ in range(n_fields)]
     for line, fields in samples.items():
         for column, text in zip(columns, fields, strict=False):
-            if _kind(text) == "number":
+            if kind_of(text) == "number":
                 column[line] = text
     texts = chain.from_iterable(column.values() for column in columns)
     decimals = {sign for sign in map(_decimal_sign, texts) if sign}
@@ -491,14 +393,6 @@ def _signs(samples, n_fields):
     return decimal, ""
 
 
-def _n_decimals(rows, i):
-    """Return how many decimals a column has in all rows, None if they differ."""
-    texts = [fields[i] for fields in rows if len(fields) > i and fields[i]]
-    matches = [_DECIMALS.search(text) for text in texts]
-    counts = {len(match[1] or "") if match else None for match in matches}
-    return counts.pop() if len(counts) == 1 else None
-
-
 def _decimal_sign(text):
     """Return the decimal sign that a number shows, None if it shows none."""
     signs = re.findall("[.,]", text)
@@ -508,23 +402,6 @@ def _decimal_sign(text):
         return signs[-1]
     # Several equal signs separate thousands.
     return "." if signs[0] == "," else ","
-
-
-def _kind(text):
-    if not text:
-        return ""
-    if (
-        is_number(text, ",")
-        or is_number(text, ".")
-        or is_number(text.replace(",", ""), ".")
-    ):
-        return "number"
-    seconds = seconds_of_date(text)
-    return "text" if np.isnan(seconds) and np.isnan(seconds_of_day(text)) else "date"
-
-
-def _is_text(kinds):
-    return {*kinds} <= {"text", ""}
 
 
 def _fields(line, separator):
