@@ -129,7 +129,7 @@ _GROUPED = re.compile(
     r"(?P<decimals>(?!(?P=sign))[.,]\d*)?"
 )
 #: Decimals at the end of a number or of a time of day.
-_DECIMALS = re.compile(r"^[^Ee]*\d(?:[.,](\d+))?(?: [AP]M|Z)?$")
+_DECIMALS = re.compile(r"(?:^|[^.,\dEe])(?<![Ee][+-])\d*(?:[.,](\d+))?(?: [AP]M|Z)?$")
 #: Minus as typesetters write it.
 _MINUS = "\u2212"
 
