@@ -103,13 +103,6 @@ def proposal():
     return _cell(make_extended_state_pio, _simulated(), *SPEEDS)
 
 
-def proposal_in_stretches():
-    """`make_extended_state_pio` on long windows of the simulated rig, where sums are large."""
-    return _cell(
-        make_extended_state_pio, _simulated(SAMPLING_RATE // 2, n_windows=4), *SPEEDS
-    )
-
-
 def baseline():
     """`make_alpio` on windows of the simulated rig."""
     return _cell(make_alpio, _simulated(), *SPEEDS)
