@@ -12,6 +12,8 @@ HEALTHY = "healthy"
 NOT_IDENTIFIABLE = "not identifiable"
 #: Fault locations of classes, by index.
 FAULT_LOCATIONS = (*FAULTS, HEALTHY)
+#: Index of the location of a class that neither its name nor its rows show.
+OWN_LOCATION = len(FAULT_LOCATIONS)
 #: Names of conditions that state the fault location. Names of compound faults match
 #: two of them.
 _NAMES = {

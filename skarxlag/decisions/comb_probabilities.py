@@ -8,7 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_softmax, logsumexp
 
-from ..core.fault_locations import FAULT_LOCATIONS, HEALTHY, NOT_IDENTIFIABLE
+from ..core.fault_locations import (
+    FAULT_LOCATIONS,
+    FAULTS,
+    HEALTHY,
+    NOT_IDENTIFIABLE,
+    OWN_LOCATION,
+)
 from .comb_limits import ComparedCombs
 
 #: Settings of `comb_evidence`, chosen by leaving rigs out, by `python -m
@@ -52,7 +58,8 @@ def comb_evidence(
 
     .. math:: 1 - v + v\, e^{k s_p}
 
-    with the score :math:`s_p`. The odds of a healthy row are 1. A missing comb is thus
+    with the score :math:`s_p`. The odds of a healthy row, and of a
+    class with a location of its own, are 1. A missing comb is thus
     weak evidence against a fault.
 
     Parameters
@@ -61,7 +68,8 @@ def comb_evidence(
         Scores of ball, inner and outer race, in nepers above those of rows without a
         comb.
     class_locations : ndarray of int of shape (n_classes,)
-        Fault location of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy.
+        Fault location of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy, 4
+        of its own.
     odds : float, default=8.0
         The log odds k of a neper.
     visible : float, default=0.1
@@ -79,8 +87,10 @@ def comb_evidence(
     array([[0.333, 0.333, 0.333, 0.333],
            [0.   , 1.   , 1.   , 0.   ]])
     """
-    log_odds = np.zeros((len(scores), len(FAULT_LOCATIONS)))
-    log_odds[:, :-1] = np.logaddexp(np.log(visible) + odds * scores, np.log1p(-visible))
+    log_odds = np.zeros((len(scores), OWN_LOCATION + 1))
+    log_odds[:, : len(FAULTS)] = np.logaddexp(
+        np.log(visible) + odds * scores, np.log1p(-visible)
+    )
     present = np.unique(class_locations)
     total = logsumexp(log_odds[:, present], axis=1, keepdims=True)
     return (log_odds - total)[:, class_locations]
@@ -147,7 +157,7 @@ def evidence_beside_spectra(
     # An unknown condition need not show a comb.
     locations = np.append(class_locations, _HEALTHY)
     logs = comb_evidence(scores, locations)
-    is_fault = locations != _HEALTHY
+    is_fault = locations < len(FAULTS)
     of_fault = np.exp(logs).max(axis=1, where=is_fault, initial=0.0)
     logs[~has_combs] = 0.0
     return CombEvidence(logs, np.where(has_combs, of_fault, np.nan))

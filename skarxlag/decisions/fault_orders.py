@@ -16,7 +16,13 @@ from sklearn.utils.metaestimators import available_if
 
 from ..bearings import BearingLike, bearing_orders, listed
 from ..core.capabilities import training_speeds
-from ..core.fault_locations import FAULT_LOCATIONS, FAULTS, HEALTHY, check_locations
+from ..core.fault_locations import (
+    FAULT_LOCATIONS,
+    FAULTS,
+    HEALTHY,
+    OWN_LOCATION,
+    check_locations,
+)
 from ..core.speeds import samples_per_revolution, speeds_of_rows
 from ..core.state import expect, uses_fitted
 from ..core.validation import (
@@ -100,8 +106,9 @@ class FaultOrderClassifier(SignalClassifier):
     locations : mapping of label to str or None, default=None
         Fault location of each label in `y`: "healthy", "inner", "outer" or "ball".
         Other labels get the location that their name states, such as "IR7" or "outer
-        race", or else the one that their rows show: that of the largest mean score, or
-        healthy if it is below the limit.
+        race", or else the one that their rows show: that of the largest mean score. If
+        it is below the limit, the label has a location of its own, and a warning states
+        it.
     conditions : ConditionClassifier or None, default=None
         Learns the spectra of conditions if `y` has several, as in `make_diagnoser`.
         None: combs decide alone.
@@ -132,7 +139,8 @@ class FaultOrderClassifier(SignalClassifier):
     classes_ : ndarray of shape (n_classes,)
         Labels, sorted.
     class_locations_ : ndarray of int of shape (n_classes,)
-        Fault location of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy.
+        Fault location of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy, 4
+        of its own.
     orders_ : ndarray of shape (n_bearings, 4)
         Orders of the cage (FTF), the spin of an element (BSF), the inner race (BPFI)
         and the outer race (BPFO), in multiples of the bearing's shaft.
@@ -436,8 +444,8 @@ class FaultOrderClassifier(SignalClassifier):
         self._check_classes()
         self._check_array("class_locations_", self.classes_.shape, kind=int)
         locations = self.class_locations_
-        are_locations = np.isin(locations, range(len(FAULT_LOCATIONS)))
-        expect(are_locations, "class_locations_", locations, "0, 1, 2 or 3")
+        are_locations = np.isin(locations, range(OWN_LOCATION + 1))
+        expect(are_locations, "class_locations_", locations, "0, 1, 2, 3 or 4")
         self._check_array("orders_", (len(listed(self.bearing)), 4), "above 0")
         self._check_array("reference_", (len(FAULTS),))
         self._check_array("healthy_speeds_", (None,), "above 0")

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.fault_locations import FAULT_LOCATIONS, FAULTS, HEALTHY, location_of_label
+from ..core.fault_locations import (
+    FAULT_LOCATIONS,
+    FAULTS,
+    HEALTHY,
+    OWN_LOCATION,
+    location_of_label,
+)
 
 _HEALTHY = FAULT_LOCATIONS.index(HEALTHY)
 
@@ -22,16 +29,13 @@ class LabelLocations(NamedTuple):
         Labels, sorted.
     locations : ndarray of int of shape (n_labels,)
         Their locations, as indices into
-        :data:`skarxlag.core.fault_locations.FAULT_LOCATIONS`.
-    is_stated : ndarray of bool of shape (n_labels,)
-        Whether the location is stated, by the user or by the name of the label.
+        :data:`skarxlag.core.fault_locations.FAULT_LOCATIONS`, or `OWN_LOCATION`.
     is_healthy : ndarray of bool of shape (n_rows,)
         Rows of healthy labels.
     """
 
     labels: NDArray[Any]
     locations: NDArray[Any]
-    is_stated: NDArray[np.bool_]
     is_healthy: NDArray[np.bool_]
 
     def classes(self) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -46,16 +50,13 @@ class LabelLocations(NamedTuple):
         return np.unique([*FAULTS, self.labels[0]], return_index=True)
 
     def of_conditions(self) -> dict[Any, str]:
-        """Return the location of each label that has one.
-
-        A label whose rows show no comb is healthy only if it is stated.
-        """
+        """Return the location of each label that has one."""
         return {
             label: FAULT_LOCATIONS[location]
-            for label, location, is_stated in zip(
-                self.labels.tolist(), self.locations, self.is_stated, strict=True
+            for label, location in zip(
+                self.labels.tolist(), self.locations, strict=True
             )
-            if is_stated or location != _HEALTHY
+            if location != OWN_LOCATION
         }
 
 
@@ -96,11 +97,19 @@ def locate_labels(
             for number, location in enumerate(stated)
         ]
     )
-    is_stated = np.array([location is not None for location in stated])
-    return LabelLocations(names, indices, is_stated, indices[index] == _HEALTHY)
+    own = names[indices == OWN_LOCATION].tolist()
+    if own:
+        warnings.warn(
+            f"The names of the conditions {own} state no fault location, and their rows "
+            "show no comb. They count as locations of their own, which are neither "
+            "healthy nor a fault of the bearing. State them, for example "
+            f'locations={{{own[0]!r}: "healthy"}}.',
+            stacklevel=2,
+        )
+    return LabelLocations(names, indices, indices[index] == _HEALTHY)
 
 
 def _shown_location(scores, limit):
     """Return the location that the rows of a label show."""
     mean = scores.mean(axis=0)
-    return int(mean.argmax()) if mean.max() > limit else _HEALTHY
+    return int(mean.argmax()) if mean.max() > limit else OWN_LOCATION

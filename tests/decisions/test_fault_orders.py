@@ -166,7 +166,7 @@ def test_speed_is_searched_in_the_stated_range():
         (["N", "OR7", "fault at the inner race"], None, [3, 2, 1]),
         ([0, 7, 3], {7: "outer", 0: "healthy", 3: "inner"}, [3, 2, 1]),
         # Names that state no location get the one that their rows show.
-        ([5, 4, 9], None, [3, 2, 1]),
+        ([5, 4, 9], {5: "healthy"}, [3, 2, 1]),
     ],
 )
 def test_labels_stand_for_fault_locations(rows, labels, stated, locations):
@@ -176,6 +176,15 @@ def test_labels_stand_for_fault_locations(rows, labels, stated, locations):
     by_label = dict(zip(labels, locations, strict=True))
     expected = [by_label[label] for label in fitted.classes_.tolist()]
     assert fitted.class_locations_.tolist() == expected
+
+
+def test_a_name_without_a_location_is_not_healthy(rows):
+    X = np.concatenate([rows, rows])
+    with pytest.warns(UserWarning, match=r"\['KA15'\] state no fault location"):
+        fitted = classifier().fit(X, ["KA15", "outer", "inner"] * 2, rpm=900)
+    assert fitted.class_locations_.tolist() == [4, 1, 2]
+    assert fitted.healthy_scores_.size == 0
+    assert fitted.predict(rows, rpm=900).tolist() == ["KA15", "outer", "inner"]
 
 
 def test_healthy_rows_are_the_reference(rows, healthy):
