@@ -104,7 +104,7 @@ def measure():
             ) as cluster,
         ):
             args.dask = cluster.scheduler_address
-            with executors(args) as workers:
+            with executors(dask=args.dask) as workers:
                 # Both have loaded the model before the clock runs.
                 list(run_tasks(tasks[:8], workers))
                 start, ended, arrivals, killed = time.time(), {}, [], None

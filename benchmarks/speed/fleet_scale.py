@@ -189,7 +189,7 @@ def _on_dask(tasks):
         silence_logs=60,
     ) as cluster:
         args = argparse.Namespace(dask=cluster.scheduler_address)
-        with executors(args) as workers:
+        with executors(dask=args.dask) as workers:
             list(run_tasks(tasks[:8], workers))
             # An idle scheduler works, too, and a busy machine would count more of that.
             idle, elapsed = _both_seconds(partial(time.sleep, _IDLE))

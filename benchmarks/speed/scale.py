@@ -65,7 +65,7 @@ def steps(model, recording, n):
     [measured] = list_files(recording, sampling_rate=20e3)
     diagnoses = [diagnose_file(measured, model.load)] * n
     rows, windows = (
-        recording_rows(listed, diagnoses, model.healthy),
+        recording_rows(listed, diagnoses, model),
         window_rows(listed, diagnoses),
     )
 

@@ -22,7 +22,9 @@ from .state import CheckedEstimator, estimators_within, is_fitted
 #: Fields that describe the last step; other fields may come from any step.
 _OF_THE_DECISION = {
     "alarm",
+    "combs_alone",
     "healthy_p_value",
+    "limits",
     "n_evidence",
     "n_healthy",
     "none_of_these",
@@ -44,6 +46,8 @@ class Capabilities:
         The healthy condition among them. None if it is not known.
     alarm : bool, default=False
         Whether it flags rows that exceed healthy limits.
+    limits : str, default=""
+        From what the limits of the alarm were learned.
     n_healthy : int or None, default=None
         Healthy rows in `fit`, from which the limits of the alarm were learned. None if
         it is not known.
@@ -80,6 +84,10 @@ class Capabilities:
         inputs.
     is_stretch : bool, default=False
         Whether a row holds several windows.
+    compares_orders : bool, default=False
+        Whether order spectra of rows are compared with those of `fit`.
+    combs_alone : bool, default=False
+        Whether combs of a bearing decide, without spectra of faults.
     sampling_rate : float or None, default=None
         In Hz. None if it is not known.
     """
@@ -88,6 +96,7 @@ class Capabilities:
     states_probabilities: bool = False
     healthy: Any = None
     alarm: bool = False
+    limits: str = ""
     n_healthy: int | None = None
     healthy_p_value: bool = False
     none_of_these: bool = False
@@ -103,6 +112,8 @@ class Capabilities:
     n_channels: int = 1
     n_outputs: int = 1
     is_stretch: bool = False
+    compares_orders: bool = False
+    combs_alone: bool = False
     sampling_rate: float | None = None
 
 

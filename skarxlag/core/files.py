@@ -20,7 +20,9 @@ _MOST_TIMES = 10
 _MOST_MEMBERS = 10_000
 
 
-def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
+def write_atomically(
+    path: str | os.PathLike[str], content: bytes, *, follows_links: bool = True
+) -> None:
     """Write a file under another name and move it to its place, so no reader sees half of it.
 
     If several threads and processes write to one path at the same time, one of the
@@ -36,26 +38,41 @@ def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
         leaves.
     content : bytes
         All of it.
+    follows_links : bool, default=True
+        False: a symbolic link is replaced. A program that has resolved and checked the
+        path before writes nowhere else then.
 
     Raises
     ------
     OSError
-        If it cannot be written. An existing file is then unchanged, and no other file
-        remains.
+        If it cannot be written. The message names the file. An existing file is then
+        unchanged, and no other file remains.
     """
     path = Path(path)
-    if path.exists() and not stat.S_ISREG(path.stat().st_mode):
+    try:
+        _write(path, content, follows_links)
+    except OSError as error:
+        if error.filename is None and error.errno is not None:
+            raise type(error)(error.errno, error.strerror, str(path)) from error
+        raise
+
+
+def _write(path, content, follows_links):
+    is_link = path.is_symlink() and not follows_links
+    if path.exists() and not is_link and not stat.S_ISREG(path.stat().st_mode):
         path.write_bytes(content)
         return
-    path = Path(os.path.realpath(path))
+    if follows_links:
+        path = Path(os.path.realpath(path))
     # The name is not made of the file's own name, which may be as long as the system
     # allows.
     temporary = path.with_name(f".{uuid.uuid4().hex}.tmp")
-    mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else 0o666
+    is_old = path.exists() and not is_link
+    mode = stat.S_IMODE(path.stat().st_mode) if is_old else 0o666
     try:
         with open(temporary, "xb", opener=partial(os.open, mode=mode)) as file:
             file.write(content)
-        if path.exists():
+        if is_old:
             shutil.copymode(path, temporary)
         os.replace(temporary, path)
     finally:

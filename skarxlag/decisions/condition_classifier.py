@@ -235,6 +235,7 @@ class ConditionClassifier(SignalClassifier):
         described = {
             "alarm": self.healthy_index_ >= 0,
             "is_stretch": measured.is_stretch,
+            "compares_orders": measured.compares_orders,
             "locations": location_names(self.class_locations_),
             "n_evidence": len(self.classes_),
             "n_specimens": tuple(self.n_specimens_.tolist()),
@@ -246,6 +247,9 @@ class ConditionClassifier(SignalClassifier):
         if self.healthy_index_ >= 0:
             described["healthy"] = self.classes_.tolist()[self.healthy_index_]
             described["n_healthy"] = self.n_healthy_
+            described["limits"] = (
+                f"the detection threshold {self.detection_threshold_:.4g}"
+            )
             described["stated_rate"] = self.false_alarm_rate
         return described
 

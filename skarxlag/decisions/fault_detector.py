@@ -313,10 +313,20 @@ class FaultDetector(RowOutlierDetector):
         return common | {
             "alarm": True,
             "healthy_p_value": True,
+            "limits": self._basis(),
             "stated_rate": self.false_alarm_rate,
             "n_healthy": self.n_rows_,
             "needs_rpm": common["takes_rpm"],
         }
+
+    def _basis(self):
+        """Describe what the limits were learned from."""
+        basis = f"{self.n_rows_} healthy rows"
+        shares = zip(self.speeds_, self.left_out_rates_, strict=False)
+        rates = ", ".join(f"{share:.1%} at {speed:g} rpm" for speed, share in shares)
+        if not rates:
+            return basis
+        return f"{basis}; false alarms at speeds that were left out: {rates}"
 
     def _check_fitted(self):
         super()._check_fitted()

@@ -431,6 +431,8 @@ class FaultOrderClassifier(SignalClassifier):
         healthy = self.classes_[self.class_locations_ == FAULT_LOCATIONS.index(HEALTHY)]
         return {
             "alarm": True,
+            "combs_alone": True,
+            "limits": f"combs {self.limit_:.2f} nepers above the healthy rows",
             "healthy": next(iter(healthy.tolist()), None),
             "is_stretch": True,
             "needs_rpm": self.speed_range is None,

@@ -357,6 +357,7 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         rate = of_output.stated_rate
         return asdict(of_output) | {
             "n_outputs": n_outputs,
+            "limits": of_output.limits and f"{of_output.limits}, for the first output",
             "n_channels": of_output.n_channels + n_outputs - 1,
             "n_evidence": of_output.n_evidence * n_outputs,
             "stated_rate": None if rate is None else n_outputs * rate,

@@ -330,7 +330,12 @@ class ThresholdLadder(
         # The condition of the lowest level need not be healthy.
         if self.healthy is None and location_of_label(healthy) != HEALTHY:
             return {"alarm": False}
-        return {"healthy": healthy, "alarm": True, "stated_rate": self.false_alarm_rate}
+        return {
+            "healthy": healthy,
+            "alarm": True,
+            "limits": f"the detection threshold {self.detection_threshold_:.4g}",
+            "stated_rate": self.false_alarm_rate,
+        }
 
     def _check_parameters(self):
         check_rate(self.false_alarm_rate, "false_alarm_rate")

@@ -239,6 +239,7 @@ class OrderResidual(StretchTransformer):
     def _capabilities(self):
         return super()._capabilities() | {
             "is_stretch": True,
+            "compares_orders": True,
             "sampling_rate": self.sampling_rate,
         }
 

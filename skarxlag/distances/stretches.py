@@ -215,6 +215,7 @@ class StretchResidual(StretchTransformer):
         rate = self.order_residual.sampling_rate if self.order_residual else None
         of_orders = {
             "is_stretch": self.order_residual_ is not None,
+            "compares_orders": self.order_residual_ is not None,
             "sampling_rate": rate,
         }
         return super()._capabilities() | of_orders

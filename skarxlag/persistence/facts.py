@@ -20,12 +20,17 @@ _SINGLE_FACTS: dict[str, Any] = {
     "n_channels": ("at least 1", int),
     "sampling_rate": _ABOVE_0,
     "false_alarm_rate": ("above 0 and below 1", float),
+    "false_alarm_events": ("at least 0", int),
 }
 #: The same of facts that are lists. No row was recorded of some locations of faults.
 _LISTS: dict[str, Any] = {
     "conditions": object,
     "channels": str | None,
     "channel_names": str,
+    "loads": str,
+    "specimens": str,
+    "campaigns": str,
+    "training_files": str,
     "n_windows": ("at least 0", int),
     "n_recordings": ("at least 0", int),
     "train_rpm": _ABOVE_0,

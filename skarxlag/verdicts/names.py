@@ -22,6 +22,9 @@ POSSIBLY_CHANGED = "possibly changed"
 UNKNOWN = "unknown condition"
 #: Verdict on a recording of a fault whose location cannot be named.
 UNCERTAIN = "faulty, location uncertain"
+#: Verdict of combs alone on a recording without a fault pattern, if no healthy
+#: recording of the machine is known.
+NO_FINDING = "no fault pattern found"
 #: Verdict on a window, or on a recording, that carries no signal.
 NO_SIGNAL = "no signal"
 #: Prefix of the verdict on a recording that cannot be judged; a colon and the reason
@@ -70,7 +73,7 @@ def check_conditions(conditions: Sequence[Any], fitted: Sequence[Any] | None) ->
         expected = f"a permutation of {list(fitted)}"
     expect(is_whole, "conditions", conditions, expected)
     verdicts = (
-        *(CHANGED, POSSIBLY_CHANGED, UNKNOWN, UNCERTAIN, NO_SIGNAL),
+        *(CHANGED, POSSIBLY_CHANGED, UNKNOWN, UNCERTAIN, NO_FINDING, NO_SIGNAL),
         NOT_IDENTIFIABLE,
     )
     for name in map(str, conditions):

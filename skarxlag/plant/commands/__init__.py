@@ -20,6 +20,7 @@ _COMMANDS = {
     "fit": "calibrate a diagnoser on your recordings",
     "diagnose": "diagnose recordings with a saved diagnoser",
     "show": "draw recordings without a diagnosis",
+    "bearings": "list known bearings, or those that fit a recording",
     "watch": "diagnose a running sensor with a saved diagnoser",
     "acknowledge": "acknowledge a latched alarm of a running sensor",
     "info": "print what a saved diagnoser is, or the channels of a recording",
@@ -36,6 +37,9 @@ def main(argv: list[str] | None = None) -> int:
     arguments; None: those of the process.
     """
     argv = sys.argv[1:] if argv is None else argv
+    # A stream that the caller has closed is None.
+    sys.stdout = sys.stdout or open(os.devnull, "w")  # noqa: SIM115
+    sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         # A terminal may lack characters of the names of files and conditions.
         if isinstance(stream, TextIOWrapper):
@@ -55,6 +59,9 @@ def main(argv: list[str] | None = None) -> int:
         args.fail(str(error))
     except CommandError as error:
         return _stop(args, f"error: {error}", 1)
+    except MemoryError as error:
+        text = str(error) or "not enough memory"
+        return _stop(args, f"error: {text}", 1)
     except KeyboardInterrupt:
         return _stop(args, "interrupted", 130)
     except BrokenPipeError:

@@ -2,22 +2,25 @@
 
 import argparse
 import sys
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from ..._version import __version__
 from ...core.files import write_atomically
+from ...verdicts.names import NO_FINDING
 from ..readers.entries import ListedRecording
 from . import results
 from .arguments import refuse
 from .diagnosis import Diagnosis, diagnose_file
 from .files import is_report, result_paths
 from .journal import Journal
-from .messages import Progress, as_command_error, counted
+from .messages import Reporter, as_command_error, counted, printable, show
 from .models import RecordingModel, SavedModel, bearing_model
 from .workers import executors, run_tasks
 
@@ -27,52 +30,122 @@ _MOST_NAMES = 5
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the command."""
+    """Run the command with parsed arguments."""
     model = _model(args)
-    recordings = args.listed
-    settings = [model.identity, __version__, args.resample]
-    kept = nullcontext() if args.output is None else Journal(args.output, settings)
-    with as_command_error(), kept as journal:
-        diagnoses = diagnose_all(args, recordings, model, journal)
-        rows = results.recording_rows(recordings, diagnoses, model.healthy)
-        if is_report(args.output):
-            # Other outputs do not need what draws.
-            from ..pages.report import html_report
-
-            page = html_report(
-                model, recordings, diagnoses, rows, args.resample, args.bearing
-            )
-            write_atomically(args.output, page.encode())
-        elif args.output is not None:
-            windows = results.window_rows(recordings, diagnoses)
-            results.write_tables(args.output, rows, windows, model.summary)
-    print(*_lines(args, model, diagnoses, rows), sep="\n")
+    rows, diagnoses = diagnose(
+        args.listed,
+        model,
+        output=args.output,
+        bearing=args.bearing,
+        unit=args.unit,
+        resample=args.resample,
+        n_jobs=args.n_jobs,
+        processes=args.processes,
+        dask=args.dask,
+        reporter=Reporter(args.quiet, args.verbose),
+    )
+    table = results.verdict_table(rows)
+    if not args.quiet:
+        show(model.heading)
+    show(table, *_remarks(rows, diagnoses), *_agreement(rows, model))
+    if args.output is not None and not args.quiet:
+        show("Written: " + ", ".join(map(str, result_paths(args.output))))
     failed = rows[rows["error"] != ""]
     if len(failed):
         counts = f"{len(failed)} of {counted(len(rows), 'recording')} failed:"
         reasons = failed["recording"] + ": " + failed["error"]
-        print(counts, *reasons, sep="\n  ", file=sys.stderr)
-    is_healthy = rows["verdict"].astype(str) == str(model.healthy)
-    if args.fail_on == "alarm" and not is_healthy.all():
+        print(counts, *map(printable, reasons), sep="\n  ", file=sys.stderr)
+    is_calm = rows["verdict"].astype(str).isin([str(model.healthy), NO_FINDING])
+    if args.fail_on == "alarm" and not is_calm.all():
         return _ALARM
     return 1 if len(failed) else 0
 
 
-def diagnose_all(
-    args: argparse.Namespace,
-    recordings: list[ListedRecording],
+def diagnose(
+    recordings: Sequence[ListedRecording],
     model: RecordingModel,
-    journal: Journal | None,
-) -> list[Diagnosis]:
-    """Return diagnoses of recordings. Errors in one recording do not affect the others."""
+    *,
+    output: Path | None = None,
+    bearing: str | None = None,
+    unit: str | None = None,
+    resample: bool = False,
+    n_jobs: int | None = None,
+    processes: bool = False,
+    dask: str | None = None,
+    reporter: Reporter | None = None,
+) -> tuple[pd.DataFrame, list[Diagnosis]]:
+    """Diagnose recordings, and write the results.
+
+    Parameters
+    ----------
+    recordings : sequence of ListedRecording
+        The recordings.
+    model : RecordingModel
+        The model.
+    output : Path or None, default=None
+        File of the results: .csv, .parquet, .json or .html. None: nothing is written.
+    bearing : str or None, default=None
+        Bearing whose lines are marked in a report. None: that of the model.
+    unit : str or None, default=None
+        Unit of signals whose files state none.
+    resample : bool, default=False
+        Whether recordings are brought to the sampling rate of the model.
+    n_jobs, processes, dask
+        As `executors` takes them.
+    reporter : Reporter or None, default=None
+        Counts the recordings. None: nobody.
+
+    Returns
+    -------
+    rows : DataFrame
+        A row for each recording.
+    diagnoses : list of Diagnosis
+        Their results. Errors in one recording do not affect the others.
+
+    Raises
+    ------
+    CommandError
+        If the results cannot be written, or no worker is left.
+    """
+    settings = [model.identity, __version__, resample, unit]
+    kept = nullcontext() if output is None else Journal(output, settings)
+    with as_command_error(), kept as journal:
+        with executors(n_jobs, processes=processes, dask=dask) as workers:
+            # Each of a few recordings gets several threads.
+            n_threads = max(workers.count() // max(len(recordings), 1), 1)
+            task = partial(
+                diagnose_file,
+                load=model.load,
+                resample=resample,
+                n_threads=1 if dask or processes else n_threads,
+                unit=unit,
+            )
+            diagnoses = _diagnoses(
+                recordings, task, workers, journal, reporter or Reporter()
+            )
+        rows = results.recording_rows(recordings, diagnoses, model)
+        if is_report(output):
+            # Other outputs do not need what draws.
+            from ..pages.report import html_report
+
+            page = html_report(model, recordings, diagnoses, rows, resample, bearing)
+            write_atomically(output, page.encode(), follows_links=False)
+        elif output is not None:
+            windows = results.window_rows(recordings, diagnoses)
+            results.write_tables(output, rows, windows, model.summary)
+    return rows, diagnoses
+
+
+def _diagnoses(recordings, task, workers, journal, reporter):
+    """Return the results of a task for recordings; a journal keeps them as they come."""
     diagnoses: list[Any] = [None] * len(recordings)
     waiting = []
-    progress = Progress(len(recordings), args)
+    reporter.start(len(recordings))
 
     def finish(place, diagnosis, note=""):
         diagnoses[place] = diagnosis
         verdict = diagnosis.error or diagnosis.verdict["verdict"]
-        progress.step(f"{recordings[place].name}: {verdict}{note}", diagnosis.details())
+        reporter.step(f"{recordings[place].name}: {verdict}{note}", diagnosis.details())
 
     # Missing files are reported before the first file is read.
     for place, recording in enumerate(recordings):
@@ -84,24 +157,17 @@ def diagnose_all(
             waiting.append(place)
         else:
             finish(place, earlier, " (from an earlier run)")
-    with executors(args) as workers:
-        # Each of a few recordings gets several threads.
-        n_threads = max(workers.count() // max(len(waiting), 1), 1)
-        n_threads = 1 if args.dask or args.processes else n_threads
-        tasks = []
-        for place in waiting:
-            # A worker of a cluster may run in another folder.
-            path = recordings[place].path.absolute()
-            recording = replace(recordings[place], path=path)
-            tasks.append(
-                partial(diagnose_file, recording, model.load, args.resample, n_threads)
-            )
-        for number, outcome in run_tasks(tasks, workers):
-            place = waiting[number]
-            diagnosis = _checked(recordings[place], outcome)
-            if journal is not None:
-                journal.add(recordings[place], diagnosis)
-            finish(place, diagnosis)
+    # A worker of a cluster may run in another folder.
+    tasks = [
+        partial(task, replace(recordings[i], path=recordings[i].path.absolute()))
+        for i in waiting
+    ]
+    for number, outcome in run_tasks(tasks, workers):
+        place = waiting[number]
+        diagnosis = _checked(recordings[place], outcome)
+        if journal is not None:
+            journal.add(recordings[place], diagnosis)
+        finish(place, diagnosis)
     return diagnoses
 
 
@@ -128,12 +194,8 @@ def _model(args):
     return model
 
 
-def _lines(args, model, diagnoses, rows):
-    """Return lines for a person: the model, the verdicts, and each remark once."""
-    table = results.verdict_table(rows)
-    if args.quiet:
-        return [table]
-    lines = [model.heading, table]
+def _remarks(rows, diagnoses):
+    """Yield each remark once, with the recordings that it is about."""
     remarks = [diagnosis.remarks for diagnosis in diagnoses]
     remarks = pd.Series(remarks, rows["recording"]).explode().dropna()
     for remark, about in remarks.groupby(remarks, sort=False):
@@ -142,13 +204,18 @@ def _lines(args, model, diagnoses, rows):
             recordings = "All recordings"
         elif len(about) > _MOST_NAMES:
             recordings = f"{len(about)} recordings"
-        lines.append(f"{recordings}: {remark}")
-    n_right, n_known = results.agreement(rows, model)
-    if n_known:
-        lines.append(
-            f"{n_right} of {counted(n_known, 'verdict')} "
-            f"{'agrees' if n_known == 1 else 'agree'} with the stated condition."
-        )
-    if args.output is not None:
-        lines.append("Written: " + ", ".join(map(str, result_paths(args.output))))
-    return lines
+        yield f"{recordings}: {remark}"
+
+
+def _agreement(rows, model):
+    """Yield how many verdicts agree with the stated condition, those of the training apart."""
+    is_trained = rows["in_training"]
+    for part, of_what in (
+        (rows[~is_trained], "verdict"),
+        (rows[is_trained], "verdict on recordings of the training"),
+    ):
+        n_right, n_known = results.agreement(part, model)
+        if n_known:
+            noun = of_what if n_known == 1 else of_what.replace("verdict", "verdicts")
+            agrees = "agrees" if n_known == 1 else "agree"
+            yield f"{n_right} of {n_known} {noun} {agrees} with the stated condition."

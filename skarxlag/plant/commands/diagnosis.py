@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from ...core.speeds import SPEED_FACTOR
 from ...core.validation import output_of_windows
-from ...verdicts.names import no_verdict
+from ...measures.levels import joined_levels, signal_levels
+from ...measures.velocity import velocity_rms
+from ...verdicts.names import NO_FINDING, no_verdict
 from ...verdicts.windows import joined_tables
 from ..readers.entries import ListedRecording, OpenRecording
 from ..readers.rates import NO_RATE
@@ -21,11 +23,18 @@ from .channels import plain_unit
 from .messages import CommandError
 from .models import RecordingModel
 from .remarks import recording_remarks
-from .velocity import velocity_rms
+from .stated_speeds import speed_remark
+from .training_facts import why_no_limits
 from .workers import cancelled
 
 #: Entries of the verdict on a recording that the commands need.
 _ENTRIES = {"verdict", "probability", "alarm", "windows"}
+#: Entry of the column ``alarm`` if a stated fact differs from all training.
+NOT_VALID = "not valid here"
+#: Units of acceleration, in m/s2.
+ACCELERATIONS = {"m/s2": 1.0, "mm/s2": 1e-3, "g": 9.80665}
+#: Samples of a row without a model, at most: longer recordings are several rows.
+_LONGEST_ROW = 2**21
 #: Error on a recording of unknown speed.
 _NO_SPEED = "rpm is missing; expected --rpm, a column, or the file to state it"
 
@@ -93,7 +102,11 @@ class Diagnosis:
 
 
 def diagnose_file(
-    recording: Any, load: Any, resample: bool = False, n_threads=1
+    recording: Any,
+    load: Any,
+    resample: bool = False,
+    n_threads: int = 1,
+    unit: str | None = None,
 ) -> Diagnosis:
     """Diagnose a recording with the model that `load` returns, in a worker.
 
@@ -102,7 +115,7 @@ def diagnose_file(
     try:
         before = file_state(recording)
         with parallel_config("threading", n_jobs=n_threads):
-            diagnosis = diagnose(load(), recording, resample)
+            diagnosis = diagnose_recording(load(), recording, resample, unit)
         if file_state(recording) != before:
             return Diagnosis.failed(recording, "the file changed while it was read")
         return replace(diagnosis, file=before)
@@ -136,8 +149,11 @@ class RowBlock(NamedTuple):
     rpm: Any
 
 
-def diagnose(
-    model: RecordingModel, recording: ListedRecording, resample: bool = False
+def diagnose_recording(
+    model: RecordingModel,
+    recording: ListedRecording,
+    resample: bool = False,
+    unit: str | None = None,
 ) -> Diagnosis:
     """Diagnose a recording, block by block.
 
@@ -149,6 +165,8 @@ def diagnose(
         The recording.
     resample : bool, default=False
         Whether it is brought to the sampling rate of the model.
+    unit : str or None, default=None
+        Unit of the signal if the file states none.
 
     Raises
     ------
@@ -156,12 +174,12 @@ def diagnose(
         If the recording cannot be read, or does not fit the model.
     """
     opened = model.open(recording, resample)
-    has_profile = opened.entry.profile is not None
-    unit = plain_unit(opened.channels[0][1] or "")
+    unit = plain_unit(opened.channels[0][1] or unit or "")
     judge = model.judge
     starts = []
     results = []
     mean_speeds = []
+    levels = []
     velocities = []
     for block in row_blocks(model, opened):
         if cancelled.is_set():
@@ -170,27 +188,64 @@ def diagnose(
             judge = model.judge_of(block.X[0], block.rpm, opened.sampling_rate)
         starts.append(block.start)
         results.append(judge.window_results(block.X, block.rpm))
-        if has_profile:
+        if opened.entry.profile is not None:
             mean_speeds.append(block.rpm.mean(axis=1))
         output = output_of_windows(block.X)
+        if not levels:
+            remark = speed_remark(
+                output.ravel(), opened.sampling_rate, opened.entry.rpm
+            )
+        levels.append(signal_levels(output))
         velocities.append(velocity_rms(output.ravel(), opened.sampling_rate, unit))
     windows, evidence = joined_tables(results)
     windows.insert(0, "start", np.concatenate(starts))
-    if has_profile:
+    if mean_speeds:
         windows.insert(1, "rpm", np.concatenate(mean_speeds))
+    for name in ("rms", "peak", "crest_factor"):
+        windows[name] = np.concatenate([getattr(each, name) for each in levels])
+    reason = why_no_limits(model.facts, recording)
+    if reason:
+        _remove_alarms(windows, reason, model)
     verdict = judge.recording(windows, evidence)
-    if velocities[0] is not None:
-        # Blocks are of equal length, except for the last, which may be too short.
-        stated = [velocity for velocity in velocities if velocity is not None]
-        verdict["velocity_rms_mm_s"] = float(np.sqrt(np.mean(np.square(stated))))
-    remarks = recording_remarks(model, opened, recording.channel, windows, verdict)
-    return Diagnosis(verdict, windows, opened.sampling_rate, [*remarks])
+    if reason and judge.limits.exist:
+        verdict["alarm"] = NOT_VALID
+    if model.judge is None:
+        # No healthy recording of this machine says that it is healthy.
+        windows["verdict"] = windows["verdict"].replace(model.healthy, NO_FINDING)
+        if verdict["verdict"] == model.healthy:
+            verdict["verdict"] = NO_FINDING
+    verdict |= _levels_of_recording(windows, velocities, unit)
+    remarks = [remark] if remark else []
+    remarks += recording_remarks(model, opened, recording, windows, verdict)
+    return Diagnosis(verdict, windows, opened.sampling_rate, remarks)
+
+
+def _remove_alarms(windows, reason, model):
+    """Remove alarms that do not hold; a detector without limits has no verdict."""
+    windows["limits"] = reason
+    windows["alarm"] = np.nan
+    if model.has_detector_alone:
+        is_judged = windows["quality"] == "good"
+        windows.loc[is_judged, "verdict"] = no_verdict(reason)
+
+
+def _levels_of_recording(windows, velocities, unit):
+    """Return the levels of a recording, in the unit of the signal and in those of standards."""
+    levels = joined_levels(windows["rms"].to_numpy(), windows["peak"].to_numpy())
+    entries = dict(levels._asdict()) | {"unit": unit or None}
+    if unit in ACCELERATIONS:
+        entries["acceleration_rms_m_s2"] = levels.rms * ACCELERATIONS[unit]
+    # Blocks are of equal length, except for the last, which may be too short.
+    stated = [velocity for velocity in velocities if velocity is not None]
+    if stated:
+        entries["velocity_rms_mm_s"] = float(np.sqrt(np.mean(np.square(stated))))
+    return entries
 
 
 def row_blocks(model: RecordingModel, opened: OpenRecording) -> Iterator[RowBlock]:
     """Yield the rows of an open recording with their speeds, block by block."""
     if model.window_length is None:
-        yield _whole_recording(model, opened)
+        yield from _long_rows(opened)
         return
     rate = opened.sampling_rate or model.sampling_rate
     n_before = 0
@@ -200,19 +255,45 @@ def row_blocks(model: RecordingModel, opened: OpenRecording) -> Iterator[RowBloc
         n_before += len(X)
 
 
-def _whole_recording(model, opened):
-    """Return a recording as one row, without the part of a run-up that is slow."""
-    (X,) = model.windows(opened)
+def _long_rows(opened):
+    """Yield rows of a recording for a model without a length: all of it, as far as it is one row.
+
+    A longer recording is cut, and its last part that does not fill a row is left out.
+    The part of a run-up that is slow is left out, too.
+    """
     entry = opened.entry
     if opened.sampling_rate is None:
         raise ValueError(f"{entry.name}: {NO_RATE}")
     if entry.rpm is None:
         raise ValueError(f"{entry.name}: {_NO_SPEED}")
-    rpm = entry.speeds([0], X.shape[-1], opened.sampling_rate)
-    if entry.profile is None:
-        return RowBlock(np.array([0]), X, rpm)
-    # A run-up may begin at rest, and a run-down end there.
-    fast = np.flatnonzero(SPEED_FACTOR * rpm[0] >= rpm.max())
-    first = fast[0]
-    end = fast[-1] + 1
-    return RowBlock(np.array([first]), X[..., first:end], rpm[:, first:end])
+    start = 0
+    for signal in _parts(opened.blocks):
+        X = signal[np.newaxis]
+        rpm = entry.speeds([start], X.shape[-1], opened.sampling_rate)
+        first, end = 0, X.shape[-1]
+        if entry.profile is not None:
+            # A run-up may begin at rest, and a run-down end there.
+            fast = np.flatnonzero(SPEED_FACTOR * rpm[0] >= rpm.max())
+            first, end = fast[0], fast[-1] + 1
+            rpm = rpm[:, first:end]
+        yield RowBlock(np.array([start + first]), X[..., first:end], rpm)
+        start += X.shape[-1]
+
+
+def _parts(blocks):
+    """Yield parts of the largest length of a row, or everything if it is shorter."""
+    rest: list[NDArray[Any]] = []
+    n_samples = 0
+    is_long = False
+    for block in blocks:
+        rest.append(block)
+        n_samples += block.shape[-1]
+        while n_samples >= _LONGEST_ROW:
+            signal = np.concatenate(rest, axis=-1)
+            yield signal[..., :_LONGEST_ROW]
+            # Without the copy, a few samples would keep the whole part in memory.
+            rest = [signal[..., _LONGEST_ROW:].copy()]
+            n_samples -= _LONGEST_ROW
+            is_long = True
+    if not is_long:
+        yield np.concatenate(rest, axis=-1)

@@ -6,7 +6,6 @@ import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -34,7 +33,7 @@ from ..readers.entries import ListedRecording
 from ..readers.rows import speeds_of_samples
 from .evaluation_report import save_results, summary_text
 from .fit_rows import training_rows
-from .messages import UsageError, as_command_error, listed, report_progress
+from .messages import Reporter, UsageError, as_command_error, listed
 
 #: Crack sizes of the simulated rig, and the speed of its calibration.
 _CRACKS_MM = (3.0, 6.0)
@@ -121,13 +120,14 @@ def run(args: argparse.Namespace) -> int:
                 )
             )
         n_fits = sum(len(case.methods) * len(case.splits) for case in cases)
+        reporter = Reporter(quiet=args.quiet)
         done = 0
 
         def note(name, n_rows):
             nonlocal done
             done += 1
             line = f"[{done}/{n_fits}] {name}: fitted and tested with {n_rows} rows"
-            report_progress(args, line)
+            reporter.line(line)
 
         evaluate_cases(cases, args.output, n_jobs=args.n_jobs, note=note)
     return 0
@@ -327,17 +327,9 @@ def table_case(
     UsageError
         If the table lacks speeds or conditions, or if none can be left out.
     """
-    options = SimpleNamespace(
-        table=table,
-        diagnoser=None,
-        window_length=window_length,
-        hop=None,
-        max_windows=None,
-        resample_to=None,
-        quiet=quiet,
-        verbose=False,
+    rig, unit = training_rows(
+        recordings, table, window_length=window_length, reporter=Reporter(quiet=quiet)
     )
-    rig, unit = training_rows(options, recordings)
     if rig.target is None or rig.rpm is None:
         raise UsageError(f"{table}: needs the columns condition and rpm")
     speeds, errors = speeds_of_samples(rig)

@@ -10,6 +10,7 @@ import pandas as pd
 
 from ...core.files import write_atomically
 from ...model_selection.protocols import PROTOCOLS
+from .results import csv_of
 
 #: Columns of the printed table: share of right conditions, or of right locations where
 #: the training had none of the conditions.
@@ -107,7 +108,7 @@ def save_results(results: list[Result], text: str, folder: Path) -> str:
         for name, matrix in _matrices(case, verdicts).items():
             tables[f"confusion_{_plain(name)}"] = matrix
         for name, table in tables.items():
-            content = table.to_csv(float_format="%.6g").encode()
+            content = csv_of(table, index=True, float_format="%.6g").encode()
             write_atomically(folder / f"{stem}_{name}.csv", content)
         if find_spec("matplotlib") is not None:
             _draw(case, verdicts, folder / f"{stem}_confusion.png")

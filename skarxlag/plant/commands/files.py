@@ -45,11 +45,13 @@ def check_output(
     is_same_kind: Callable[[Path], bool],
     force: bool,
     suffixes: tuple[str, ...] = ("",),
-) -> None:
-    """Refuse an output before anything is computed.
+) -> Path:
+    """Resolve the links of an output and check it before anything is computed.
 
     The output is refused if it has another suffix, its folder does not exist, it is an
-    input, or it exists, is of another kind and `force` is not given.
+    input, or it exists, is of another kind and `force` is not given. What is returned
+    is written without following links, so that a link that is made meanwhile leads
+    nowhere.
     """
     where = f"argument -o/--output: {output}"
     is_named = output.suffix.lower().endswith(suffixes)
@@ -58,8 +60,9 @@ def check_output(
             f"{where}, expected a file in a folder that exists, named "
             f"*{', *'.join(suffixes)}"
         )
+    output = Path(os.path.realpath(output)) if output.is_symlink() else output
     if not output.exists():
-        return
+        return output
     files = (path for path in inputs if path and os.path.exists(path))
     if any(map(output.samefile, files)):
         raise UsageError(f"{where} is an input, which is not replaced")
@@ -68,6 +71,7 @@ def check_output(
         raise UsageError(
             f"{where} exists and was not written by this command; --force replaces it"
         )
+    return output
 
 
 def is_result_file(path: Path) -> bool:

@@ -2,8 +2,9 @@
 
 import argparse
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,25 +15,33 @@ from sklearn.utils import Bunch
 
 from ...core.capabilities import capabilities, requests
 from ...core.speeds import LEAST_REVOLUTIONS
+from ...decisions.fusion import SensorFusion
 from ...diagnosers import make_detector, make_diagnoser, make_known_conditions
 from ...persistence.models import save_diagnoser
+from ..readers.entries import ListedRecording
 from ..readers.rows import speeds_of_samples
 from .channels import Channels, fitted_channels, units_of
 from .fit_conditions import (
-    choose_kind,
     healthy_condition,
+    kind_of,
+    recordings_at_speeds,
     rows_at_speeds,
-    training_speeds,
+    speeds_of_training,
 )
-from .fit_rows import REVOLUTIONS, SECONDS, cuts_windows, training_rows
-from .info import limits_basis
-from .messages import as_command_error, counted, report_progress
-from .models import DIAGNOSERS, of_outputs
+from .fit_rows import REVOLUTIONS, SECONDS, training_rows
+from .messages import Reporter, as_command_error, counted, show
+from .models import DIAGNOSERS
 from .refused_rows import (
     check_speeds_of_recordings,
     leave_out_silent,
     why_no_orders,
     why_windows,
+)
+from .results import file_name
+from .training_facts import (
+    facts_of_training,
+    false_alarm_events,
+    false_alarm_sentence,
 )
 
 
@@ -50,7 +59,7 @@ class TrainingRows(NamedTuple):
     y : ndarray of shape (n_rows,)
         Their conditions.
     metadata : dict
-        Their speeds and specimens, by the parameters of `fit`; None if not stated.
+        Their speeds and specimens, by the parameters of `fit`, if they are stated.
     word : str
         Word for the rows: windows or stretches.
     kind : str
@@ -59,7 +68,7 @@ class TrainingRows(NamedTuple):
         The healthy condition; None if there is none.
     reason : str
         Why it is that one.
-    left_out : list of str
+    notes : list of str
         Reports of rows that cannot be used.
     """
 
@@ -72,138 +81,273 @@ class TrainingRows(NamedTuple):
     kind: str
     healthy: str | None
     reason: str
-    left_out: list[str]
+    notes: list[str]
 
     @property
     def slowest(self) -> float | None:
         """Slowest speed; None if none is stated."""
-        rpm = self.metadata["rpm"]
+        rpm = self.metadata.get("rpm")
         return None if rpm is None else rpm.min()
+
+    @property
+    def seconds(self) -> float:
+        """Length of a row."""
+        return self.X.shape[-1] / float(self.rig.sampling_rate)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the command."""
-    choose_kind(args, args.listed)
-    rows = _training_rows(args)
-    report_progress(args, f"{len(rows.X)} {rows.word}: fitting")
-    rate = float(rows.rig.sampling_rate)
-    with as_command_error(), parallel_config("threading", n_jobs=args.n_jobs):
-        models, notes = _fitted(args, rows, rate)
+    """Run the command with parsed arguments."""
+    lines = fit(
+        args.listed,
+        args.output,
+        source=args.table,
+        diagnoser=args.diagnoser,
+        bearing=args.bearing,
+        healthy=args.healthy,
+        train_rpm=args.train_rpm,
+        false_alarm_rate=args.false_alarm_rate,
+        outputs=args.outputs,
+        fixed_gain=args.fixed_gain,
+        window_length=args.window_length,
+        hop=args.hop,
+        max_windows=args.max_windows,
+        resample_to=args.resample_to,
+        n_jobs=args.n_jobs,
+        reporter=Reporter(args.quiet, args.verbose),
+    )
+    show(*lines)
+    return 0
+
+
+def fit(
+    recordings: Sequence[ListedRecording],
+    output: Path,
+    *,
+    source: Any = "recordings",
+    diagnoser: str | None = None,
+    bearing: str | None = None,
+    healthy: str | None = None,
+    train_rpm: tuple[float, float] | None = None,
+    false_alarm_rate: float = 0.01,
+    outputs: int | None = None,
+    fixed_gain: bool = False,
+    window_length: int | None = None,
+    hop: int | None = None,
+    max_windows: int | None = None,
+    resample_to: float | None = None,
+    n_jobs: int | None = None,
+    reporter: Reporter | None = None,
+) -> list[str]:
+    """Fit a diagnoser with its healthy limits and known conditions, and save them.
+
+    Parameters
+    ----------
+    recordings : sequence of ListedRecording
+        The recordings.
+    output : Path
+        The saved model.
+    source : path-like, default="recordings"
+        Named in messages.
+    diagnoser, bearing, healthy, false_alarm_rate, outputs, fixed_gain, window_length, \
+hop, max_windows, resample_to, n_jobs
+        As in ``skarxlag fit``.
+    train_rpm : tuple of two floats or None, default=None
+        Lowest and highest speed. None: all recordings.
+    reporter : Reporter or None, default=None
+        Prints the progress. None: nobody.
+
+    Returns
+    -------
+    list of str
+        What was fitted, in lines for a person.
+
+    Raises
+    ------
+    CommandError, UsageError
+        If the recordings cannot be read or used.
+    """
+    reporter = reporter or Reporter()
+    kind = kind_of(list(recordings), diagnoser, bearing, healthy)
+    recordings = recordings_at_speeds(list(recordings), train_rpm)
+    rig, word = training_rows(
+        recordings,
+        source,
+        kind=kind,
+        window_length=window_length,
+        hop=hop,
+        max_windows=max_windows,
+        resample_to=resample_to,
+        reporter=reporter,
+    )
+    if not any(recording.specimen for recording in recordings):
+        rig.specimen = None
+    rows = _chosen_rows(rig, word, source, kind, bearing, healthy, train_rpm, outputs)
+    reporter.line(f"{len(rows.X)} {rows.word}: fitting")
+    with as_command_error(), parallel_config("threading", n_jobs=n_jobs):
+        detector = make_detector(
+            false_alarm_rate=false_alarm_rate, fixed_gain=fixed_gain
+        )
+        main = detector
+        if rows.kind != "detector":
+            main = _diagnoser(rows, bearing, false_alarm_rate)
+        models, notes = _fitted(rows, main, detector, outputs)
         # Locations of faults that no recording shows are conditions, too.
         conditions = capabilities(models["diagnoser"]).conditions or [rows.healthy]
         conditions = sorted(conditions, key=lambda name: name != rows.healthy)
         counts = _counts(conditions, rows)
-        _save(args, models, rows, conditions, counts)
-    n_samples = rows.X.shape[-1]
-    reason = why_no_orders(n_samples, rate, rows.slowest)
-    if rows.kind == "stretches" and reason:
-        notes.append(f"Note: {reason}")
-    if rows.word == "windows" and not cuts_windows(args):
-        notes.append(why_windows(rows.rig, n_samples, SECONDS, REVOLUTIONS))
-    print(rows.rig.DESCR, *rows.left_out, _size(rows, rate), sep="\n")
-    print(counts.to_string())
-    channels = rows.rig.channels
-    notes = [*_roles(channels[0], args.outputs or 1), *_units(channels), *notes]
-    print(f"Healthy: {rows.healthy or 'none'} ({rows.reason})", *notes, sep="\n")
-    if rows.healthy is not None:
-        limiting = models.get("detector", models["diagnoser"])
-        print(
-            f"Limits for a false-alarm rate of {args.false_alarm_rate:g} from "
-            f"{limits_basis(limiting, rows.word)}"
+        n_events = _events(rows, detector) if outputs is None else None
+        used = {*rows.rig.recording[rows.chosen]}
+        save_diagnoser(
+            models["diagnoser"],
+            output,
+            **{name: models[name] for name in models if name != "diagnoser"},
+            **fitted_channels(recordings, rows.rig.channels),
+            **facts_of_training(each for each in recordings if each.name in used),
+            diagnoser=rows.kind,
+            rows=rows.word,
+            conditions=conditions,
+            healthy=rows.healthy,
+            train_rpm=speeds_of_training(rows.rig, rows.chosen),
+            sampling_rate=float(rows.rig.sampling_rate),
+            n_channels=1 if rows.X.ndim == 2 else rows.X.shape[1],
+            window_length=rows.X.shape[-1],
+            n_windows=counts[rows.word].tolist(),
+            n_recordings=counts["recordings"].tolist(),
+            false_alarm_rate=false_alarm_rate,
+            false_alarm_events=n_events,
+            bearing=bearing,
+            training_files=sorted(
+                file_name(each, each.path.stat().st_size)
+                for each in recordings
+                if each.name in used
+            ),
+            saved=datetime.now(UTC).strftime("%Y-%m-%d"),
         )
-    print(f"Saved {rows.kind} to {args.output}")
-    return 0
+    has_options = window_length or hop or max_windows or diagnoser in DIAGNOSERS
+    return [
+        rows.rig.DESCR,
+        *rows.notes,
+        _size(rows),
+        counts.to_string(),
+        f"Healthy: {rows.healthy or 'none'} ({rows.reason})",
+        *_channel_notes(rows.rig.channels, outputs or 1),
+        *dict.fromkeys(notes),
+        *_row_notes(rows, has_options),
+        *_limit_lines(rows, models, false_alarm_rate, n_events),
+        f"Saved {rows.kind} to {output}",
+    ]
 
 
-def _training_rows(args):
-    """Read the recordings, and choose the rows that can be used."""
-    rig, word = training_rows(args, args.listed)
-    check_speeds_of_recordings(args.table, rig)
-    kind = args.diagnoser or ("stretches" if word == "stretches" else "diagnoser")
-    chosen = rows_at_speeds(args, rig)
+def _chosen_rows(rig, word, source, kind, bearing, healthy, train_rpm, outputs):
+    """Choose the rows that can be used."""
+    check_speeds_of_recordings(source, rig)
+    kind = kind or ("stretches" if word == "stretches" else "diagnoser")
+    chosen = rows_at_speeds(rig, source, train_rpm)
     least_revolutions = LEAST_REVOLUTIONS if word == "stretches" else 0
     speeds, errors = speeds_of_samples(rig, least_revolutions)
     chosen &= errors == ""
-    healthy, reason = healthy_condition(args, kind, rig, chosen)
+    healthy, reason = healthy_condition(rig, chosen, source, kind, bearing, healthy)
     if kind == "detector":
         chosen &= rig.target == healthy
-    chosen, left_out = leave_out_silent(
-        args.table, rig, word, chosen, args.outputs or 1
-    )
+    chosen, notes = leave_out_silent(source, rig, word, chosen, outputs or 1)
     refused = errors[errors != ""]
     if len(refused):
         n_refused = counted(len(refused), word.removesuffix("s"))
-        left_out = [f"{n_refused} left out: {refused[0]}", *left_out]
+        notes = [f"{n_refused} left out: {refused[0]}", *notes]
     # The windows may take half of the memory, so they are not copied without need.
     X = rig.pop("data")
     X = X if chosen.all() else X[chosen]
-    has_specimens = any(recording.specimen for recording in args.listed)
-    metadata = {
-        "rpm": None if speeds is None else speeds[chosen],
-        "specimen": rig.specimen[chosen] if has_specimens else None,
-    }
+    metadata = {}
+    if speeds is not None:
+        metadata["rpm"] = speeds[chosen]
+    if rig.specimen is not None:
+        metadata["specimen"] = rig.specimen[chosen]
     y = rig.target[chosen]
-    return TrainingRows(
-        rig, chosen, X, y, metadata, word, kind, healthy, reason, left_out
-    )
+    return TrainingRows(rig, chosen, X, y, metadata, word, kind, healthy, reason, notes)
 
 
-def _fitted(args, rows, rate):
+def _diagnoser(rows, bearing, false_alarm_rate):
+    """Return a diagnoser that is not fitted yet."""
+    if rows.kind == "stretches":
+        rate = float(rows.rig.sampling_rate)
+        model = make_diagnoser(
+            sampling_rate=rate, bearing=bearing, healthy=rows.healthy
+        )
+    else:
+        model = DIAGNOSERS[rows.kind][1](healthy=rows.healthy)
+    rates = [name for name in model.get_params() if name.endswith("__false_alarm_rate")]
+    return model.set_params(**dict.fromkeys(rates, false_alarm_rate))
+
+
+def _fitted(rows, main, detector, outputs):
     """Return the fitted models by their names in the file, and notes on them."""
-    diagnoser = of_outputs(args, _make(args, rows.kind, rows.healthy, rate))
+    main = _of_outputs(main, outputs)
     if rows.kind == "detector":
-        notes = _fit_quietly(diagnoser, rows.X, None, rows.metadata)
-        return {"diagnoser": diagnoser}, notes
-    notes = _fit_quietly(diagnoser, rows.X, rows.y, rows.metadata)
-    models = {"diagnoser": diagnoser}
+        notes = _fit_quietly(main, rows.X, None, rows.metadata)
+        return {"diagnoser": main}, notes
+    notes = _fit_quietly(main, rows.X, rows.y, rows.metadata)
+    models = {"diagnoser": main}
     if len(set(rows.y)) > 1:
-        model = of_outputs(args, make_known_conditions())
+        known = _of_outputs(make_known_conditions(), outputs)
         try:
-            _fit_quietly(model, rows.X, rows.y, rows.metadata)
-            if left_out := sorted(set(rows.y) - set(model.classes_)):
+            _fit_quietly(known, rows.X, rows.y, rows.metadata)
+            if left_out := sorted(set(rows.y) - set(known.classes_)):
                 raise ValueError(
                     f"fewer than two windows at one speed of {', '.join(left_out)}"
                 )
-            models["known_conditions"] = model
+            models["known_conditions"] = known
         except ValueError as error:
             notes.append(f"The verdict 'unknown condition' is not possible: {error}")
     if rows.healthy is not None:
-        model = of_outputs(args, _make(args, "detector"))
-        is_healthy = rows.y == rows.healthy
-        of_healthy = {
-            name: None if values is None else values[is_healthy]
-            for name, values in rows.metadata.items()
-        }
+        companion = _of_outputs(detector, outputs)
+        X, _, metadata = _healthy_rows(rows)
         try:
-            _fit_quietly(model, rows.X[is_healthy], None, of_healthy)
-            models["detector"] = model
+            notes += _fit_quietly(companion, X, None, metadata)
+            models["detector"] = companion
         except ValueError as error:
             notes.append(f"No healthy limits: {error}")
     return models, notes
 
 
-def _save(args, models, rows, conditions, counts):
-    """Save the models with the facts that the commands use."""
-    companions = {name: models[name] for name in models if name != "diagnoser"}
-    save_diagnoser(
-        models["diagnoser"],
-        args.output,
-        **companions,
-        **fitted_channels(args.listed, rows.rig.channels),
-        diagnoser=rows.kind,
-        rows=rows.word,
-        conditions=conditions,
-        healthy=rows.healthy,
-        train_rpm=training_speeds(rows.rig, rows.chosen),
-        sampling_rate=float(rows.rig.sampling_rate),
-        n_channels=1 if rows.X.ndim == 2 else rows.X.shape[1],
-        window_length=rows.X.shape[-1],
-        n_windows=counts[rows.word].tolist(),
-        n_recordings=counts["recordings"].tolist(),
-        false_alarm_rate=args.false_alarm_rate,
-        bearing=args.bearing,
-        saved=datetime.now(UTC).strftime("%Y-%m-%d"),
-    )
+def _of_outputs(model, outputs):
+    """Return a model for a number of outputs."""
+    if outputs is None:
+        return model
+    return SensorFusion(estimator=model, n_outputs=outputs)
+
+
+def _healthy_rows(rows):
+    """Return the healthy rows, their recordings and their metadata."""
+    is_healthy = rows.y == rows.healthy
+    metadata = {name: values[is_healthy] for name, values in rows.metadata.items()}
+    return rows.X[is_healthy], rows.rig.recording[rows.chosen][is_healthy], metadata
+
+
+def _fit_quietly(model, X, y, metadata):
+    """Fit a model with the metadata that it requests; return the messages of its warnings."""
+    requested = {
+        name: values
+        for name, values in metadata.items()
+        if requests(model, "fit", name)
+    }
+    with warnings.catch_warnings(
+        record=True, action="always", category=UserWarning
+    ) as warned:
+        model.fit(X, y, **requested)
+    return [f"Note: {warning.message}" for warning in warned]
+
+
+def _events(rows, detector):
+    """Return the false alarms on left-out blocks of the healthy rows; None if they are too few."""
+    if rows.healthy is None:
+        return None
+    X, recording, metadata = _healthy_rows(rows)
+    speeds = {name: metadata[name] for name in metadata if name == "rpm"}
+    with warnings.catch_warnings(action="ignore"):
+        try:
+            return false_alarm_events(detector, X, recording, speeds)
+        except ValueError:
+            return None
 
 
 def _counts(conditions, rows):
@@ -212,77 +356,71 @@ def _counts(conditions, rows):
     counts = recording.groupby(rows.y).agg(["nunique", "count"])
     counts = counts.reindex(conditions, fill_value=0)
     counts = counts.set_axis(["recordings", rows.word], axis=1)
-    specimen = rows.metadata["specimen"]
-    if specimen is not None:
-        n_specimens = pd.Series(specimen).groupby(rows.y).nunique()
+    if "specimen" in rows.metadata:
+        specimen = pd.Series(rows.metadata["specimen"])
+        n_specimens = specimen.groupby(rows.y).nunique()
         counts.insert(0, "specimens", n_specimens.reindex(conditions, fill_value=0))
     return counts
 
 
-def _size(rows, rate):
+def _size(rows):
     """Describe a row in samples, seconds and, if a speed is stated, revolutions."""
-    n_samples = rows.X.shape[-1]
-    seconds = n_samples / rate
-    size = f"{rows.word.capitalize()} of {n_samples} samples, {seconds:.3g} s at {rate:g} Hz"
+    size = (
+        f"{rows.word.capitalize()} of {rows.X.shape[-1]} samples, {rows.seconds:.3g} s "
+        f"at {float(rows.rig.sampling_rate):g} Hz"
+    )
     slowest = rows.slowest
     if slowest is None:
         return size
-    return f"{size}, {seconds * slowest / 60:.3g} revolutions at {slowest:g} rpm"
+    n_revolutions = rows.seconds * slowest / 60
+    return f"{size}, {n_revolutions:.3g} revolutions at {slowest:g} rpm"
 
 
-def _roles(channels: Channels, n_outputs: int) -> Iterator[str]:
-    """Yield which of several channels are outputs, and a note on inputs of the same unit."""
-    if len(channels) < 2:
+def _row_notes(rows, has_options):
+    """Yield why orders are not compared, or why rows are windows."""
+    n_samples = rows.X.shape[-1]
+    reason = why_no_orders(n_samples, float(rows.rig.sampling_rate), rows.slowest)
+    if rows.kind == "stretches" and reason:
+        yield f"Note: {reason}"
+    if rows.word == "windows" and not has_options:
+        yield why_windows(rows.rig, n_samples, SECONDS, REVOLUTIONS)
+
+
+def _limit_lines(rows, models, false_alarm_rate, n_events):
+    """Yield the basis of the healthy limits, and their false alarms."""
+    if rows.healthy is None:
         return
-    names = [name for name, _ in channels]
-    units = dict(channels)
+    limits = capabilities(models.get("detector", models["diagnoser"])).limits
+    yield f"Limits for a false-alarm rate of {false_alarm_rate:g} from {limits}"
+    if n_events is not None:
+        n_healthy = int((rows.y == rows.healthy).sum())
+        yield false_alarm_sentence(
+            n_events,
+            n_healthy * rows.seconds,
+            false_alarm_rate,
+            rows.seconds,
+            rows.word,
+        )
+
+
+def _channel_notes(channels: Sequence[Channels], n_outputs: int) -> Iterator[str]:
+    """Yield which of several channels are outputs, and notes on their units."""
+    names = [name for name, _ in channels[0]]
+    units = dict(channels[0])
     outputs = names[:n_outputs]
     inputs = names[n_outputs:]
-    yield f"Outputs: {', '.join(outputs)}. Inputs: {', '.join(inputs) or 'none'}"
-    unit = units[outputs[0]]
-    alike = [name for name in inputs if unit is not None and units[name] == unit]
-    if alike:
+    if len(names) > 1:
+        yield f"Outputs: {', '.join(outputs)}. Inputs: {', '.join(inputs) or 'none'}"
+        unit = units[outputs[0]]
+        alike = [name for name in inputs if unit is not None and units[name] == unit]
+        if alike:
+            yield (
+                f"Note: {', '.join([outputs[0], *alike])} have the unit {unit}. If the "
+                "inputs are sensors, use --outputs."
+            )
+    of_recordings = units_of(channels)
+    if len(of_recordings) > 1:
         yield (
-            f"Note: {', '.join([outputs[0], *alike])} have the unit {unit}. If the "
-            "inputs are sensors, use --outputs."
+            f"Note: the recordings have the units {', '.join(of_recordings)}. They must "
+            "be one quantity."
         )
-
-
-def _units(channels):
-    """Yield a note on recordings of different units."""
-    units = units_of(channels)
-    if len(units) > 1:
-        yield (
-            f"Note: the recordings have the units {', '.join(units)}. They must be one "
-            "quantity."
-        )
-
-
-def _make(args, kind, healthy=None, rate=None):
-    """Return a diagnoser that is not fitted yet."""
-    if kind == "detector":
-        return make_detector(
-            false_alarm_rate=args.false_alarm_rate, fixed_gain=args.fixed_gain
-        )
-    if kind == "stretches":
-        model = make_diagnoser(
-            sampling_rate=rate, bearing=args.bearing, healthy=healthy
-        )
-    else:
-        model = DIAGNOSERS[kind][1](healthy=healthy)
-    rates = [name for name in model.get_params() if name.endswith("__false_alarm_rate")]
-    return model.set_params(**dict.fromkeys(rates, args.false_alarm_rate))
-
-
-def _fit_quietly(model, X, y, metadata):
-    """Fit a model with the metadata that it requests; return the messages of its warnings."""
-    requested = {
-        name: values
-        for name, values in metadata.items()
-        if values is not None and requests(model, "fit", name)
-    }
-    with warnings.catch_warnings(
-        record=True, action="always", category=UserWarning
-    ) as warned:
-        model.fit(X, y, **requested)
-    return [f"Note: {warning.message}" for warning in warned]

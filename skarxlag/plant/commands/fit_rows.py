@@ -1,6 +1,6 @@
 """Rows of ``skarxlag fit``: windows or stretches, as long as the recordings allow."""
 
-import argparse
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -9,7 +9,7 @@ from sklearn.utils import Bunch
 from ..readers.cutting import cut_recordings
 from ..readers.entries import ListedRecording
 from ..readers.rows import join_windows
-from .messages import CommandError, Progress, as_command_error
+from .messages import CommandError, Reporter, as_command_error
 from .models import DIAGNOSERS
 
 #: Samples of a channel that the windows of all recordings hold together, unless
@@ -27,63 +27,80 @@ _FEWEST = 2
 _ENOUGH = 4
 
 
-def cuts_windows(args: argparse.Namespace) -> bool:
-    """Return whether an option asks for windows instead of stretches."""
-    of_windows = args.window_length or args.hop or args.max_windows
-    return bool(of_windows or args.diagnoser in DIAGNOSERS)
-
-
 def training_rows(
-    args: argparse.Namespace, listed: list[ListedRecording]
+    recordings: list[ListedRecording],
+    source: Any,
+    *,
+    kind: str | None = None,
+    window_length: int | None = None,
+    hop: int | None = None,
+    max_windows: int | None = None,
+    resample_to: float | None = None,
+    reporter: Reporter | None = None,
 ) -> tuple[Bunch, str]:
-    """Return the rows of recordings as a rig, and whether they are windows or stretches."""
-    kind = args.diagnoser
-    if cuts_windows(args):
+    """Return the rows of recordings as a rig, and whether they are windows or stretches.
+
+    Parameters
+    ----------
+    recordings : list of ListedRecording
+        The recordings.
+    source : path-like
+        Named in messages.
+    kind : str or None, default=None
+        Kind of the diagnoser. None: as the recordings allow.
+    window_length, hop, max_windows, resample_to
+        As in ``skarxlag fit``.
+    reporter : Reporter or None, default=None
+        Counts the recordings that are read.
+
+    Raises
+    ------
+    CommandError
+        If a recording cannot be read, or is too short.
+    """
+    reporter = reporter or Reporter()
+
+    def cut(length):
+        reporter.start(len(recordings))
+        n_values = length * np.size(recordings[0].channel) * len(recordings)
+        with as_command_error():
+            return cut_recordings(
+                recordings,
+                source,
+                length,
+                hop=hop,
+                max_windows=max_windows or max(MOST_SAMPLES // n_values, 2),
+                resample=resample_to,
+                note=lambda entry, n_windows: reporter.step(
+                    f"{entry.name}: read", f"{n_windows} windows of {length} samples"
+                ),
+            )
+
+    def in_rows(rig, n_windows):
+        # Only recordings of which some windows are missing are read again.
+        is_whole = len(rig.data) == rig.available.sum()
+        if is_whole and rig.available.min() >= n_windows:
+            return join_windows(rig, n_windows)
+        length = n_windows * rig.data.shape[-1]
+        del rig["data"]
+        return cut(length)
+
+    if window_length or hop or max_windows or kind in DIAGNOSERS:
         usual_length = _DETECTOR_LENGTH if kind == "detector" else _WINDOW_LENGTH
-        rig = _cut(args, listed, args.window_length or usual_length)
+        rig = cut(window_length or usual_length)
         return rig, "stretches" if kind == "stretches" else "windows"
-    rig = _cut(args, listed, _WINDOW_LENGTH)
+    rig = cut(_WINDOW_LENGTH)
     n_windows = _stretch_windows(rig)
     if n_windows is not None:
-        return _in_rows(args, listed, rig, n_windows), "stretches"
+        return in_rows(rig, n_windows), "stretches"
     if kind == "stretches":
         raise CommandError(
-            f"{args.table}: the shortest recording is too short for two stretches; use "
+            f"{source}: the shortest recording is too short for two stretches; use "
             "--diagnoser diagnoser"
         )
     if kind == "detector":
-        rig = _in_rows(args, listed, rig, _DETECTOR_LENGTH // _WINDOW_LENGTH)
+        rig = in_rows(rig, _DETECTOR_LENGTH // _WINDOW_LENGTH)
     return rig, "windows"
-
-
-def _in_rows(args, listed, rig, n_windows):
-    """Return rows of several windows. Only recordings of which some are missing are read again."""
-    if len(rig.data) == rig.available.sum() and rig.available.min() >= n_windows:
-        return join_windows(rig, n_windows)
-    length = n_windows * rig.data.shape[-1]
-    del rig["data"]
-    return _cut(args, listed, length)
-
-
-def _cut(args, listed, window_length):
-    n_values = window_length * np.size(listed[0].channel) * len(listed)
-    progress = Progress(len(listed), args)
-
-    def note(entry, n_windows):
-        progress.step(
-            f"{entry.name}: read", f"{n_windows} windows of {window_length} samples"
-        )
-
-    with as_command_error():
-        return cut_recordings(
-            listed,
-            args.table,
-            window_length,
-            hop=args.hop,
-            max_windows=args.max_windows or max(MOST_SAMPLES // n_values, 2),
-            resample=args.resample_to,
-            note=note,
-        )
 
 
 def _stretch_windows(rig: Bunch) -> int | None:

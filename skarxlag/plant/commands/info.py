@@ -2,29 +2,40 @@
 
 import argparse
 import json
+from pathlib import Path
 from typing import Any
 
 from ...core.capabilities import capabilities, unfolded_steps
 from ...core.speeds import LEAST_REVOLUTIONS
-from ...decisions.fault_orders import FaultOrderClassifier
-from ...decisions.fusion import SensorFusion
 from ...decisions.row_outliers import too_few_rows
 from ...verdicts.limits import LEAST_HEALTHY
 from ..readers.entries import ListedRecording
 from ..readers.files import list_channels
 from .files import is_model_file
-from .messages import as_command_error
+from .messages import as_command_error, show
 from .models import SavedModel
-from .refused_rows import compares_orders
 from .results import records
+from .training_facts import false_alarm_sentence
 
 #: Units of facts.
 _UNITS = {"train_rpm": "rpm", "sampling_rate": "Hz", "window_length": "samples"}
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the command."""
-    path = args.model
+    """Run the command with parsed arguments."""
+    lines, facts = describe(args.model)
+    show(*([json.dumps(facts)] if args.json else lines))
+    return 0
+
+
+def describe(path: Path) -> tuple[list[str], dict[str, Any]]:
+    """Describe a saved model, or the channels of a recording: in lines, and as facts.
+
+    Raises
+    ------
+    CommandError
+        If the file cannot be read.
+    """
     if path.suffix != ".skops" and not is_model_file(path):
         with as_command_error():
             channels = list_channels(path)
@@ -40,14 +51,14 @@ def run(args: argparse.Namespace) -> int:
         limited = model.detector or model.diagnoser
         steps = (type(step).__name__ for step in unfolded_steps(model.diagnoser))
         further = {"model": model.short_identity, "steps": " -> ".join(steps)}
-        if model.healthy is not None and capabilities(limited).alarm:
-            further["healthy_limits"] = limits_basis(limited, model.rows)
+        basis = capabilities(limited).limits
+        if model.healthy is not None and basis:
+            further["healthy_limits"] = basis
         sentences = limits(model)
         lines = [_line(*fact) for fact in (model.summary | further).items()]
         lines += ["Limits", *(f"  - {sentence}" for sentence in sentences)]
         facts = model.summary | {"model": model.short_identity, "limits": sentences}
-    print(json.dumps(facts) if args.json else "\n".join(lines))
-    return 0
+    return lines, facts
 
 
 def _line(name, value):
@@ -83,6 +94,7 @@ def limits(model: SavedModel) -> list[str]:
     }
     sentences = [sentence for sentence, holds in cases.items() if holds]
     sentences += _order_limits(model)
+    sentences += _false_alarms(model)
     if facts.get("n_windows") and facts.get("false_alarm_rate"):
         n_healthy = facts["n_windows"][0]
         rate = facts["false_alarm_rate"]
@@ -92,9 +104,23 @@ def limits(model: SavedModel) -> list[str]:
     return sentences
 
 
+def _false_alarms(model):
+    """Yield the false alarms that `fit` measured, if it did."""
+    n_events = model.facts.get("false_alarm_events")
+    if n_events is not None and model.facts.get("n_windows"):
+        seconds = model.window_length / model.sampling_rate
+        yield false_alarm_sentence(
+            n_events,
+            model.facts["n_windows"][0] * seconds,
+            model.facts["false_alarm_rate"],
+            seconds,
+            model.facts.get("rows", model.rows),
+        )
+
+
 def _order_limits(model):
     """Yield below which speed a stretch is too short for order spectra, or that it always is."""
-    if not compares_orders(model.diagnoser):
+    if not model.capabilities.compares_orders:
         if (
             model.facts["diagnoser"] == "stretches"
             and not model.capabilities.is_stretch
@@ -106,22 +132,3 @@ def _order_limits(model):
             f"It compares no order spectra below {lowest:.3g} rpm: a stretch needs "
             f"{LEAST_REVOLUTIONS} revolutions."
         )
-
-
-def limits_basis(model: Any, rows: str) -> str:
-    """Describe the basis of the alarm of a detector or of a diagnoser."""
-    decide = unfolded_steps(model)[-1]
-    if isinstance(decide, SensorFusion):
-        return f"{limits_basis(decide.estimators_[0], rows)}, for the first output"
-    if isinstance(decide, FaultOrderClassifier) and decide.conditions_ is not None:
-        decide = decide.conditions_[-1]
-    if isinstance(decide, FaultOrderClassifier):
-        return f"combs {decide.limit_:.2f} nepers above the healthy {rows}"
-    if not capabilities(decide).healthy_p_value:
-        return f"the detection threshold {decide.detection_threshold_:.4g}"
-    shares = zip(decide.speeds_, decide.left_out_rates_, strict=False)
-    rates = ", ".join(f"{share:.1%} at {speed:g} rpm" for speed, share in shares)
-    basis = f"{decide.n_rows_} healthy {rows}"
-    if not rates:
-        return basis
-    return f"{basis}; false alarms at speeds that were left out: {rates}"

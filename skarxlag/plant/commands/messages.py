@@ -4,6 +4,7 @@ import argparse
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from importlib.util import find_spec
 
 
@@ -90,22 +91,43 @@ def say(text: object) -> None:
     print(printable(text), file=sys.stderr, flush=True)
 
 
-def report_progress(args: argparse.Namespace, line: str) -> None:
-    """Print a line to standard error, unless --quiet is given."""
-    if not args.quiet:
-        say(line)
+@dataclass
+class Reporter:
+    """Lines on standard error about the progress of a command.
+
+    Parameters
+    ----------
+    quiet : bool, default=True
+        Whether to print nothing.
+    verbose : bool, default=False
+        Whether to print details of each step, too.
+    total : int, default=0
+        Number of steps.
+    """
+
+    quiet: bool = True
+    verbose: bool = False
+    total: int = 0
+    done: int = 0
+
+    def line(self, text: str) -> None:
+        """Print a line."""
+        if not self.quiet:
+            say(text)
+
+    def start(self, total: int) -> None:
+        """Begin to count steps."""
+        self.total = total
+        self.done = 0
+
+    def step(self, text: str, details: str = "") -> None:
+        """Count a step; print its line, with details if they are asked for."""
+        self.done += 1
+        shown = f" ({details})" if self.verbose and details else ""
+        self.line(f"[{self.done}/{self.total}] {text}{shown}")
 
 
-class Progress:
-    """Lines on standard error that count the steps of a command."""
-
-    def __init__(self, total: int, args: argparse.Namespace) -> None:
-        self._total = total
-        self._args = args
-        self._done = 0
-
-    def step(self, line: str, details: str = "") -> None:
-        """Count a step; show its line, with details if they are asked for."""
-        self._done += 1
-        shown = f" ({details})" if self._args.verbose and details else ""
-        report_progress(self._args, f"[{self._done}/{self._total}] {line}{shown}")
+def show(*lines: object) -> None:
+    """Print lines to standard output, without the control characters of names."""
+    for line in lines:
+        print(*map(printable, str(line).split("\n")), sep="\n")

@@ -1,9 +1,8 @@
 """Models that diagnose recordings: one in a file, or the pipeline of a bearing."""
 
-import argparse
 import operator
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache, partial
 from hashlib import sha256
 from pathlib import Path
@@ -16,7 +15,6 @@ from sklearn.base import clone
 from ... import diagnosers
 from ...core.capabilities import Capabilities, capabilities
 from ...core.fault_locations import FAULTS, HEALTHY
-from ...decisions.fusion import SensorFusion
 from ...persistence.models import load_diagnoser
 from ...verdicts.judge import Judge
 from ..readers.entries import ListedRecording, OpenRecording
@@ -24,7 +22,6 @@ from ..readers.rates import rates_agree, unit_advice
 from ..readers.windows import block_length, cut_blocks
 from .channels import channels_of_model
 from .messages import CommandError, as_command_error, counted, listed, printable
-from .remarks import NO_COMB
 
 #: Titles and makers of the diagnosers that `evaluate` compares, in the order of its
 #: tables.
@@ -33,13 +30,6 @@ DIAGNOSERS = {
     "extended-state": ("Extended state", diagnosers.make_extended_state_pio),
     "diagnoser": ("Diagnoser", diagnosers.make_diagnoser),
 }
-
-
-def of_outputs(args: argparse.Namespace, model: Any) -> Any:
-    """Return a model for the number of outputs in the arguments."""
-    if args.outputs is None:
-        return model
-    return SensorFusion(estimator=model, n_outputs=args.outputs)
 
 
 class RecordingModel:
@@ -61,6 +51,8 @@ class RecordingModel:
         Text that differs between models.
     load : callable
         Returns the model in a worker.
+    training_files : sequence of str, default=()
+        Names and sizes of the files of the training, which results mark.
 
     Attributes
     ----------
@@ -90,6 +82,7 @@ class RecordingModel:
         heading: str,
         identity: str,
         load: Callable[[], "RecordingModel"],
+        training_files: Sequence[str] = (),
     ) -> None:
         self.diagnoser: Any = diagnoser
         self.facts: dict[str, Any] = facts
@@ -104,11 +97,20 @@ class RecordingModel:
         self.train_rpm: list[float] = facts.get("train_rpm") or []
         self.sampling_rate: float | None = facts.get("sampling_rate")
         self.window_length: int | None = facts.get("window_length")
-        #: Samples that are read at a time; None if a recording is one row.
-        self._n_read: int | None = None
-        if self.window_length is not None:
-            self._n_read = block_length(self.window_length)
+        #: Samples that are read at a time.
+        self._n_read: int = block_length(self.window_length or 1)
         self.usual_channels: list[list[str]] = channels_of_model(facts)
+        self.training_files: set[str] = set(training_files)
+
+    @property
+    def has_combs_alone(self) -> bool:
+        """Return whether combs of a bearing decide, without spectra of faults."""
+        return self.judge is None or capabilities(self.diagnoser).combs_alone
+
+    @property
+    def has_detector_alone(self) -> bool:
+        """Return whether it has healthy limits and names no fault."""
+        return capabilities(self.diagnoser).conditions is None
 
     def open(self, recording: ListedRecording, resample: bool = False) -> OpenRecording:
         """Open a recording, with the channels of the model if none are stated.
@@ -131,7 +133,7 @@ class RecordingModel:
         return [*usual, None]
 
     def windows(self, opened: OpenRecording) -> Iterator[NDArray[Any]]:
-        """Yield the rows of an open recording, block by block."""
+        """Yield the rows of an open recording, block by block; blocks without a length."""
         if self.window_length is None:
             return (signal[np.newaxis] for signal in opened.blocks)
         return cut_blocks(opened.blocks, opened.entry.name, self.window_length)
@@ -175,8 +177,8 @@ def bearing_model(bearing: str) -> RecordingModel:
         None,
         takes_rpm=True,
         heading=(
-            f"No model: fault locations by the orders of bearing {bearing}. {HEALTHY} "
-            f"means that no comb exceeds the limit of other healthy machines. {NO_COMB}"
+            f"No model: fault locations by the orders of bearing {bearing}. Without "
+            "healthy recordings of this machine, no recording is called healthy."
         ),
         identity=f"bearing {bearing}",
         load=partial(bearing_model, bearing),
@@ -215,6 +217,7 @@ class SavedModel(RecordingModel):
         self.path: str | os.PathLike[str] = path
         self.known_conditions: Any = stated.pop("known_conditions", None)
         self.detector: Any = stated.pop("detector", None)
+        training_files = stated.pop("training_files", None) or ()
         self.capabilities: Capabilities = capabilities(diagnoser)
         try:
             judge = Judge(
@@ -239,6 +242,7 @@ class SavedModel(RecordingModel):
             heading=_heading(path, self.rows, facts),
             identity=identity,
             load=partial(_cached_model, os.path.abspath(path), changed),
+            training_files=training_files,
         )
         self.summary = {"file": printable(path)} | facts
 

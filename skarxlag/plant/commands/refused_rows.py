@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from sklearn.utils import Bunch
 
 from ...core.speeds import LEAST_REVOLUTIONS, REVOLUTIONS_LEFT
-from ...decisions.fusion import SensorFusion
-from ...decisions.order_comparison import order_comparison
 from ...measures.quality import quality_of_outputs
 from .messages import CommandError, counted
 
@@ -150,16 +148,6 @@ def why_windows(
         "Note: windows, not stretches: the shortest recording takes "
         f"{shortest:.3g} s, and two stretches {needed:.3g} s."
     )
-
-
-def compares_orders(model: Any) -> bool:
-    """Return whether a fitted model compares order spectra."""
-    if isinstance(model, SensorFusion):
-        return compares_orders(model.estimators_[0])
-    try:
-        return order_comparison(model)[1] is not None
-    except ValueError:
-        return False
 
 
 def why_no_orders(

@@ -7,26 +7,25 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from ...core.capabilities import unfolded_steps
-from ...decisions.fault_orders import FaultOrderClassifier
 from ...verdicts.limits import FEW_HEALTHY, HOLD_FOR_RECORDED, LEAST_HEALTHY
-from ...verdicts.names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
+from ...verdicts.names import CHANGED, NO_FINDING, NO_SIGNAL, UNCERTAIN, UNKNOWN
 from ...verdicts.windows import HOLD
-from ..readers.entries import OpenRecording
+from ..readers.entries import ListedRecording, OpenRecording
 from .channels import are_compared, channel_remarks
-from .refused_rows import compares_orders, why_no_orders
+from .refused_rows import why_no_orders
+from .training_facts import unstated_facts
 
 if TYPE_CHECKING:
     from .models import RecordingModel
 
-#: Reservation to a healthy verdict of combs alone.
-NO_COMB = "Most ball faults show no comb."
+#: Reservation to a verdict of combs alone.
+NO_COMB = "No fault pattern is not healthy: most ball faults show none."
 #: Advice on verdicts that are no condition.
 _ADVICE = {
     NO_SIGNAL: "No window carries a signal. Check the sensor, its cable and the logger.",
     UNKNOWN: "The recording resembles no condition of the model. Check the sensor, the speed, the "
     "load and the mounting. If they are as in training, the condition is new.",
-    UNCERTAIN: "The recording is not healthy. The location of the fault is not certain.",
+    UNCERTAIN: "A fault is more probable than not. Its location is not certain.",
     CHANGED: "Changed: a new fault, or another load, mounting or sensor, can be the reason.",
 }
 
@@ -34,7 +33,7 @@ _ADVICE = {
 def recording_remarks(
     model: RecordingModel,
     opened: OpenRecording,
-    stated_channels: Any,
+    recording: ListedRecording,
     windows: pd.DataFrame,
     verdict: dict[str, Any],
 ) -> Iterator[str]:
@@ -46,27 +45,31 @@ def recording_remarks(
         The model.
     opened : OpenRecording
         The recording.
-    stated_channels : str, list of str or None
-        Its channels as they were stated.
+    recording : ListedRecording
+        The recording as it was stated.
     windows : DataFrame
         As `window_verdicts` returns it.
     verdict : dict
         As `Judge.recording` returns it.
     """
-    is_healthy = verdict["verdict"] == model.healthy
+    stated_channels = recording.channel
     is_trained = model.judge is not None
     if opened.old_rate is not None:
         yield f"Resampled from {opened.old_rate:g} to {model.sampling_rate:g} Hz."
     if are_compared(model.facts, stated_channels):
         yield from channel_remarks(opened.channels, model.facts, stated_channels)
     if not is_trained and "evidence" in windows:
-        for text in windows["evidence"].dropna():
+        for text in windows["evidence"].dropna().unique():
             yield f"{text[0].upper()}{text[1:]}."
     yield from verdict_remarks(windows, verdict)
-    if is_healthy and _has_combs_alone(model):
+    has_no_pattern = verdict["verdict"] in (NO_FINDING, model.healthy)
+    if has_no_pattern and model.has_combs_alone:
         yield NO_COMB
     if not is_trained:
         return
+    assumed = unstated_facts(model.facts, recording)
+    if verdict["alarm"] in ("yes", "no") and assumed:
+        yield f"The alarm assumes the {', '.join(assumed)} of the training."
     if verdict["verdict"] == CHANGED and model.facts.get("bearing"):
         yield f"No comb of bearing {model.facts['bearing']} shows a fault."
     if opened.sampling_rate is None and model.sampling_rate is not None:
@@ -75,17 +78,10 @@ def recording_remarks(
     rpm = opened.entry.rpm
     slowest = windows["rpm"].min() if "rpm" in windows else rpm
     reason = why_no_orders(model.window_length, rate, slowest)
-    if reason and compares_orders(model.diagnoser):
+    if reason and model.capabilities.compares_orders:
         yield reason
     if rpm is None and model.capabilities.is_stretch and model.train_rpm:
         yield "The speed is not stated. Speeds near those of fit were searched."
-
-
-def _has_combs_alone(model):
-    """Return whether combs of a bearing decide, without spectra of faults."""
-    decide = unfolded_steps(model.diagnoser)[-1]
-    has_combs = isinstance(decide, FaultOrderClassifier)
-    return has_combs and (model.judge is None or decide.conditions_ is None)
 
 
 def verdict_remarks(windows: pd.DataFrame, verdict: dict[str, Any]) -> Iterator[str]:
@@ -98,6 +94,8 @@ def verdict_remarks(windows: pd.DataFrame, verdict: dict[str, Any]) -> Iterator[
     verdict : dict
         As `Judge.recording` returns it.
     """
+    if verdict["verdict"] == UNCERTAIN and verdict["alarm"] == "no":
+        yield "The healthy limits are not exceeded, so this is no alarm."
     if verdict["verdict"] in _ADVICE:
         yield _ADVICE[verdict["verdict"]]
     if isinstance(verdict.get("most like"), str):

@@ -1,6 +1,7 @@
 """Files of results: rows of recordings and of windows in several formats."""
 
 import json
+import re
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import pandas as pd
 
 from ...core.fault_locations import location_of_label
 from ...core.files import write_atomically
-from ...verdicts.names import NO_VERDICT
+from ...verdicts.names import NO_FINDING, NO_VERDICT
 from ..readers.formats.facts import distinct
 from ..readers.listing import ListedRecording
 from .diagnosis import Diagnosis
@@ -27,24 +28,26 @@ _FIRST = [
     "no signal",
 ]
 _FIRST_OF_WINDOWS = ["start", "verdict", "alarm", "quality"]
-#: First characters of a text that a spreadsheet would run as a formula, also in full
-#: width.
-_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+#: First characters of a text, or after a semicolon, that a spreadsheet would run as a
+#: formula, also in full width.
+_FORMULA = re.compile("(^|;)([=+@\uff1d\uff0b\uff0d\uff20-])")
 
 
 def recording_rows(
-    recordings: Any, diagnoses: list[Diagnosis], healthy: Any
+    recordings: Any, diagnoses: list[Diagnosis], model: Any
 ) -> pd.DataFrame:
     """Return a row for each recording: verdict, healthy condition, remarks, error, stated facts."""
     rows = []
     for recording, diagnosis in zip(recordings, diagnoses, strict=True):
         row = dict.fromkeys(_FIRST) | diagnosis.verdict
-        row |= {"recording": printable(recording.name), "healthy": healthy}
+        row |= {"recording": printable(recording.name), "healthy": model.healthy}
         # A recording that was not diagnosed has an error, such as an implausible speed.
         reason = str(row["verdict"]).partition(f"{NO_VERDICT}: ")[2]
         row |= {"remark": " ".join(diagnosis.remarks), "error": printable(reason)}
         row |= {"condition": recording.condition, "rpm": recording.rpm}
         row["file_time"] = _time_of(diagnosis.file)
+        size = None if diagnosis.file is None else diagnosis.file[0]
+        row["in_training"] = file_name(recording, size) in model.training_files
         facts = {
             "specimen": recording.specimen,
             "load": recording.load,
@@ -53,6 +56,11 @@ def recording_rows(
         rows.append(row | {f"stated {name}": text for name, text in stated.items()})
     table = pd.DataFrame(rows).astype({"windows": "Int64", "no signal": "Int64"})
     return machine_names(table.assign(alarm=table["alarm"].fillna("-")))
+
+
+def file_name(recording: ListedRecording, size: int | None) -> str:
+    """Return the name and the size of a file, by which those of the training are recognised."""
+    return f"{recording.path.name} {size}"
 
 
 def _time_of(file):
@@ -71,6 +79,7 @@ def agreement(rows: pd.DataFrame, model: Any) -> tuple[int, int]:
     """
     rows = rows[rows["condition"].notna() & (rows["error"] == "")]
     stated = rows["condition"]
+    verdicts = rows["verdict"].astype(str).replace(NO_FINDING, str(model.healthy))
     conditions = set(map(str, model.conditions))
     if len(conditions) == 1:
         right = rows["alarm"] == np.where(stated == str(model.healthy), "no", "yes")
@@ -78,9 +87,7 @@ def agreement(rows: pd.DataFrame, model: Any) -> tuple[int, int]:
     named = stated.map(
         lambda name: name if name in conditions else location_of_label(name)
     )
-    return int((rows["verdict"].astype(str) == named).sum()), int(
-        named.isin(conditions).sum()
-    )
+    return int((verdicts == named).sum()), int(named.isin(conditions).sum())
 
 
 def window_rows(
@@ -125,31 +132,42 @@ def write_tables(
         content = json.dumps({"format": MARK, "model": summary, "recordings": rows})
         contents = [f"{content}\n".encode()]
     elif suffix == ".csv":
-        texts = [
-            frame.select_dtypes(["object", "string"]).map(_inert) for frame in tables
-        ]
-        tables = [
-            table.assign(**safe) for table, safe in zip(tables, texts, strict=True)
-        ]
-        contents = [
-            table.rename(columns=_inert).to_csv(index=False).encode()
-            for table in tables
-        ]
+        contents = [csv_of(table).encode() for table in tables]
     else:
         for frame in tables:
             # pandas writes the attributes into the metadata of the file.
             frame.attrs["format"] = MARK
         contents = [frame.to_parquet(engine="pyarrow", index=False) for frame in tables]
     for path, content in zip(result_paths(output), contents, strict=True):
-        write_atomically(path, content)
+        write_atomically(path, content, follows_links=False)
+
+
+def csv_of(table: pd.DataFrame, **options: Any) -> str:
+    r"""Return a table as csv whose texts no spreadsheet runs as a formula.
+
+    Control characters are escaped. An apostrophe stands before the first character of a
+    formula, also after a separator of other countries.
+
+    Examples
+    --------
+    >>> print(csv_of(pd.DataFrame({"name": ["=1+1", "a;=2", "b\x1b[2J"]})))
+    name
+    '=1+1
+    a;'=2
+    b\x1b[2J
+    """
+    texts = table.select_dtypes(["object", "string", "category"])
+    safe = table.assign(**texts.astype(object).map(_inert))
+    return safe.rename(columns=_inert, index=_inert).to_csv(
+        **{"index": False} | options
+    )
 
 
 def _inert(value):
-    """Put an apostrophe before a text that a spreadsheet would run as a formula."""
-    is_formula = (
-        isinstance(value, str) and len(value) > 1 and value.startswith(_FORMULA)
-    )
-    return f"'{value}" if is_formula else value
+    """Return a text that a spreadsheet and a terminal show as it is."""
+    if not isinstance(value, str) or len(value) < 2:
+        return value
+    return _FORMULA.sub(r"\1'\2", printable(value))
 
 
 def records(frame: pd.DataFrame) -> list[dict[str, Any]]:

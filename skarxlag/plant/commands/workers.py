@@ -4,12 +4,11 @@ A worker process that dies takes all tasks with it that it has in hand, so the c
 not known. Each of them is tried again, alone, when all others are done.
 
 `joblib.Parallel` and `Client.get_executor` of Dask are not used: both wait without end
-for a task that kills its workers, or whose result is lost.
+for a task that kills its workers, or whose result is lost. Processes are those of loky.
 """
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import multiprocessing
 import threading
@@ -111,14 +110,26 @@ def _finished(tasks, workers):
             yield running.pop(future), future
 
 
-def executors(args: argparse.Namespace) -> AbstractContextManager[Workers]:
-    """Return a context that starts the workers that the arguments ask for."""
-    if args.dask is not None:
-        return _cluster(args.dask)
+def executors(
+    n_jobs: int | None = None, *, processes: bool = False, dask: str | None = None
+) -> AbstractContextManager[Workers]:
+    """Return a context that starts workers.
+
+    Parameters
+    ----------
+    n_jobs : int or None, default=None
+        Number of workers; -1: one for each core.
+    processes : bool, default=False
+        Whether they are processes. False: threads.
+    dask : str or None, default=None
+        Address of a scheduler of a cluster, whose workers are taken instead.
+    """
+    if dask is not None:
+        return _cluster(dask)
     # A worker of multiprocessing.Pool cannot start processes.
     can_start = not multiprocessing.current_process().daemon
-    kind = _processes if args.processes and can_start else _threads
-    return kind(effective_n_jobs(args.n_jobs))
+    kind = _processes if processes and can_start else _threads
+    return kind(effective_n_jobs(n_jobs))
 
 
 @contextmanager

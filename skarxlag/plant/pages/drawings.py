@@ -13,7 +13,8 @@ from scipy.signal import find_peaks, welch
 from ...diagnosers import make_fault_order_classifier
 from ...measures.envelope_spectra import envelope_spectrum
 from ...plotting import EnvelopeSpectrumDisplay, OrderSpectrumDisplay, condition_styles
-from ...plotting._style import ANY_PAGE, LEGEND
+from ...plotting._style import ANY_PAGE, LEGEND, NEUTRAL
+from ...verdicts.names import NO_FINDING
 from ..commands.messages import counted, listed
 from .recording_overview import Overview, Stretch, extremes
 
@@ -324,6 +325,7 @@ def windows_picture(
         for name in names:
             at = time[verdicts == name]
             colour = _COLOURS["healthy" if name == str(healthy) else "fault"]
+            colour = NEUTRAL if name == NO_FINDING else colour
             ax.plot(at, [name] * len(at), "|", color=colour, rasterized=True)
         if exceeds.any():
             label = ["exceeds the limits"] * int(exceeds.sum())

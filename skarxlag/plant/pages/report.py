@@ -11,7 +11,7 @@ import pandas as pd
 
 from ...bearings import bearing_orders
 from ...core.validation import output_of_windows
-from ...verdicts.names import NO_SIGNAL, NO_VERDICT
+from ...verdicts.names import NO_FINDING, NO_SIGNAL, NO_VERDICT
 from ..commands.diagnosis import Diagnosis
 from ..commands.messages import CommandError, counted, percent
 from ..commands.results import agreement, records
@@ -27,7 +27,7 @@ MOST_DRAWN = 20
 #: speeds.
 _MOST_HEALTHY = 5
 #: CSS classes of verdicts, the most severe first.
-_SEVERITIES = ("fault", "unclear", "healthy")
+_SEVERITIES = ("fault", "unclear", "open", "healthy")
 _READING_ERRORS = (OSError, ValueError, ImportError, CommandError)
 
 
@@ -120,6 +120,8 @@ def verdict_style(verdict: str, healthy: str) -> str:
     """
     if verdict == healthy:
         return "healthy"
+    if verdict == NO_FINDING:
+        return "open"
     return "unclear" if verdict in (NO_SIGNAL, NO_VERDICT) else "fault"
 
 

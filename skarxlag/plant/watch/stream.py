@@ -20,7 +20,7 @@ from ..commands.messages import (
     say,
 )
 from ..commands.models import SavedModel
-from ..commands.refused_rows import compares_orders, why_no_orders
+from ..commands.refused_rows import why_no_orders
 from ..readers.rates import rates_agree
 from .lines import SensorLines, sentence
 from .source import SensorSource
@@ -243,7 +243,7 @@ class SensorStream:
 
     def _say_of_orders(self, rpm):
         """Print once that shaft orders do not count, because the shaft is too slow."""
-        if self._are_orders_missing or not compares_orders(self.model.diagnoser):
+        if self._are_orders_missing or not self.model.capabilities.compares_orders:
             return
         speeds = np.ravel(np.nan if rpm is None else rpm)
         speeds = speeds[np.isfinite(speeds)]

@@ -50,7 +50,7 @@ def model(run, plant):
     assert code == 0
     assert "Stretches of 8400 samples, 1.05 s at 8000 Hz, 10.5 revolutions" in out
     assert counts(out)["healthy"] == [3, 15]
-    assert "from 15 healthy stretches; false alarms at speeds that were left out" in out
+    assert "from 15 healthy rows; false alarms at speeds that were left out" in out
     return path
 
 

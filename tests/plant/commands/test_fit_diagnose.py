@@ -67,7 +67,7 @@ def test_fit_prints_and_stores_what_it_used(run, workshop):
     path = workshop / "m.skops"
     code, out, err = run("fit", workshop / "table.csv", "-o", path, *FIT)
     assert code == 0 and counts(out)["good"] == [2, 40] and str(path) in out
-    assert "Limits for a false-alarm rate of 0.01 from 40 healthy windows" in out
+    assert "Limits for a false-alarm rate of 0.01 from 40 healthy rows" in out
     assert "120 windows: fitting" in err
     diagnoser, facts = load_diagnoser(path)
     assert facts["conditions"] == ["good", "inner", "outer"]
@@ -229,7 +229,7 @@ def test_detector_needs_healthy_recordings_only(run, workshop):
     code, out, err = run("fit", full, "-o", path, *options, "--healthy", "good", *rate)
     assert code == 0 and counts(out)["good"] == [2, 40] and "warning" not in err
     assert (
-        "Limits for a false-alarm rate of 0.05 from 40 healthy windows; false alarms"
+        "Limits for a false-alarm rate of 0.05 from 40 healthy rows; false alarms"
         in out
     )
     detector = load_diagnoser(path)[0]

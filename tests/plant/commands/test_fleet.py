@@ -237,17 +237,13 @@ def test_an_address_where_no_scheduler_answers_is_named(run, fleet, monkeypatch)
     assert "--dask tcp://127.0.0.1:1: no scheduler that has workers answers" in err
 
 
-class Options:
-    n_jobs, processes, dask = 2, True, None
-
-
 @pytest.mark.slow
 def test_a_death_costs_a_retry_and_a_second_one_that_task_alone(tmp_path):
     tasks = [Harmless(0), Deadly(tmp_path / "flag"), Harmless(2), Deadly()]
     tasks += [Harmless(place) for place in range(4, 9)]
     # Threads do not send a result, and Dask fetches it without end: then the run ends.
     tasks.append(Harmless(DiesWhileSending(os.getpid())))
-    with executors(Options()) as workers:
+    with executors(2, processes=True) as workers:
         results = dict(run_tasks(tasks, workers))
     for place in (3, 9):
         assert str(results.pop(place)) == "every process that read it died"
@@ -339,13 +335,13 @@ def test_a_cluster_on_which_nothing_happens_is_not_waited_for(
     expected = (
         nullcontext() if message is None else pytest.raises(CommandError, match=message)
     )
-    with expected, executors(SimpleNamespace(dask="tcp://host:1")) as workers:
+    with expected, executors(dask="tcp://host:1") as workers:
         assert workers.count() == 2
         workers.check()
 
 
 def test_the_end_of_a_run_cancels_no_later_diagnosis(fleet):
-    with executors(SimpleNamespace(dask=None, processes=False, n_jobs=1)) as workers:
+    with executors(1) as workers:
         assert dict(run_tasks([Harmless(5)], workers)) == {0: 5}
     known = list_files(fleet / "0.npy", sampling_rate=5e3)[0]
     assert diagnose_file(known, SavedModel(fleet / "m.skops").load).verdict

@@ -166,7 +166,7 @@ def page_of_many(plant, monkeypatch, name, n):
     monkeypatch.setattr(report, "MOST_DRAWN", 0)
     model, recordings = SavedModel(plant / "m.skops"), list_files(plant / f"{name}.npy")
     found = [diagnose_file(recordings[0], model.load)] * n
-    rows = results.recording_rows(recordings * n, found, "good")
+    rows = results.recording_rows(recordings * n, found, model)
     return report.html_report(model, recordings * n, found, rows)
 
 

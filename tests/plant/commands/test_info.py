@@ -78,7 +78,7 @@ def test_what_save_diagnoser_saved_is_printed_as_far_as_it_is_known(
     save_diagnoser(detector, tmp_path / "d.skops")
     rows, limits = card(run("info", tmp_path / "d.skops")[1])
     assert rows["healthy limits"].startswith(
-        "20 healthy windows; false alarms at speeds that were"
+        "20 healthy rows; false alarms at speeds that were"
     )
     assert "At other speeds" not in limits
 

@@ -1,13 +1,12 @@
 import io
 import sys
-from argparse import Namespace
 
-from skarxlag.plant.commands.messages import Progress
+from skarxlag.plant.commands.messages import Reporter
 
 
 def progress_text(monkeypatch, stream, quiet=False, verbose=False):
     monkeypatch.setattr(sys, "stderr", stream)
-    progress = Progress(2, Namespace(quiet=quiet, verbose=verbose))
+    progress = Reporter(quiet, verbose, total=2)
     progress.step("a.npy: good", "9 windows")
     progress.step("b.npy: worn")
     return stream.getvalue()

@@ -34,7 +34,9 @@ def fit(workshop, *options, table="table.csv"):
 def test_rows_without_a_signal_are_left_out_and_reported(run, workshop):
     windows = ("--window-length", 1000)
     code, out, _ = run(*fit(workshop, *windows))
-    assert code == 0 and counts(out)["outer"] == [2, 20] and "left out" not in out
+    assert (
+        code == 0 and counts(out)["outer"] == [2, 20] and "without a signal" not in out
+    )
     signal = np.load(workshop / "outer_0.npy")
     signal[:3000] = signal[0]
     signal[3000:4000] = signal[3000:4000].clip(-0.05, 0.05)

@@ -163,8 +163,9 @@ def test_progress_is_printed_and_can_be_silenced(diagnose, plant):
     assert [line[:5] for line in err.splitlines()] == ["[1/2]", "[2/2]"]
     assert err.splitlines()[0].endswith("good.npy: good")
     code, quiet_out, err = diagnose(*arguments, "-q")
-    # The verdicts alone.
-    assert (code, err) == (0, "") and len(quiet_out.splitlines()) == 3
+    # The verdicts, and what they are worth.
+    assert (code, err) == (0, "") and len(quiet_out.splitlines()) == 4
+    assert "No alarm: the speed is not stated." in quiet_out
     assert all(name in quiet_out for name in ("good.npy", "worn.npy", "alarm"))
     code, more_out, err = diagnose(
         *arguments, plant / "dead.npy", "-v", "--n-jobs", "1"

@@ -43,6 +43,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     flag(parser, "--resample", "bring recordings to the model's sampling rate")
     option(parser, "--bearing", arguments.BEARING, arguments.bearing, "BEARING")
+    text = "of signals whose files state none: m/s2, g, mm/s"
+    option(parser, "--unit", text, str, "UNIT")
     add_progress_arguments(parser)
     arguments.add_source_arguments(
         parser, "each RECORDING, or of lines of the table without them"
@@ -104,8 +106,11 @@ def _listed(args):
         elif args.table is not None:
             recordings += arguments.table_recordings(args)
     inputs = [args.model, args.table, *(recording.path for recording in recordings)]
-    for path in outputs:
-        check_output(path, inputs, is_result_file, args.force, SUFFIXES)
+    if args.output is not None:
+        kind = is_result_file, args.force, SUFFIXES
+        args.output = check_output(args.output, inputs, *kind)
+        for path in result_paths(args.output)[1:]:
+            check_output(path, inputs, *kind)
     if is_report(args.output):
         require(("jinja2", "matplotlib"), "a report", "io")
     return recordings

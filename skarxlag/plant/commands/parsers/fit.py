@@ -95,5 +95,5 @@ def check(args: argparse.Namespace) -> None:
     with as_command_error():
         args.listed = arguments.table_recordings(args)
         inputs = [args.table, *(recording.path for recording in args.listed)]
-        check_output(args.output, inputs, is_model_file, args.force)
+        args.output = check_output(args.output, inputs, is_model_file, args.force)
         messages.require(("skops",), "saving a diagnoser", "io")

@@ -9,6 +9,7 @@ drawn next to those of healthy recordings. At most 50 recordings are drawn. Exit
 import argparse
 from pathlib import Path
 
+from ...readers.listing import list_recordings
 from .. import arguments
 from ..arguments import flag, option
 from ..files import check_output, is_result_file
@@ -21,7 +22,8 @@ MOST_DRAWN = 50
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     text = "a file, a folder, or a glob such as 'runs/*/acc_*.tdms'"
-    parser.add_argument("recordings", nargs="+", metavar="RECORDING", help=text)
+    parser.add_argument("recordings", nargs="*", metavar="RECORDING", help=text)
+    option(parser, "--table", "csv table of further recordings", Path, "FILE.csv")
     text = "the page; default: named like the first recording, in this folder"
     option(parser, "-o --output", text, Path, "FILE.html")
     option(parser, "--bearing", arguments.BEARING, arguments.bearing, "BEARING")
@@ -29,6 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--healthy", action="append", default=[], metavar="RECORDING", help=text
     )
+    text = "of signals whose files state none: m/s2, g, mm/s"
+    option(parser, "--unit", text, str, "UNIT")
     arguments.add_source_arguments(parser, "each RECORDING")
     flag(parser, "--force", "let -o replace a file that was not written by skarxlag")
 
@@ -38,7 +42,11 @@ def check(args: argparse.Namespace) -> None:
     require(("jinja2", "matplotlib"), "a page", "io")
     with as_command_error():
         args.listed = arguments.named_recordings(args, args.recordings)
+        if args.table is not None:
+            args.listed += list_recordings(args.table)
         args.listed_healthy = arguments.named_recordings(args, args.healthy)
+    if not args.listed:
+        raise UsageError("argument RECORDING: none given, expected files or --table")
     if len(args.listed) > MOST_DRAWN:
         raise UsageError(
             f"argument RECORDING: {len(args.listed)} recordings; expected at most "
@@ -47,4 +55,6 @@ def check(args: argparse.Namespace) -> None:
     if args.output is None:
         args.output = Path(f"{args.listed[0].path.stem}.html")
     inputs = [recording.path for recording in args.listed + args.listed_healthy]
-    check_output(args.output, inputs, is_result_file, args.force, (".html",))
+    args.output = check_output(
+        args.output, inputs, is_result_file, args.force, (".html",)
+    )

@@ -1,0 +1,88 @@
+"""Check of a stated speed against the lines of the shaft in the signal."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import periodogram
+
+#: Stated speeds below this one are repeated to the reader.
+_SLOW = 60.0
+#: Stated speeds that may be in another unit: below the first in Hertz, above the second
+#: sixty times too high.
+_LIKE_HERTZ = 200.0
+_LIKE_SIXTY = 20_000.0
+#: Multiples of the shaft's frequency that are compared, the tolerance of each, and the
+#: width of its surroundings, as shares of the shaft's frequency.
+_MULTIPLES = (1, 2, 3)
+_TOLERANCE = 0.03
+_WIDTH = 0.4
+#: Frequencies in Hz whose lines are those of the mains.
+_MAINS = np.array([50.0, 60.0, 100.0, 120.0])
+_MAINS_TOLERANCE = 0.005
+#: Mean height of lines above noise from which on they count, in dB.
+_LEAST_HEIGHT = 6.0
+
+
+def speed_remark(
+    samples: NDArray[Any], sampling_rate: float | None, rpm: float | None
+) -> str | None:
+    """Return a remark on a speed that was probably stated in another unit, or None.
+
+    Parameters
+    ----------
+    samples : ndarray of shape (n_samples,)
+        The signal.
+    sampling_rate : float or None
+        In Hz.
+    rpm : float or None
+        The stated speed.
+
+    Examples
+    --------
+    >>> time = np.arange(40_000) / 4_000
+    >>> rng = np.random.default_rng(0)
+    >>> signal = sum(np.sin(30 * np.pi * n * time) for n in (1, 2, 3)) + rng.normal(size=40_000)
+    >>> speed_remark(signal, 4_000, 900) is None
+    True
+    >>> speed_remark(signal, 4_000, 15)
+    'The speed was read as 15 rpm (0.25 Hz). The signal has lines of a shaft at 900 rpm (15 Hz):
+    state the speed in revolutions per minute.'
+    """
+    if rpm is None:
+        return None
+    text = f"The speed was read as {rpm:g} rpm ({rpm / 60:.3g} Hz)."
+    other = 60 * rpm
+    if rpm > _LIKE_SIXTY:
+        other = rpm / 60
+    if sampling_rate is not None and not _LIKE_HERTZ <= rpm <= _LIKE_SIXTY:
+        height = _line_height(samples, sampling_rate, other / 60)
+        stated = _line_height(samples, sampling_rate, rpm / 60)
+        if height > max(_LEAST_HEIGHT, stated):
+            return (
+                f"{text} The signal has lines of a shaft at {other:.4g} rpm "
+                f"({other / 60:.3g} Hz): state the speed in revolutions per minute."
+            )
+    return text if rpm < _SLOW else None
+
+
+def _line_height(samples, sampling_rate, shaft):
+    """Return the mean height of the lines of a shaft in dB above the highest ones of noise."""
+    if not samples.size / sampling_rate * shaft * _TOLERANCE > 1 / 4:
+        return -np.inf
+    if max(_MULTIPLES) * shaft * (1 + _WIDTH) > sampling_rate / 2:
+        return -np.inf
+    if (np.abs(shaft / _MAINS - 1) < _MAINS_TOLERANCE).any():
+        return -np.inf
+    frequencies, power = periodogram(samples, sampling_rate, "hann")
+    heights = []
+    for multiple in _MULTIPLES:
+        distance = np.abs(frequencies / shaft - multiple)
+        near = power[distance <= multiple * _TOLERANCE]
+        surroundings = np.median(power[distance <= _WIDTH])
+        if len(near) == 0 or surroundings == 0:
+            return -np.inf
+        # The largest of n cells of noise, over their median.
+        of_noise = (np.log(len(near) / 2 + 1) + 0.58) / np.log(2)
+        heights.append(10 * np.log10(near.max() / surroundings / of_noise))
+    return float(np.mean(heights))
