@@ -3,7 +3,7 @@
 import io
 import os
 from collections.abc import Callable, Iterator
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -73,7 +73,10 @@ def cut_recordings(
     starts = []
     available = []
     in_memory = nullcontext(io.BytesIO())
-    with in_memory if memory_map is None else open(memory_map, "wb") as store:
+    with (
+        _errors_name(memory_map),
+        in_memory if memory_map is None else open(memory_map, "wb") as store,
+    ):
         for entry in listed:
             blocks = reader.blocks(entry, block_length(window_length))
             parts = cut_blocks(blocks, str(entry.path), window_length, hop)
@@ -131,6 +134,17 @@ def cut_recordings(
             "DESCR": "; ".join(notes),
         }
     )
+
+
+@contextmanager
+def _errors_name(path):
+    """Put the file into an error of the system that names none, such as a full disk."""
+    try:
+        yield
+    except OSError as error:
+        if path is None or error.filename is not None or error.errno is None:
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def _ordered_conditions(conditions, healthy, source):
