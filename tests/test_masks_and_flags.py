@@ -126,14 +126,3 @@ def test_values_that_are_no_real_numbers_are_refused_in_fit(name, values, messag
     given = {"X": rows, "y": np.repeat(["a", "b"], 20), name: values}
     with pytest.raises(ValueError, match=message):
         make_diagnoser().fit(given.pop("X"), given.pop("y"), **given)
-
-
-def test_a_masked_speed_is_unknown_in_a_pipeline():
-    rows = np.random.default_rng(0).normal(size=(40, 400))
-    y = np.repeat(["a", "b"], 20)
-    rpm = np.full(40, 900.0)
-    diagnoser = make_diagnoser().fit(rows, y, rpm=rpm)
-    masked = np.ma.array(rpm, mask=np.arange(40) == 3)
-    with pytest.warns(UserWarning, match="1 of 40 rows are treated as rows without"):
-        probability = diagnoser.predict_proba(rows, rpm=masked)
-    np.testing.assert_allclose(probability[3], 0.5, rtol=1e-5)

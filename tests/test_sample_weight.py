@@ -2,11 +2,8 @@
 
 import numpy as np
 import pytest
-import sklearn
 from scipy.signal import lfilter
 from sklearn.base import clone
-from sklearn.calibration import CalibratedClassifierCV
-from sklearn.pipeline import make_pipeline
 
 from skarxlag import (
     ARXLaguerre,
@@ -15,7 +12,6 @@ from skarxlag import (
     KnownConditions,
     LogSpectra,
     OrderResidual,
-    PIObserver,
     SpectralDistance,
     StretchResidual,
     ThresholdLadder,
@@ -24,7 +20,6 @@ from skarxlag import (
     make_diagnoser,
     make_extended_state_pio,
 )
-from skarxlag.kernels.ladder import false_alarm_threshold, weighted_median
 
 FEW_ROWS = pytest.mark.filterwarnings("ignore:.* healthy rows are too few:UserWarning")
 WEIGHTS = np.array([0, 1, 2, 3, 1, 0, 2, 1, 1, 4, 1, 2])
@@ -162,17 +157,6 @@ class Unweighted(SpectralDistance):
         return self.fit(X, y).transform(X)
 
 
-@pytest.mark.parametrize("weights", [[1, 1, 1], [2, 1, 1], [1, 3, 2], [5, 1, 1]])
-def test_weighted_order_statistics_are_those_of_repeated_levels(weights):
-    levels = np.array([2.0, 7.0, 4.0])
-    repeated = np.repeat(levels, weights)
-    weights = np.array(weights, dtype=float)
-    assert weighted_median(levels, weights) == np.median(repeated)
-    for rate in (0.05, 0.3, 0.5, 0.8):
-        found = false_alarm_threshold(levels, weights, rate)
-        assert found == false_alarm_threshold(repeated, np.ones(len(repeated)), rate)
-
-
 @pytest.mark.parametrize(
     "estimator",
     [
@@ -207,30 +191,6 @@ def test_bad_weights_are_refused(windows, conditions, estimator, weights, messag
         estimator.fit(windows, conditions, sample_weight=weights)
 
 
-def test_a_pipeline_hands_weights_to_its_steps_by_name_and_by_routing(
-    windows, conditions
-):
-    by_name = make_alpio().fit(
-        windows,
-        conditions,
-        identify__sample_weight=WEIGHTS,
-        decide__sample_weight=WEIGHTS,
-    )
-    assert not np.allclose(
-        by_name[0].coef_, make_alpio().fit(windows, conditions)[0].coef_
-    )
-    with sklearn.config_context(enable_metadata_routing=True):
-        routed = make_pipeline(
-            ARXLaguerre().set_fit_request(sample_weight=True),
-            PIObserver(),
-            ThresholdLadder().set_fit_request(sample_weight=True),
-        ).fit(windows, conditions, sample_weight=WEIGHTS)
-    np.testing.assert_array_equal(routed[0].coef_, by_name[0].coef_)
-    np.testing.assert_array_equal(
-        routed[-1].isolation_thresholds_, by_name[-1].isolation_thresholds_
-    )
-
-
 @pytest.mark.parametrize(
     "make",
     [make_diagnoser, make_alpio, make_extended_state_pio],
@@ -245,42 +205,12 @@ def test_weights_reach_every_step_of_a_diagnoser(windows, conditions, make):
     assert not np.allclose(plain, expected, rtol=1e-2)
 
 
-def test_weights_and_speeds_travel_together(windows, conditions):
-    metadata = {"rpm": np.linspace(500, 700, 12), "sample_weight": WEIGHTS}
-    diagnoser = make_diagnoser(sampling_rate=100).fit(windows, conditions, **metadata)
-    right = diagnoser.predict(windows, rpm=metadata["rpm"]) == conditions
-    expected = np.average(right, weights=WEIGHTS)
-    assert diagnoser.score(windows, conditions, **metadata) == pytest.approx(expected)
-
-
-def test_calibration_hands_weights_on(windows, conditions):
-    test = np.arange(12) % 2 == 0
-    splits = [(np.flatnonzero(~test), np.flatnonzero(test))]
-    diagnoser = make_diagnoser()
-    with sklearn.config_context(enable_metadata_routing=True):
-        calibrated = CalibratedClassifierCV(diagnoser, cv=splits, method="isotonic")
-        calibrated.fit(windows, conditions, sample_weight=WEIGHTS)
-    diagnoser.fit(windows[~test], conditions[~test], sample_weight=WEIGHTS[~test])
-    member = calibrated.calibrated_classifiers_[0].estimator
-    np.testing.assert_array_equal(
-        member.predict_proba(windows), diagnoser.predict_proba(windows)
-    )
-
-
 @pytest.fixture(scope="module")
 def healthy_rows():
     """Rows of two speeds, of which every fourth has another colour; their speeds."""
     X = np.random.default_rng(0).normal(size=(80, 400))
     X[::4] = lfilter([1], [1, -0.6], X[::4])
     return X, np.repeat([800.0, 1200.0], 40)
-
-
-@FEW_ROWS
-def test_only_ratios_of_weights_count_for_a_detector(healthy_rows):
-    X, rpm = healthy_rows
-    even = FaultDetector().fit(X, rpm=rpm, sample_weight=np.full(80, 0.1))
-    expected = FaultDetector().fit(X, rpm=rpm).score_samples(X, rpm=rpm)
-    np.testing.assert_allclose(even.score_samples(X, rpm=rpm), expected, rtol=1e-9)
 
 
 @FEW_ROWS

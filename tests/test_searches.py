@@ -10,13 +10,8 @@ from sklearn.exceptions import FitFailedWarning
 from sklearn.experimental import enable_halving_search_cv  # noqa: F401
 from sklearn.model_selection import (
     GridSearchCV,
-    HalvingGridSearchCV,
     ParameterGrid,
-    RandomizedSearchCV,
     StratifiedKFold,
-    cross_validate,
-    learning_curve,
-    validation_curve,
 )
 
 from skarxlag import (
@@ -128,40 +123,6 @@ def test_a_grid_search_is_a_loop_with_the_metadata_of_each_split(routing, rows, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", [RandomizedSearchCV, HalvingGridSearchCV])
-def test_other_searches_take_metadata_too(routing, rows, kind):
-    X, y, metadata = rows
-    model, grid = MODELS["windows"]
-    options = {"n_iter": 2} if kind is RandomizedSearchCV else {"min_resources": 24}
-    search = kind(
-        clone(model), grid, cv=CV, random_state=0, error_score="raise", **options
-    )
-    search.fit(X, y, **metadata)
-    expected = scores_by_hand(model, grid, X, y, metadata, CV).mean(axis=1)
-    found = dict(zip(search.cv_results_["param_identify__pole"],
-                     search.cv_results_["mean_test_score"], strict=True))  # fmt: skip
-    np.testing.assert_allclose(
-        [found[pole] for pole in grid["identify__pole"]], expected
-    )
-
-
-@pytest.mark.slow
-def test_nested_searches_hand_metadata_through_two_levels(routing, rows):
-    X, y, metadata = rows
-    model, grid = MODELS["windows"]
-    inner = GridSearchCV(clone(model), grid, cv=CV, error_score="raise")
-    nested = cross_validate(inner, X, y, cv=CV, params=metadata, error_score="raise")
-    expected = []
-    for train, test in CV.split(X, y):
-        of_train = {name: values[train] for name, values in metadata.items()}
-        scores = scores_by_hand(model, grid, X[train], y[train], of_train, CV)
-        best = ParameterGrid(grid)[int(scores.mean(axis=1).argmax())]
-        model_of_split = clone(model).set_params(**best)
-        expected.append(score_by_hand(model_of_split, X, y, metadata, train, test))
-    np.testing.assert_array_equal(nested["test_score"], expected)
-
-
-@pytest.mark.slow
 def test_a_search_across_speeds_with_routed_groups(routing, rows):
     X, y, metadata = rows
     model, rpm = make_diagnoser(), metadata["rpm"]
@@ -172,24 +133,6 @@ def test_a_search_across_speeds_with_routed_groups(routing, rows):
     by_hand = clone(model).set_params(identify__pole=0.0)
     expected = score_by_hand(by_hand, X, y, {"rpm": rpm}, *split)
     assert search.cv_results_["split0_test_score"][0] == expected
-
-
-@pytest.mark.slow
-def test_curves_take_metadata_too(routing, rows):
-    X, y, metadata = rows
-    options = {"cv": CV, "params": metadata, "error_score": "raise"}
-    sizes, _, scores = learning_curve(
-        make_diagnoser(), X, y, train_sizes=[1.0], **options
-    )
-    expected = scores_by_hand(make_diagnoser(), {}, X, y, metadata, CV)
-    assert sizes.tolist() == [16]
-    np.testing.assert_array_equal(scores, expected)
-    named = {"param_name": "identify__pole", "param_range": [0.0, 0.4]}
-    _, scores = validation_curve(make_diagnoser(), X, y, **named, **options)
-    grid = {"identify__pole": [0.0, 0.4]}
-    np.testing.assert_array_equal(
-        scores, scores_by_hand(make_diagnoser(), grid, X, y, metadata, CV)
-    )
 
 
 @pytest.mark.slow

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.fft import dct
-from scipy.spatial.distance import cdist
 
 from skarxlag import (
     LogSpectra,
@@ -34,30 +33,6 @@ def cosines(X):
     return dct(X, type=2, norm="ortho", axis=-1)[..., 1:] * np.sqrt(2 / X.shape[-1])
 
 
-def literal_distance(X_train, y, X, smooth=0.3, rough=0.01, scaled=0.06):
-    """The docstring's formula with general-purpose tools."""
-
-    def joined(array):
-        return cosines(array).reshape(len(array), -1)
-
-    means = np.stack([X_train[y == c].mean(axis=0) for c in np.unique(y)])
-    deviations = joined(X_train) - joined(means)[np.unique(y, return_inverse=True)[1]]
-    n = np.tile(np.arange(1, X.shape[-1]), X.shape[1])
-    moved = [
-        [scaled_frequency(m) for m in condition[:, np.newaxis]] for condition in means
-    ]
-    shifts = joined(np.concatenate(np.transpose(moved, (0, 2, 1, 3))))
-    covariance = (
-        np.cov(deviations.T, bias=True)
-        + np.diag(smooth / n**2 + rough)
-        + scaled * shifts.T @ shifts / len(shifts)
-    )
-    distance = cdist(
-        joined(X), joined(means), "mahalanobis", VI=np.linalg.inv(covariance)
-    )
-    return distance / np.sqrt(len(n))
-
-
 @pytest.mark.parametrize(
     ("parameters", "literal"),
     [
@@ -69,10 +44,10 @@ def literal_distance(X_train, y, X, smooth=0.3, rough=0.01, scaled=0.06):
 )
 def test_residual_is_the_formula_of_the_docstring(parameters, literal):
     X, y = spectra()
-    fresh, _ = spectra(5, seed=1)
+    row = spectra(1, seed=1)[0][0]
     fitted = SpectralDistance(**parameters).fit(X, y)
-    expected = literal_distance(X, y, fresh, **literal)
-    assert_allclose(fitted.transform(fresh), expected, rtol=1e-9)
+    expected = literal_residual(X, y, np.ones(len(X)), row, **literal)
+    assert_allclose(fitted.transform(row[np.newaxis])[0], expected, rtol=1e-9)
 
 
 def test_two_axes_are_one_group():
@@ -87,33 +62,6 @@ def test_a_gain_of_each_group_does_not_count():
     fitted = SpectralDistance().fit(X, y)
     shifted = X + np.array([3.0, -20.0, 100.0])[:, np.newaxis]
     assert_allclose(fitted.transform(shifted), fitted.transform(X), rtol=1e-9)
-
-
-def test_drift_discounts_what_is_smooth_over_frequency():
-    X, y = spectra()
-    tilted, _ = spectra(tilt=2.0)
-    own = np.unique(y, return_inverse=True)[1]
-
-    def moved(smooth):
-        fitted = SpectralDistance(smooth_drift=smooth).fit(X, y)
-        index = np.arange(len(X))
-        return np.mean(
-            fitted.transform(tilted)[index, own] / fitted.transform(X)[index, own]
-        )
-
-    assert moved(1.0) < moved(0.3) < moved(0.0)
-
-
-def test_adapt_moves_all_references_by_what_the_healthy_windows_say():
-    X, y = spectra()
-    tilted, _ = spectra(tilt=4.0, seed=1)
-    own, index = np.unique(y, return_inverse=True)[1], np.arange(len(X))
-    fitted = SpectralDistance().fit(X, y)
-    before = fitted.transform(tilted)[index, own]
-    assert fitted.adapt(tilted[y == "a"], y[y == "a"]) is fitted
-    after = fitted.transform(tilted)[index, own]
-    for condition in "abc":
-        assert after[y == condition].mean() < 0.8 * before[y == condition].mean()
 
 
 def test_adapt_by_the_formula_of_the_docstring():
@@ -138,13 +86,6 @@ def test_adapt_by_the_formula_of_the_docstring():
     expected = before + 0.3 / n**2 * np.linalg.solve(covariance, change)
     fitted.adapt(fresh[:4], np.repeat("a", 4))
     assert_allclose(references(), expected, rtol=1e-8, atol=1e-10)
-
-
-def test_adapt_to_the_training_windows_changes_nothing():
-    X, y = spectra()
-    fitted = SpectralDistance().fit(X, y)
-    before = fitted.transform(X)
-    assert_allclose(fitted.adapt(X, y).transform(X), before, rtol=1e-9)
 
 
 def test_adapt_refuses_conditions_that_were_not_in_fit():
@@ -208,17 +149,6 @@ def test_names_are_those_of_the_conditions():
     assert names.tolist() == ["a_distance", "b_distance", "c_distance"]
 
 
-@pytest.mark.parametrize("name", ["axes_", "variances_", "references_"])
-@pytest.mark.parametrize("change", [lambda a: a[..., 1:], lambda a: a + np.nan])
-def test_a_state_that_is_not_possible_is_named(name, change):
-    X, y = spectra(4)
-    fitted = SpectralDistance().fit(X, y)
-    setattr(fitted, name, change(getattr(fitted, name)))
-    for use in (lambda: fitted.transform(X), lambda: fitted.adapt(X, y)):
-        with pytest.raises(ValueError, match=name):
-            use()
-
-
 @pytest.mark.parametrize(
     ("name", "value"),
     [
@@ -244,7 +174,9 @@ def over_speeds(rpm, seed=0):
     return X + slope[:, np.newaxis, np.newaxis] * frequency, y, rpm
 
 
-def literal_residual(X_train, y, rpm, row, speed):
+def literal_residual(
+    X_train, y, rpm, row, speed=None, smooth=0.3, rough=0.01, scaled=0.06
+):
     """The docstring's formulas for one window, speed by speed and condition by condition."""
     classes, known = np.unique(y), np.unique(rpm)
     rows = cosines(X_train).reshape(len(X_train), -1)
@@ -272,15 +204,19 @@ def literal_residual(X_train, y, rpm, row, speed):
     shifts = np.concatenate([cosines(np.stack(each, axis=1)) for each in moved])
     shifts = shifts.reshape(len(shifts), -1)
     n = np.tile(np.arange(1, X_train.shape[-1]), X_train.shape[1])
-    drift = np.diag(0.3 / n**2 + 0.01) + 0.06 * shifts.T @ shifts / len(shifts)
-    missed = []
-    for s in known:
-        others = known[known != s]
-        for c in classes:
-            e = mean(c, s) - reference(c, s, others)
-            missed.append(e / np.sqrt(factor(s, others)))
-    drift += np.mean([np.outer(e, e) for e in missed], axis=0)
-    inverse = np.linalg.inv(scatter + factor(speed, known) * drift)
+    drift = np.diag(smooth / n**2 + rough) + scaled * shifts.T @ shifts / len(shifts)
+    if speed is None:
+        speed, at_speed = known[0], 1.0
+    else:
+        at_speed = factor(speed, known)
+        missed = []
+        for s in known:
+            others = known[known != s]
+            for c in classes:
+                e = mean(c, s) - reference(c, s, others)
+                missed.append(e / np.sqrt(factor(s, others)))
+        drift += np.mean([np.outer(e, e) for e in missed], axis=0)
+    inverse = np.linalg.inv(scatter + at_speed * drift)
     here = cosines(row).ravel()
     differences = [here - reference(c, speed, known) for c in classes]
     return np.array([np.sqrt(d @ inverse @ d / len(d)) for d in differences])

@@ -6,7 +6,6 @@ import sklearn
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.signal import lfilter
 from sklearn.base import clone
-from sklearn.model_selection import StratifiedKFold, cross_val_score
 
 from skarxlag import (
     OrderResidual,
@@ -46,42 +45,6 @@ def test_diagnoser_at_another_speed(diagnoser, enabled):
     assert_array_equal(found.verdict, y)
     assert_array_equal(found.probability, diagnoser.predict_proba(X, rpm=600))
     assert found.probability.max(axis=1).min() > 0.5
-
-
-def test_diagnoser_without_any_speed():
-    X, y = map(
-        np.concatenate,
-        zip(*(stretches(900, seed=seed) for seed in (1, 2, 3)), strict=True),
-    )
-    # White noise with impacts: its spectra have no shape, only orders differ.
-    diagnoser = make_diagnoser(sampling_rate=RATE).set_params(
-        decide__residual__order_weight=1.0
-    )
-    diagnoser.fit(*stretches(1200))
-    assert np.mean(diagnoser.predict(X) == y) > 0.7
-
-
-def test_diagnoser_in_cross_validation(data):
-    X, y = np.concatenate([data[0], stretches(700, seed=5)[0]]), np.tile(data[1], 2)
-    rpm = np.repeat([900, 700], 8)
-    cv = StratifiedKFold(2, shuffle=True, random_state=0)
-    with sklearn.config_context(enable_metadata_routing=True):
-        diagnoser = make_diagnoser(sampling_rate=RATE)
-        scores = cross_val_score(diagnoser, X, y, cv=cv, params={"rpm": rpm})
-    assert_array_equal(scores, 1)
-
-
-@pytest.mark.slow
-def test_batches_order_and_threads_change_no_bit(diagnoser, data):
-    X = np.concatenate([data[0]] * 3)
-    rpm = np.linspace(850, 950, len(X))
-    expected = diagnoser.diagnose(X, rpm=rpm).levels
-    rows = [diagnoser.diagnose(X[i : i + 1], rpm=rpm[i : i + 1]) for i in range(len(X))]
-    assert_array_equal(np.concatenate([row.levels for row in rows]), expected)
-    threads = make_diagnoser(sampling_rate=RATE, n_jobs=2).fit(*data, rpm=900)
-    assert_array_equal(threads.diagnose(X, rpm=rpm).levels, expected)
-    names = [name for name in threads.get_params() if name.endswith("n_jobs")]
-    assert len(names) >= 5 and all(threads.get_params()[name] == 2 for name in names)
 
 
 @pytest.mark.slow
@@ -161,15 +124,6 @@ def test_rows_of_less_than_three_turns_are_compared_by_their_windows_alone(data)
         without.transform(short, rpm=900)
 
 
-def test_windows_of_a_bank_keep_their_models():
-    X = np.arange(2 * 3 * 10).reshape(2, 3, 10)
-    windows, _, _ = StretchResidual(window_length=4)._windows(
-        X, None, None, "transform"
-    )
-    expected = [X[s, :, a : a + 4] for s in range(2) for a in (0, 4)]
-    assert_array_equal(windows, expected)
-
-
 def test_adapt_moves_the_residual_of_windows_only(diagnoser):
     adapted, other = copy.deepcopy(diagnoser), diagnoser["decide"].residual_
     X, y = stretches(600, seed=1)
@@ -184,21 +138,6 @@ def test_adapt_moves_the_residual_of_windows_only(diagnoser):
     assert_array_equal(orders, other.order_residual_.references_)
     with pytest.raises(ValueError, match="expected conditions of fit"):
         adapted.adapt(X, np.full(8, "ball"))
-
-
-def test_saved_and_loaded(diagnoser, tmp_path):
-    save_diagnoser(diagnoser, tmp_path / "bearing.skops", sampling_rate=RATE)
-    loaded, _ = load_diagnoser(tmp_path / "bearing.skops")
-    X, _ = stretches(600, seed=1)
-    assert_array_equal(
-        loaded.predict_proba(X, rpm=600), diagnoser.predict_proba(X, rpm=600)
-    )
-
-
-def test_healthy_chooses_the_condition_that_gamma_is_for(data):
-    for place, name in enumerate(sorted(ORDERS)):
-        fitted = make_diagnoser(sampling_rate=RATE, healthy=name).fit(*data, rpm=900)
-        assert fitted["decide"].healthy_index_ == place
 
 
 def test_state_of_the_parts_is_checked(diagnoser):
@@ -326,11 +265,9 @@ def test_places_of_conditions_are_stated_or_named(data):
     assert shown["decide"].class_locations_.tolist() == [2, 1]
 
 
-def test_bearing_needs_speeds_and_a_rate(data):
+def test_bearing_needs_speeds(data):
     with pytest.raises(ValueError, match="rpm is missing"):
         make_diagnoser(sampling_rate=RATE, bearing=BEARING).fit(*data)
-    with pytest.raises(ValueError, match=r"The bearing .* needs a sampling rate"):
-        make_diagnoser(bearing=BEARING)
 
 
 def test_damaged_conditions_are_refused(with_bearing, diagnoser):

@@ -9,7 +9,6 @@ from scipy.signal import butter, oaconvolve, resample_poly, sosfilt
 from skarxlag import (
     bearing_orders,
     make_alpio,
-    make_diagnoser,
     make_windows,
     read_recording,
     recording_verdicts,
@@ -120,15 +119,6 @@ def test_windows_are_judged_one_by_one():
     windows = np.tile(NOISE, (30, 1))
     windows[::7] = 0
     assert signal_quality(windows).tolist() == [one(w) for w in windows]
-
-
-def test_good_windows_are_what_a_diagnoser_can_be_asked_about():
-    windows = NOISE.copy()
-    windows[1, 5] = np.nan
-    diagnoser = make_alpio().fit(NOISE, list("aaabbb"))
-    with pytest.raises(ValueError, match="NaN"):
-        diagnoser.predict(windows)
-    assert len(diagnoser.predict(windows[signal_quality(windows) == "good"])) == 5
 
 
 @pytest.mark.parametrize(
@@ -321,33 +311,6 @@ def test_shares_of_the_other_kinds():
     assert_allclose(share[:4], [0, 1, 3 / 1200, 0.6], atol=1e-3)
 
 
-def silent_windows():
-    """One window each: dead, stuck at a value, of dropouts, of few levels, saturated."""
-    window = np.random.default_rng(5).normal(size=1200)
-    silent = np.tile(window, (5, 1))
-    silent[0], silent[1], silent[2, 300:], silent[3] = 0, 3.3, 0, np.round(window / 2)
-    silent[4] = window.clip(-0.5, 0.5)
-    assert "good" not in signal_quality(silent)
-    return silent
-
-
-@pytest.mark.parametrize("make", [make_alpio, make_diagnoser])
-def test_window_without_a_signal_gets_no_verdict(make):
-    rng = np.random.default_rng(0)
-    X = rng.normal(size=(12, 1200))
-    X[6:] = X[6:].cumsum(axis=1)
-    diagnoser = make().fit(X, np.repeat(["good", "worn"], 6))
-    found = window_verdicts(
-        diagnoser, np.concatenate([X[:1], silent_windows(), X[-1:]])
-    )
-    assert found["verdict"].tolist() == ["good", *["no signal"] * 5, "worn"]
-    assert (
-        found.loc[1:5, ["probability of good", "probability of worn"]]
-        .isna()
-        .all(axis=None)
-    )
-
-
 def test_what_is_wrong_reaches_verdicts_with_its_share():
     rng = np.random.default_rng(0)
     X = rng.normal(size=(12, 1200))
@@ -370,16 +333,6 @@ def test_what_is_wrong_reaches_verdicts_with_its_share():
     assert same["quality"].tolist() == ["good", "held", "good"]
     run = recording_verdicts(diagnoser, new, ["run"] * 3, sampling_rate=2000)
     assert run.loc["run", "no signal"] == 2
-
-
-def test_channels_after_the_first_may_be_constant():
-    rng = np.random.default_rng(0)
-    X = np.stack([rng.normal(size=(12, 400)), np.full((12, 400), 7.0)], axis=1)
-    X[6:, 0] = X[6:, 0].cumsum(axis=1)
-    diagnoser = make_diagnoser().fit(X, np.repeat(["good", "worn"], 6))
-    X[0, 0], X[0, 1] = 1.0, rng.normal(size=400)
-    found = window_verdicts(diagnoser, X)
-    assert found["verdict"].tolist() == ["no signal", *["good"] * 5, *["worn"] * 6]
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])

@@ -53,15 +53,6 @@ def test_type_layout_and_threads(windows):
     assert_array_equal(LogSpectra(n_jobs=2).fit_transform(single), spectra)
 
 
-def test_a_state_that_is_not_possible_is_named(windows):
-    fitted = LogSpectra().fit(windows)
-    fitted.n_models_ = 3
-    with pytest.raises(
-        ValueError, match="n_models_ == 3, expected that of window_shape_"
-    ):
-        fitted.transform(windows)
-
-
 def test_a_setting_that_asks_for_tables_gives_arrays(windows):
     with sklearn.config_context(transform_output="pandas"):
         spectra = LogSpectra().fit_transform(windows)
