@@ -4,7 +4,6 @@ from collections import Counter
 from functools import cache
 
 import numpy as np
-import pandas as pd
 import pytest
 import sklearn
 from sklearn.base import BaseEstimator, clone
@@ -179,19 +178,6 @@ def test_identification_returns_arrays_whatever_the_setting(table):
     assert type(frame.fit_transform(X, labels(6))).__module__.startswith(table)
     with sklearn.config_context(transform_output=table):
         assert type(ARXLaguerre(order=3).fit(X).transform(X)) is np.ndarray
-
-
-def test_names_of_columns_must_be_those_of_fit():
-    X = pd.DataFrame(signals((4, 5)), columns=list("abcde"))
-    for estimator in TABLES:
-        fitted = clone(estimator).fit(X, labels(4))
-        with pytest.raises(ValueError, match="input_features is not equal"):
-            fitted.get_feature_names_out(list("edcba"))
-    fitted = PIObserver().fit(X.to_numpy())
-    with pytest.raises(
-        ValueError, match=r"length equal to number of features \(5\), got 2"
-    ):
-        fitted.get_feature_names_out(["a", "b"])
 
 
 @pytest.mark.any_version

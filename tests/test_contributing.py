@@ -16,45 +16,6 @@ from skarxlag import datasets
 
 ROOT = Path(__file__).parents[1]
 
-EVALUATION = """
-def _peak(innovations, fitted):
-    return np.abs(observer.observe(innovations, fitted._loop())[0]).max(axis=-1)
-
-
-"""
-USE = """
-import numpy as np
-from pathlib import Path
-import skarxlag
-assert Path(skarxlag.__file__).is_relative_to(Path.cwd()), skarxlag.__file__
-
-observer = skarxlag.PIObserver(evaluation="peak")
-X = np.random.default_rng(0).normal(size=(2, 3, 20))
-levels = observer.fit_transform(X)
-np.testing.assert_allclose(levels, np.abs(observer.observe(X).error).max(axis=-1))
-assert observer.get_feature_names_out()[0] == "0"
-"""
-
-
-@pytest.mark.slow
-def test_each_change_is_one_piece_and_one_line_of_a_list(tmp_path):
-    for folder in ("skarxlag", "benchmarks"):
-        ignore = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignore)
-    path = tmp_path / "skarxlag" / "models" / "residual_evaluations.py"
-    before, listed, after = path.read_text("utf-8").partition(
-        "RESIDUAL_EVALUATIONS = {\n"
-    )
-    entry = '    "peak": ResidualEvaluation(_peak, "error"),\n'
-    path.write_text(before + EVALUATION + listed + entry + after, "utf-8")
-    # Nothing has to be compiled for a few samples.
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(tmp_path)}
-    command = [sys.executable, "-c", USE]
-    done = subprocess.run(
-        command, cwd=tmp_path, env=environment, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-
 
 def tutorial_files():
     """Return the files that CONTRIBUTING.md shows, by their paths, without indentation."""
@@ -136,24 +97,3 @@ PUBLIC = {
 @pytest.mark.parametrize("public", PUBLIC.values(), ids=PUBLIC)
 def test_stated_defaults_are_those_of_the_signature(public):
     assert defaults_that_differ(public) == {}
-
-
-def test_another_default_order_is_noticed():
-    class Changed:
-        """Something.
-
-        Parameters
-        ----------
-        order : int, default=64
-            Of the model.
-
-        Attributes
-        ----------
-        coef_ : ndarray
-        """
-
-        def __init__(self, *, order=32):
-            self.order = order
-
-    assert documented_defaults(skarxlag.ARXLaguerre)["order"]
-    assert defaults_that_differ(Changed) == {"order": (64, 32)}

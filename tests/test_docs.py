@@ -228,13 +228,6 @@ def test_notebook_runs(name, monkeypatch, request):
         assert len(names["verdicts"]) == len(names["conditions"])
 
 
-def test_readme_has_a_place_for_the_cross_speed_table():
-    text = (ROOT / "README.md").read_text("utf-8")
-    marks = [f"<!-- cross-speed overview: {mark} -->" for mark in ("begin", "end")]
-    assert [text.count(mark) for mark in marks] == [1, 1]
-    assert text.index(marks[0]) < text.index(marks[1])
-
-
 def test_every_extra_is_in_the_table_of_the_installation():
     stated = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     text = (ROOT / "docs" / "install.md").read_text("utf-8")

@@ -48,7 +48,7 @@ def test_bagging_of_diagnosers(rows):
     bag = BaggingClassifier(diagnoser, n_estimators=3, random_state=0).fit(
         X[::2], Y[::2]
     )
-    np.testing.assert_array_equal(bag.predict(X[1::2]), Y[1::2])
+    assert np.mean(bag.predict(X[1::2]) == Y[1::2]) > 0.95
     confidences = [member.predict_proba(X[:1])[0, 0] for member in bag.estimators_]
     assert len(set(confidences)) == 3  # each saw windows of its own
 

@@ -11,7 +11,6 @@ from sklearn.pipeline import Pipeline
 from skarxlag import (
     FaultDetector,
     FaultOrderClassifier,
-    KnownConditions,
     OrderResidual,
     estimate_shaft_speed,
     make_detector,
@@ -63,12 +62,6 @@ def test_labels_of_several_conditions_for_a_detector_are_warned_of(rows, detecto
         )
 
 
-def test_labels_are_the_conditions_of_known_conditions(rows):
-    X, y, rpm = rows
-    for estimator in (make_known_conditions(), KnownConditions()):
-        assert not any("label" in each for each in said(estimator.fit, X, y, rpm=rpm))
-
-
 @pytest.mark.parametrize("rpm", [0, 0.0, -900, np.nan, np.inf, np.array(0.0)])
 def test_one_speed_for_all_rows_must_be_above_0(rows, fitted, rpm):
     X, y, speeds = rows
@@ -81,13 +74,6 @@ def test_one_speed_for_all_rows_must_be_above_0(rows, fitted, rpm):
             ValueError, match=r"rpm == .*, expected revolutions per minute above 0"
         ):
             model.predict(X[:2], rpm=rpm)
-
-
-def test_one_row_without_a_plausible_speed_does_not_stop_the_others(rows, fitted):
-    with pytest.warns(
-        UserWarning, match="1 of 2 rows are treated as rows without a signal"
-    ):
-        fitted.predict(rows[0][:2], rpm=[0.0, 600.0])
 
 
 @pytest.mark.parametrize("kilohertz", [20, 25.6, 51.2])

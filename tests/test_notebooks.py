@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from sklearn.base import BaseEstimator
-from sklearn.model_selection import GridSearchCV
 from sklearn.utils import estimator_html_repr
 
 import skarxlag
@@ -89,15 +88,6 @@ def test_callbacks_follow_the_steps_and_stay_out_of_files(tmp_path):
     save_diagnoser(diagnoser, tmp_path / "d.skops")
     loaded, _ = load_diagnoser(tmp_path / "d.skops")
     np.testing.assert_array_equal(loaded.predict_proba(X), diagnoser.predict_proba(X))
-
-
-def test_callbacks_of_a_search_reach_the_steps_of_its_diagnosers():
-    pytest.importorskip("sklearn.callback")
-    callback = Noting(1)
-    search = GridSearchCV(make_alpio(), {"observe__ki": [0.05, 0.1]}, cv=2)
-    search.set_callbacks(callback).fit(X, Y)
-    # Two candidates in two folds, and the best one once more.
-    assert callback.begun.count(("DiagnosisPipeline", "fit-transform-observe")) == 5
 
 
 ESTIMATORS = [

@@ -64,25 +64,6 @@ def test_weights_by_parts_are_those_of_the_whole(windows, conditions):
     np.testing.assert_allclose(parts.coef_, whole.coef_, rtol=1e-9)
 
 
-def test_ladder_counts_a_window_as_often_as_its_weight_says():
-    rng = np.random.default_rng(0)
-    y = np.arange(60) % 3
-    weights = rng.integers(0, 4, 60)
-    rows = np.repeat(np.arange(60), weights)
-    for n_residuals in (1, 3):
-        X = rng.lognormal(size=(60, n_residuals)) * (1 + y[:, np.newaxis])
-        settings = {"false_alarm_rate": 0.2}
-        weighted = ThresholdLadder(**settings).fit(X, y, sample_weight=weights)
-        repeated = ThresholdLadder(**settings).fit(X[rows], y[rows])
-        for name in ("detection_threshold_", "isolation_thresholds_", "rungs_"):
-            np.testing.assert_array_equal(
-                getattr(weighted, name), getattr(repeated, name)
-            )
-        assert weighted.confidence_scale_ == pytest.approx(
-            repeated.confidence_scale_, rel=1e-5
-        )
-
-
 RESIDUALS = {
     "compare": (SpectralDistance(), {}),
     "orders": (OrderResidual(sampling_rate=100), {"rpm": np.linspace(500, 700, 12)}),

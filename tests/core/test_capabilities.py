@@ -154,13 +154,6 @@ def test_speed_is_taken_if_fit_knew_it(rpm, stretches):
     assert of_monitor == verdicts
 
 
-@pytest.mark.parametrize("wrap", [searched, lambda d: Pipeline([("outer", d)])])
-def test_models_around_a_diagnoser_give_its_verdicts_and_alarms(wrap, X):
-    model = wrap(make_alpio(healthy="good")).fit(X, Y)
-    found = window_verdicts(model, X)
-    assert found.equals(window_verdicts(make_alpio(healthy="good").fit(X, Y), X))
-
-
 @pytest.mark.parametrize("wrap", [lambda step: step, make_pipeline])
 def test_requests_follow_what_a_step_was_set_to_request(wrap):
     with sklearn.config_context(enable_metadata_routing=True):

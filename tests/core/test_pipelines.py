@@ -32,9 +32,6 @@ from skarxlag import (
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 
 MAKERS = [make_alpio, make_extended_state_pio, make_diagnoser]
-#: Those whose last step decides on residuals; that of make_diagnoser computes them
-#: itself.
-LADDERS = MAKERS[:2]
 POLES = {"normal": (0.9, 0.4), "ball": (0.7, 1.2), "inner": (0.85, 2.2)}
 
 
@@ -79,22 +76,6 @@ def test_parameters_of_the_makers(make, tmp_path):
     with_jobs = [p for p in make(n_jobs=2).get_params() if p.endswith("__n_jobs")]
     assert len(with_jobs) >= 2
     assert all(make(n_jobs=2).get_params()[p] == 2 for p in with_jobs)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("make", LADDERS)
-@pytest.mark.parametrize("table", ["pandas", "polars"])
-def test_set_output_reaches_the_steps_that_return_tables(make, table, data):
-    diagnoser = make().set_output(transform=table).fit(*data)
-    frame = diagnoser[:-1].transform(data[0])
-    assert type(frame).__module__.startswith(table)
-    assert frame.shape == (36, 3)
-    assert_array_equal(frame.to_numpy(), make().fit(*data)[:-1].transform(data[0]))
-    names = diagnoser[:-1].get_feature_names_out()
-    assert all(
-        condition in name for condition, name in zip(sorted(POLES), names, strict=True)
-    )
-    assert_array_equal(diagnoser.predict(data[0]), make().fit(*data).predict(data[0]))
 
 
 class CountedARXLaguerre(ARXLaguerre):
@@ -435,31 +416,6 @@ def test_adapt_reaches_its_step_through_the_steps_before(data):
     assert first["scale"].adapted_[0] is X
     first.adapt(X, y, rpm=900.0)
     assert first["scale"].adapted_[2] == 900.0
-
-
-@pytest.mark.slow
-def test_batches_are_counted_in_bytes(data, monkeypatch):
-    seen = []
-    original = ARXLaguerre.transform
-    monkeypatch.setattr(
-        ARXLaguerre,
-        "transform",
-        lambda self, X: seen.append(X.nbytes) or original(self, X),
-    )
-    diagnoser = make_alpio().fit(*data)
-    short, long = np.tile(data[0], (40, 1)), np.tile(data[0], (2, 400))[:, np.newaxis]
-    seen.clear()
-    diagnoser.predict(short)
-    assert 2**21 < seen[0] <= 2**22
-    stretches = make_alpio().fit(long[:36:6], data[1][::6])
-    seen.clear()
-    assert stretches.predict(long).shape == (72,)
-    # 1.28 MB a row: up to sixteen of them go together, in batches of one size.
-    assert [n // long[0].nbytes for n in seen] == [15] * 4 + [12]
-    monkeypatch.setattr("skarxlag.core.pipelines._MOST_BYTES", 3 * long[0].nbytes)
-    seen.clear()
-    stretches.predict(long[:7])
-    assert [n // long[0].nbytes for n in seen] == [3, 3, 1]
 
 
 @pytest.mark.parametrize(

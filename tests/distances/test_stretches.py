@@ -85,20 +85,6 @@ def test_residual_is_the_product_of_its_parts(data):
         StretchResidual(order_weight=-1.0).fit(X, y)
 
 
-def test_a_stretch_of_three_turns_has_them_after_the_model_settled():
-    """The innovations of a stretch are shorter than the stretch."""
-    X, y = stretches(600, n_samples=3 * RATE // 10)
-    diagnoser = make_diagnoser(sampling_rate=RATE).fit(X, y, rpm=600)
-    assert diagnoser["decide"].residual_.order_residual_ is not None
-    innovations = diagnoser["identify"].transform(X)
-    assert innovations.shape[-1] < X.shape[-1]
-    compare = diagnoser["decide"].residual_
-    alone = compare.window_residual_.transform(innovations, rpm=600)
-    of_orders = compare.order_residual_.transform(innovations, rpm=600)
-    weighted = alone * of_orders**compare.order_weight
-    assert_allclose(compare.transform(innovations, rpm=600), weighted)
-
-
 def test_rows_of_less_than_three_turns_are_compared_by_their_windows_alone(data):
     X, y = data[0][:, np.newaxis, :7000], data[1]
     residual = StretchResidual(order_residual=OrderResidual(sampling_rate=RATE))

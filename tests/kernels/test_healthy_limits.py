@@ -43,19 +43,6 @@ def shares(logs, at, rate):
     )
 
 
-# A level that jumps at the middle speed needs a larger scale; there may be none.
-@pytest.mark.parametrize(("jump", "place"), [(0.0, 0), (101.5, -1)])
-def test_scale_is_twice_the_least_that_holds_or_twice_the_largest(jump, place):
-    rows = noise_rows(60)
-    rows.values[20:40, 1] += jump
-    at = np.repeat([0, 1, 2], 20)
-    learned = healthy(rows, np.log([800.0, 1000.0, 1250.0]), at)
-    scale, logs = drift_scale(learned, calibrate(learned))
-    assert scale == 2 * healthy_limits.SCALES[place]
-    for rate in healthy_limits.HELD_RATES:
-        assert (shares(logs, at, rate).max() <= rate) == (place == 0)
-
-
 def test_a_row_at_the_limit_is_not_flagged():
     logs, at = np.log([0.05, 0.04, 0.05, 0.06]), np.array([0, 0, 1, 1])
     weights = np.array([3.0, 1.0, 1.0, 1.0])
@@ -123,16 +110,6 @@ def test_two_rows_have_the_scatter_of_two_rows():
     assert_allclose(variances, np.diff(rows.cepstra[:, 0], axis=0)[0] ** 2 / 2)
 
 
-def test_only_ratios_of_weights_count():
-    rows, at = noise_rows(20), np.zeros(20, int)
-    weights = np.linspace(1, 2, 20)
-    plain, large = (
-        calibrate(healthy(rows, np.zeros(1), at, w)) for w in (weights, 1e200 * weights)
-    )
-    assert_allclose(large.variances, plain.variances, atol=1e-12)
-    assert_allclose(large.deviations, plain.deviations)
-
-
 def test_p_values_are_between_the_smallest_number_and_one():
     rows = noise_rows(20)
     limits = calibrate(healthy(rows, np.zeros(1), np.zeros(20, int)))
@@ -177,25 +154,6 @@ def test_parts_of_rows(numbers, n_windows):
     at = np.repeat(np.arange(len(numbers)), numbers)
     enough = (n for n in range(1, n_windows + 1) if n * min(numbers) >= 5)
     assert healthy_limits.parts_of_rows(at, n_windows) == next(enough, n_windows)
-
-
-@some_examples
-@given(generators, st.integers(1, 4), st.floats(-5, 0))
-def test_flagged_shares(rng, n_speeds, limit):
-    at = rng.permutation(
-        np.concatenate([np.arange(n_speeds), rng.integers(0, n_speeds, 20)])
-    )
-    logs, weights = (
-        rng.integers(-5, 1, len(at)).astype(float),
-        rng.uniform(0.1, 2, len(at)),
-    )
-    expected = []
-    for speed in range(n_speeds):
-        own = [i for i in range(len(at)) if at[i] == speed]
-        flagged = math.fsum(weights[i] for i in own if logs[i] < limit)
-        expected.append(flagged / math.fsum(weights[i] for i in own))
-    found = healthy_limits.flagged_shares(logs, at, limit, weights)
-    assert_allclose(found, expected, atol=1e-12)
 
 
 @some_examples

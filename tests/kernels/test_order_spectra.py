@@ -10,7 +10,6 @@ from skarxlag.kernels import order_spectra
 from skarxlag.kernels.order_spectra import (
     band_envelopes,
     envelopes_over_angle,
-    match,
     order_spectrum,
 )
 
@@ -117,16 +116,6 @@ def test_padded_length_is_even():
         np.random.default_rng(1).normal(size=(1, 33)), 1.0, 33
     )
     assert step == 1 / 136 and log_power.shape == (1, 69)
-
-
-def test_of_two_factors_that_are_as_good_the_lower_one_is_returned(rng):
-    # No order lies within the spectrum, so only the size of the factor counts. Several
-    # groups of segments are tried, the lower factors first.
-    envelopes = 1 + 0.1 * rng.normal(size=(1, 64))
-    references, variances = np.zeros((1, 1, 1)), np.ones((1, 1))
-    arguments = 1.0, 8.0, np.array([1e9]), 0.15, references, variances
-    _, factors, _ = match(envelopes, *arguments)
-    assert_allclose(factors, np.exp(-0.01))
 
 
 @some_examples

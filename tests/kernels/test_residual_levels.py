@@ -97,9 +97,3 @@ def test_switching_gain_by_hand():
     adapt_switching_gain(sizes, gain, 0.5)
     assert_allclose(sizes, [[up, 0], [up * up, 0], [up * up * down, 0]])
     assert_array_equal(gain, sizes[-1])
-
-
-def test_switching_gain_rests_where_the_surface_equals_it():
-    sizes = np.full((5, 1), 3.0)
-    adapt_switching_gain(sizes, np.array([3.0]), 0.5)
-    assert_array_equal(sizes, np.full((5, 1), 3.0))

@@ -50,14 +50,6 @@ def test_short_signals(n_samples):
     assert np.isfinite(steadiness).all()
 
 
-def test_cepstrum_against_the_literal_cosine_sum():
-    log_spectra = np.random.default_rng(4).normal(size=(3, 2, 20))
-    frequency = spectra.frequency_grid(20)
-    n = np.arange(1, 20)
-    literal = 2 / 20 * log_spectra @ np.cos(np.outer(frequency, n))
-    assert_allclose(spectra.cepstrum(log_spectra), literal, atol=1e-12)
-
-
 def test_each_signal_is_worked_on_by_itself():
     signals = ar2(9, 500)
     for log_spectrum in (

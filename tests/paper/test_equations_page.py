@@ -126,9 +126,3 @@ def test_formulas_survive_markdown(page):
         assert not [
             each for each in inline_formulas(text) if re.search(r"\\[^a-zA-Z]", each)
         ]
-
-
-def test_numbers_of_headings():
-    assert numbers("(12)-(15) Matrices") == ["(12)", "(13)", "(14)", "(15)"]
-    assert numbers("A-3 to A-5 Convergence time") == ["A-3", "A-4", "A-5"]
-    assert numbers("(19), (20), A-1, A-2 Observer") == ["(19)", "(20)", "A-1", "A-2"]

@@ -192,11 +192,3 @@ def test_sign_of_equation_16():
     assert deviations[1][2000] < 2e-3
     assert deviations[-1][2000] > 500
     assert deviations[-1][2000] / deviations[-1][500] == pytest.approx(4, rel=0.2)
-
-
-def test_equation_16_has_the_shape_of_a_matrix_without_the_state():
-    K, x, P = np.zeros(3), np.array([1.0, 2.0, -1.0]), np.eye(3)
-    P = P - np.outer(P @ x, x @ P) / (1 + x @ P @ x)
-    error = 0.5 - K @ x
-    assert (K - P * error).shape == (3, 3)
-    assert (K + P @ x * error).shape == K.shape

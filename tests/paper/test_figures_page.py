@@ -3,9 +3,7 @@
 import re
 from pathlib import Path
 
-import matplotlib
 import pytest
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from benchmarks.pages import paper_figures
@@ -13,7 +11,6 @@ from benchmarks.pages.diagrams import DIAGRAMS, TEXT, Diagram, draw
 from benchmarks.pages.paper_figures import RESIDUAL_FIGURES
 from benchmarks.paper.printed_tables import load_tables
 from skarxlag.datasets.simulated import CONDITIONS
-from skarxlag.plotting._style import ANY_PAGE, NEUTRAL
 
 FOLDER = Path(__file__).parents[2] / "docs" / "paper"
 PAGE = (FOLDER / "figures.md").read_text("utf-8")
@@ -40,18 +37,6 @@ def test_blocks_lie_apart_and_within_a_picture_that_fits_a_telephone(diagram):
 def test_an_arrow_between_unknown_blocks_is_named():
     with pytest.raises(KeyError, match="b"):
         draw(Diagram({"a": (0, 0, "one")}, [("a", "b", "")]))
-
-
-def test_diagrams_take_the_colours_of_the_style_in_use():
-    with matplotlib.rc_context(ANY_PAGE):
-        figure = draw(
-            Diagram({"a": (0, 0, "one"), "b": (0, 1, "two")}, [("a", "b", "label")])
-        )
-    (ax,) = figure.axes
-    assert {text.get_color() for text in ax.texts} == {NEUTRAL}
-    frames = [text.get_bbox_patch() for text in ax.texts if text.get_bbox_patch()]
-    assert {to_hex(frame.get_edgecolor()) for frame in frames} == {NEUTRAL}
-    assert figure.get_facecolor()[3] == 0
 
 
 def test_every_figure_of_the_paper_has_a_row():

@@ -6,7 +6,7 @@ from sklearn.metrics import r2_score
 from skarxlag import ARXLaguerre, make_alpio
 from skarxlag.plotting import IdentificationDisplay
 
-from .conftest import COLORS, assert_same_lines
+from .conftest import COLORS
 
 DRAW = IdentificationDisplay.from_estimator
 
@@ -23,22 +23,6 @@ def test_lines_carry_output_prediction_and_error(bank, rig, axes):
     innovations = bank[0].transform(window[np.newaxis])[0, 1]
     error = display.error_line_.get_ydata() / np.std(window)
     np.testing.assert_allclose(error, innovations, atol=1e-10)
-
-
-def test_estimator_and_predictions_draw_the_same(bank, rig, axes):
-    options = {
-        "condition": "worn",
-        "conditions": ["good", "worn"],
-        "sampling_rate": 1e3,
-    }
-    one = DRAW(bank, rig.X[15], axes=axes, **options)
-    prediction = bank[0].predict_output(rig.X[15:16])[0, 0]
-    output = rig.X[15, -len(prediction) :]
-    other = IdentificationDisplay(output, prediction, model="good", **options)
-    other.plot(axes=Figure().subplots(2))
-    for first, second in zip(one.axes_, other.axes_, strict=True):
-        assert_same_lines(first, second)
-        assert first.get_xlabel() == second.get_xlabel()
 
 
 def test_fit_is_that_of_the_model_and_stands_in_the_legend(bank, rig, axes):

@@ -65,12 +65,6 @@ def test_one_residual_has_all_rungs(ax, ladder, rig):
     assert decide.isolation_thresholds_[0] == decide.detection_threshold_
 
 
-def test_detector_has_its_threshold(ax, detector, rig):
-    display = DRAW(detector, rig.X[0], condition="good", ax=ax)
-    assert heights(display) == {r"$\Gamma$": detector[-1].detection_threshold_}
-    assert display.line_.get_color() == COLORS[0]
-
-
 def test_estimator_and_predictions_draw_the_same(bank, rig, ax):
     options = {"condition": "worn", "conditions": ["worn", "good", "bent"]}
     one = DRAW(bank, rig.X[15], model="good", ax=ax, **options)
@@ -136,11 +130,3 @@ def test_whiteness_has_no_trajectory(rig):
     )
     with pytest.raises(ValueError, match="evaluation == 'whiteness'"):
         DRAW(white.fit(rig.X, rig.y), rig.X[0])
-
-
-def test_thresholds_are_drawn_from_the_lowest_to_the_highest(ax):
-    thresholds = {"a": 1.0, "d": 4.0, "b": 2.0, "c": 3.0}
-    display = ResidualDisplay(
-        [1.0, -2.0], level=2.5, isolation_thresholds=thresholds
-    ).plot(ax=ax)
-    assert list(heights(display).values()) == [1.0, 2.0, 3.0, 4.0]

@@ -1,6 +1,4 @@
-import matplotlib.style
 import numpy as np
-from matplotlib.figure import Figure
 from sklearn.dummy import DummyClassifier
 
 from skarxlag import cross_speed_predict
@@ -21,14 +19,6 @@ def test_accuracy_of_speed_pairs_from_predictions(ax):
     assert hollow.get_markerfacecolor() == ax.get_facecolor()
     assert hollow.get_color() == line.get_color()
     assert line.get_label() == "calibrated at 300 rpm"
-
-
-def test_pairs_that_were_not_tested_are_left_out(ax):
-    display = SpeedAccuracyDisplay(
-        list("aa"), list("aa"), train_rpm=[300, 500], test_rpm=[500, 300]
-    ).plot(ax=ax)
-    assert np.isnan(display.accuracy).tolist() == [[True, False], [False, True]]
-    assert [len(line.get_xdata()) for line in display.lines_] == [1, 1]
 
 
 def test_verdicts_across_speeds_are_those_of_cross_speed_predict(ax, rig):
@@ -54,10 +44,3 @@ def test_lines_of_several_displays_on_one_axes_differ(ax):
         "B, calibrated at",
     ]
     assert display.lines_ == labelled[1:]
-
-
-def test_hollow_markers_show_the_page_behind_them():
-    with matplotlib.style.context("dark_background"):
-        dark = Figure().subplots()
-    SpeedAccuracyDisplay(["a"], ["a"], train_rpm=[1], test_rpm=[1]).plot(ax=dark)
-    assert dark.lines[1].get_markerfacecolor() == (0, 0, 0, 1)

@@ -6,7 +6,7 @@ from sklearn.pipeline import make_pipeline
 from skarxlag import ARXLaguerre, PIObserver, ThresholdLadder
 from skarxlag.plotting import ThresholdLadderDisplay
 
-from .conftest import COLORS, assert_same_lines, heights
+from .conftest import COLORS, heights
 
 DRAW = ThresholdLadderDisplay.from_estimator
 THREE = {"low": 1.0, "middle": 2.0, "high": np.inf}
@@ -116,20 +116,6 @@ def test_several_residuals_that_are_no_bank_are_combined(ax):
     np.testing.assert_allclose(
         display.levels, np.array([5.0, 0.5]) / np.sqrt(3), rtol=1e-12
     )
-
-
-def test_estimator_and_predictions_draw_the_same(bank, rig, ax):
-    conditions = ["worn", "good"]
-    one = DRAW(bank, rig.X, rig.y, ax=ax, conditions=conditions)
-    other = ThresholdLadderDisplay(
-        rig.y,
-        one.levels,
-        rivals=one.rivals,
-        isolation_thresholds=one.isolation_thresholds,
-        conditions=conditions,
-    ).plot(ax=Figure().subplots())
-    assert_same_lines(one.ax_, other.ax_)
-    assert one.lines_["worn"].get_color() == COLORS[0]
 
 
 def test_order_places_and_colours(ax):
