@@ -2,10 +2,10 @@
 
     python -m benchmarks.monitoring.sensors --write docs/plant.md
 
-`skarxlag watch` with a table of sensors reads files of raw 16-bit samples, or of csv
+`skarxlag watch` with a table of sensors reads pipes of raw 16-bit samples, or of csv
 lines, of the simulated rig, with one detector and windows of a second. The time of a
-run with files of a few seconds is subtracted, so that loading the model does not count.
-Files are complete at the start: blocks are larger than in operation.
+run with pipes of a few seconds is subtracted, so that loading the model does not count.
+Pipes are written as fast as they are read.
 """
 
 import argparse
@@ -13,6 +13,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
 import warnings
 from pathlib import Path
 
@@ -87,20 +88,24 @@ def _run(folder, integers, count, seconds, files):
         content = samples.tobytes()
         if files == "csv":
             content = "".join(f"{sample}\n" for sample in samples.tolist()).encode()
-        (folder / f"{sensor}.bin").write_bytes(content)
+        path = folder / f"{sensor}.bin"
+        if not path.exists():
+            os.mkfifo(path)
+        threading.Thread(target=path.write_bytes, args=(content,)).start()
         lines.append(f"{sensor},{sensor}.bin,m.skops,{RPM}")
     (folder / "plant.csv").write_text("\n".join(lines))
     command = [sys.executable, "-m", "skarxlag", "watch", folder / "plant.csv"]
     command += [] if files == "csv" else ["--dtype", "<i2"]
     # The process ends when nothing is new; waiting takes no processor time.
     child = subprocess.Popen(
-        [*command, "--idle", "1"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+        [*command, "--idle", "2"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
     )
     with child.stdout as lines_of_output:
         n_lines = lines_of_output.read().count(b'"kind": "verdict"')
     _, status, usage = os.wait4(child.pid, 0)
     child.returncode = status
-    if status or n_lines != count * seconds:
+    # The end of a pipe of a table is a problem, of which the status is 1.
+    if os.waitstatus_to_exitcode(status) != 1 or n_lines != count * seconds:
         raise RuntimeError(f"{n_lines} verdicts of {count * seconds}, status {status}")
     return usage.ru_maxrss / 1024, usage.ru_utime + usage.ru_stime
 

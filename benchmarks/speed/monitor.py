@@ -8,6 +8,7 @@ from benchmarks.speed.peers import is_installed
 from benchmarks.speed.rows import coloured_windows, rate
 from benchmarks.speed.timing import ratio, take_turns
 from skarxlag import ConditionMonitor, make_diagnoser, make_windows
+from skarxlag.monitoring.monitor import diagnose_together
 
 _RATE = 25_600.0
 _BANDS = 16
@@ -78,8 +79,10 @@ def sensors(n_rounds=3, sensors=_SENSORS):
             blocks = np.split(signal, round(n_seconds / seconds_of_block))
             windows = make_windows(signal)
             turns = {
+                # As `skarxlag watch` does it.
                 "monitors": lambda blocks=blocks, running=running: [
-                    monitor.update(block) for block in blocks for monitor in running
+                    diagnose_together([monitor.cut(block) for monitor in running])
+                    for block in blocks
                 ],
                 "windows": lambda windows=windows, running=running: [
                     diagnoser.diagnose(windows) for _ in running

@@ -102,7 +102,7 @@ class CumulativeSumAlarm:
         return self.sum / self.limit
 
     @property
-    def name(self) -> str:
+    def alarm_state(self) -> str:
         """State of the alarm in words, see `MonitorVerdict`."""
         if self.active:
             return "on"
@@ -138,8 +138,10 @@ class CumulativeSumAlarm:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Continue from a state, or raise a ValueError if its sum exceeds the limit."""
-        self.sum = saved_count(state["sum"])
-        self.n_raised = saved_count(state["n_raised"])
-        expect(self.sum <= self.limit, "alarm", state, f"a sum from 0 to {self.limit}")
+        total = saved_count(state["sum"])
+        n_raised = saved_count(state["n_raised"])
+        expect(total <= self.limit, "alarm", state, f"a sum from 0 to {self.limit}")
+        self.sum = total
+        self.n_raised = n_raised
         self.active = bool(state["active"])
         self.latched = self._latch and bool(state["latched"])

@@ -241,7 +241,7 @@ class ConditionMonitor:
     @property
     def alarm_state(self) -> str:
         """Return the state of the alarm, see `MonitorVerdict`."""
-        return self._alarm.name if self._alarm else "none"
+        return self._alarm.alarm_state if self._alarm else "none"
 
     @property
     def latched(self) -> bool:

@@ -1,9 +1,10 @@
 """Run ``skarxlag acknowledge``: leave a note for the command watch next to each state."""
 
 import argparse
+from contextlib import suppress
 
 from ...persistence.monitor_states import load_monitor_state
-from ..watch.stream import acknowledgement, is_latched
+from ..watch.sensors import acknowledgement, is_latched
 from .messages import CommandError, as_command_error, say
 
 
@@ -15,6 +16,8 @@ def run(args: argparse.Namespace) -> int:
             if not is_latched(state):
                 raise CommandError(f"{path}: there is no latched alarm")
         for path in states:
-            acknowledgement(path).touch()
+            # A link is not followed, and a note that is there will do.
+            with suppress(FileExistsError):
+                acknowledgement(path).touch(exist_ok=False)
             say(f"{path}: the alarm will be acknowledged when watch looks at it next.")
     return 0

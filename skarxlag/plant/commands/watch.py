@@ -2,35 +2,32 @@
 
 import argparse
 import signal
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+import sys
+import threading
+from contextlib import ExitStack
 from typing import Any
 
 from ..watch.lines import OutputError
-from ..watch.table import Plant
-from .messages import CommandError, as_command_error
+from ..watch.sensors import follow
+from .messages import CommandError
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
-    plant = Plant(args)
-    plant.start()
-    with as_command_error(), _stop_signals() as signals:
-        try:
-            plant.follow(signals)
-        except OutputError as error:
-            raise CommandError(f"standard output: {error}") from error
-        finally:
-            plant.save()
-    return int(plant.finish())
+    if sys.stdout is None:
+        raise CommandError("standard output is closed")
+    news = threading.Event()
+    signals: list[Any] = []
 
+    def note(*caught: Any) -> None:
+        signals.append(caught)
+        news.set()
 
-@contextmanager
-def _stop_signals() -> Iterator[list[Any]]:
-    """Collect SIGINT and SIGTERM, so that they end the command where it does no harm."""
-    received: list[Any] = []
     with ExitStack() as at_end:
+        # These signals end the command where it does no harm.
         for number in (signal.SIGINT, signal.SIGTERM):
-            before = signal.signal(number, lambda *caught: received.append(caught))
-            at_end.callback(signal.signal, number, before)
-        yield received
+            at_end.callback(signal.signal, number, signal.signal(number, note))
+        try:
+            return int(follow(args, signals, news))
+        except OutputError as error:
+            raise CommandError(str(error)) from error

@@ -5,15 +5,13 @@ import json
 import math
 import time
 from datetime import UTC, datetime
-from operator import attrgetter
 from typing import Any
 
-from ...monitoring import ConditionMonitor, MonitorVerdict
 from ..commands.messages import percent, printable
 from ..commands.models import SavedModel
 
-#: Facts of a verdict that are written at once if they differ from the line before.
-_news = attrgetter("verdict", "alarm", "quality")
+#: Fields of a verdict whose changes are written at once.
+_NEWS = ("verdict", "alarm", "quality")
 #: Range of the seconds since 1970 that are taken for dates, from 1973 to 2096. A clock
 #: that counts from the start of a machine is below it.
 _DATES = (1e8, 4e9)
@@ -44,99 +42,74 @@ class SensorLines:
 
     Attributes
     ----------
-    last : MonitorVerdict or None
-        Verdict on the latest window.
+    last : dict or None
+        Fields of the latest verdict.
     """
 
     def __init__(self, args: argparse.Namespace, name: str) -> None:
         self._args = args
-        self._name = printable(name)
-        self._model: SavedModel | None = None
-        self._monitor: ConditionMonitor | None = None
-        self.last: MonitorVerdict | None = None
-        self._written: MonitorVerdict | None = None
-        self._line_at = self._window_at = time.monotonic()
+        self._head = {"sensor": printable(name), "healthy": None, "model": None}
+        self.last: dict[str, Any] | None = None
+        self._written: dict[str, Any] | None = None
+        self._line_at = self._verdict_at = time.monotonic()
 
-    def begin(self, model: SavedModel, monitor: ConditionMonitor) -> None:
-        """Continue with a model and its monitor."""
-        if self._model is None or model.identity != self._model.identity:
-            self.last = self._written = None
-        self._model = model
-        self._monitor = monitor
+    def begin(self, model: SavedModel) -> None:
+        """State the model in the lines from here on."""
+        self._head |= {"healthy": model.healthy, "model": model.short_identity}
 
-    def add(self, verdict: MonitorVerdict, source: str | None) -> None:
-        """Write the verdict on a window, if it is due."""
-        self.last = verdict
-        self._window_at = time.monotonic()
-        if self._is_due(verdict):
-            self._written = verdict
-            fields = verdict._asdict()
-            fields = {"seconds": fields.pop("time")} | fields
-            if source is not None:
-                fields["source"] = printable(source)
-            self._print("verdict", verdict.time, fields)
+    def add(self, fields: dict[str, Any]) -> None:
+        """Write a verdict, if it is due."""
+        self.last = fields
+        self._verdict_at = time.monotonic()
+        if self._is_due(fields):
+            self._written = fields
+            self._print("verdict", fields["seconds"], fields)
 
-    def _is_due(self, verdict):
+    def _is_due(self, fields):
         every = self._args.every
-        if every is None or self._written is None:
+        before = self._written
+        if every is None or before is None:
             return True
-        if _news(verdict) != _news(self._written):
+        if any(fields[name] != before[name] for name in _NEWS):
             return True
         # A clock that was set back would suppress all lines; times are sums of rounded
         # steps.
-        return not 0 <= verdict.time - self._written.time < every * (1 - 1e-9)
+        return not 0 <= fields["seconds"] - before["seconds"] < every * (1 - 1e-9)
 
-    def beat(self, problem: str | None) -> None:
-        """Write a heartbeat if no line was written for so long.
-
-        Parameters
-        ----------
-        problem : str or None
-            Why the sensor is not watched, or not with the present model.
-        """
+    def beat(self, alarm_state: str, problem: str | None) -> None:
+        """Write a heartbeat, with what is wrong, if no line was written for so long."""
         heartbeat = self._args.heartbeat
         if heartbeat is not None and time.monotonic() - self._line_at >= heartbeat:
-            self._print("heartbeat", None, self._present() | {"problem": problem})
+            fields = self._present(alarm_state) | {"problem": problem}
+            self._print("heartbeat", None, fields)
 
-    def acknowledged(self) -> None:
+    def acknowledged(self, alarm_state: str) -> None:
         """Write that a latched alarm was acknowledged."""
-        present = self._present()
-        if self.last is not None:
-            self.last = self.last._replace(
-                alarm=present["alarm"], alarm_state=present["alarm_state"]
-            )
-        self._print("acknowledged", None, present)
+        self._print("acknowledged", None, self._present(alarm_state))
 
-    def _present(self):
-        """Verdict and alarm at present."""
-        state = "none" if self._monitor is None else self._monitor.alarm_state
+    def _present(self, alarm_state):
+        """Return the verdict and the alarm at present."""
         return {
-            "seconds_without_window": round(time.monotonic() - self._window_at, 3),
-            "verdict": self.last and self.last.verdict,
-            "alarm": None if state == "none" else state in _ON,
-            "alarm_state": state,
+            "seconds_without_verdict": round(time.monotonic() - self._verdict_at, 3),
+            "verdict": self.last and self.last["verdict"],
+            "alarm": None if alarm_state == "none" else alarm_state in _ON,
+            "alarm_state": alarm_state,
         }
 
     def _print(self, kind, seconds, fields):
         self._line_at = time.monotonic()
-        line: dict[str, Any] = {
-            "kind": kind,
-            "time": iso_date(seconds),
-            "sensor": self._name,
-            "healthy": self._model and self._model.healthy,
-            "model": self._model and self._model.short_identity,
-            **fields,
-        }
+        line = {"kind": kind, "time": iso_date(seconds), **self._head, **fields}
         for name, value in line.items():
             if isinstance(value, float) and not math.isfinite(value):
                 line[name] = None
-        text = json.dumps(line, allow_nan=False)
+            elif isinstance(value, str):
+                line[name] = printable(value)
         try:
-            print(text, flush=True)
+            print(json.dumps(line, allow_nan=False), flush=True)
         except BrokenPipeError:
             raise
         except OSError as error:
-            raise OutputError(error) from error
+            raise OutputError(f"standard output: {error}") from error
 
 
 def iso_date(seconds: float | None) -> str:
@@ -146,28 +119,28 @@ def iso_date(seconds: float | None) -> str:
     return moment.isoformat(timespec="milliseconds")
 
 
-def sentence(verdict: MonitorVerdict) -> str:
-    """Describe a verdict.
+def sentence(fields: dict[str, Any]) -> str:
+    """Describe a verdict by the fields of its line.
 
     Examples
     --------
-    >>> first = MonitorVerdict(
-    ...     *(0, 0.5, 900.0, "good", 0.0, "worn", "worn", 0.93, True, False, 0.25, 0.003, "hold"),
-    ...     alarm_state="not yet an alarm",
-    ... )
-    >>> sentence(first)
+    >>> fields = {"verdict": "worn", "probability": 0.93, "alarm_level": 0.25}
+    >>> fields |= {"alarm_state": "not yet an alarm", "p_value": 0.003, "quality": "good"}
+    >>> sentence({"seconds": 0.5, **fields})
     '0.5 s, worn, probability 93.0%, not yet an alarm, at 25%, p-value 0.003'
-    >>> nothing = dict.fromkeys(("probability", "p_value"), math.nan)
-    >>> sentence(first._replace(**nothing, quality="constant", alarm_state="none"))
-    '0.5 s, worn, no signal: constant'
+    >>> fields |= dict.fromkeys(("probability", "p_value"), math.nan)
+    >>> sentence({"source": "1.wav", **fields, "quality": "constant", "alarm_state": "none"})
+    '1.wav, worn, no signal: constant'
     """
-    parts = [f"{verdict.time:.1f} s, {verdict.verdict or 'no verdict'}"]
-    if not math.isnan(verdict.probability):
-        parts.append(f"probability {percent(verdict.probability)}")
-    if verdict.alarm_state != "none":
-        parts.append(_ALARMS[verdict.alarm_state].format(verdict.alarm_level))
-    if not math.isnan(verdict.p_value):
-        parts.append(f"p-value {verdict.p_value:.2g}")
-    if verdict.quality != "good":
-        parts.append(f"no signal: {verdict.quality}")
+    source = fields.get("source")
+    parts = [f"{fields['seconds']:.1f} s" if source is None else printable(source)]
+    parts.append(str(fields["verdict"] or "no verdict"))
+    if not math.isnan(fields["probability"]):
+        parts.append(f"probability {percent(fields['probability'])}")
+    if fields["alarm_state"] != "none":
+        parts.append(_ALARMS[fields["alarm_state"]].format(fields["alarm_level"]))
+    if not math.isnan(fields["p_value"]):
+        parts.append(f"p-value {fields['p_value']:.2g}")
+    if fields["quality"] != "good":
+        parts.append(f"no signal: {fields['quality']}")
     return ", ".join(parts)

@@ -5,7 +5,7 @@ import pytest
 
 from skarxlag import make_detector, make_diagnoser, make_windows, save_diagnoser
 from skarxlag.plant.commands import main
-from tests.plant.commands.watching import COLOURS, RATE, WINDOW, sound, verdicts_of
+from tests.plant.watch.watching import COLOURS, RATE, WINDOW, sound, verdicts_of
 
 
 def counts(out):

@@ -9,6 +9,7 @@ from scipy.signal import lfilter
 from skarxlag import load_diagnoser
 
 from ...bearing_rows import RATE, row
+from ..watch.watching import lines_of
 from .conftest import counts
 
 RATES = ("--sampling-rate", RATE)
@@ -150,7 +151,7 @@ def test_what_is_wrong_with_one_recording_is_reported(run, plant):
 
 
 @pytest.mark.slow
-def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
+def test_fit_stores_the_bearing_and_healthy_limits(run, plant, piped):
     rng = np.random.default_rng(9)
     lines = ["path,rpm,sampling_rate"]
     for number in range(3):
@@ -175,9 +176,8 @@ def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
     # The healthy limits are exceeded and no comb is found.
     assert verdicts["rough.npy"] == "changed"
     assert "No comb of bearing 6205 shows a fault." in out
-    running = plant / "running.csv"
-    np.savetxt(running, np.load(plant / "inner.npy"), fmt="%.5f")
-    command = ("watch", model, running, "--idle", 0.02, "--poll", 0.005)
+    piped(lines_of(np.load(plant / "inner.npy")))
+    command = ("watch", model, "-")
     code, out, err = run(*command, "--rpm", 900)
     assert code == 0 and json.loads(out.splitlines()[-1])["verdict"] == "inner", err
     code, out, err = run(*command)

@@ -7,7 +7,7 @@ import pytest
 
 from skarxlag import load_diagnoser, load_recordings, read_recording_table
 from skarxlag.plant.commands import main
-from tests.plant.commands.watching import COLOURS, RATE, WINDOW, sound, verdicts_of
+from tests.plant.watch.watching import COLOURS, RATE, WINDOW, sound, verdicts_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 

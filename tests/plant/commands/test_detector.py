@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 from skarxlag.persistence.models import load_diagnoser
 
 from ...impacts import ORDERS, RATE, strikes
+from ..watch.watching import lines_of
 from .conftest import counts
 
 SPEEDS = (600, 750, 900)
@@ -111,20 +112,19 @@ def test_recordings_at_a_speed_between_are_distinguished(run, plant, model):
     assert rows["alarm"].tolist() == ["no", "yes"] and "of 8400 samples" in out
 
 
-def test_the_alarm_of_a_running_sensor(run, plant, model):
-    arguments = ("--rpm", 680, "--idle", 0.03, "--poll", 0.005, "--sampling-rate", RATE)
+def test_the_alarm_of_a_running_sensor(run, plant, model, piped):
+    arguments = ("--rpm", 680, "--sampling-rate", RATE)
     alarms = {}
     for name in ("well", "worn"):
-        lines = plant / f"{name}.txt"
-        np.savetxt(lines, np.load(plant / f"{name}.npy"))
-        code, out, err = run("watch", model, lines, *arguments)
+        piped(lines_of(np.load(plant / f"{name}.npy")))
+        code, out, err = run("watch", model, "-", *arguments)
         found = [json.loads(line) for line in out.splitlines()]
         assert code == 0 and len(found) == 3, err
         alarms[name] = found[-1]["alarm_level"]
     assert alarms["well"] < 0.1 < alarms["worn"]
 
 
-def test_the_alarm_takes_the_limits_that_fit_saved(run, plant):
+def test_the_alarm_takes_the_limits_that_fit_saved(run, plant, piped):
     lines = ["path,condition,rpm,sampling_rate"]
     lines += [f"{rpm}.npy,healthy,{rpm},{RATE}" for rpm in SPEEDS]
     for condition, order in ORDERS.items():
@@ -132,13 +132,12 @@ def test_the_alarm_takes_the_limits_that_fit_saved(run, plant):
         np.save(plant / f"{condition}.npy", signal)
         lines.append(f"{condition}.npy,{condition},750,{RATE}")
     (plant / "faults.csv").write_text("\n".join(lines))
-    bearing, text = plant / "bearing.skops", plant / "running.txt"
+    bearing = plant / "bearing.skops"
     assert run("fit", plant / "faults.csv", "-o", bearing)[0] == 0
     last = {}
     for name in ("outer", "750"):
-        np.savetxt(text, np.load(plant / f"{name}.npy")[: 3 * RATE])
-        options = ("--rpm", 750, "--idle", 0.03, "--poll", 0.005)
-        code, out, err = run("watch", bearing, text, *options)
+        piped(lines_of(np.load(plant / f"{name}.npy")[: 3 * RATE]))
+        code, out, err = run("watch", bearing, "-", "--rpm", 750)
         last[name] = json.loads(out.splitlines()[-1])
         assert code == 0 and "Healthy: healthy" in err
     assert [last[name]["verdict"] for name in last] == ["outer", "healthy"]

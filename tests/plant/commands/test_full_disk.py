@@ -11,7 +11,7 @@ import pytest
 
 from skarxlag import ConditionMonitor, save_diagnoser, save_monitor_state
 from skarxlag.persistence.models import load_diagnoser
-from tests.plant.commands.watching import RATE, WINDOW, sound
+from tests.plant.watch.watching import RATE, WINDOW, lines_of, sound
 
 resource = pytest.importorskip("resource")
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given")
@@ -104,19 +104,21 @@ def test_a_model_that_fit_cannot_write_leaves_nothing(run, tmp_path):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5])
-def test_watch_ends_with_one_line_if_its_state_cannot_be_written(
-    run, tmp_path, models, share
+def test_watch_goes_on_if_its_state_cannot_be_written(
+    run, tmp_path, models, piped, share
 ):
-    np.savetxt(tmp_path / "s.csv", sound("good", 5 * WINDOW, 3))
-    options = ("--idle", 0.02, "--poll", 0.005, "--state", tmp_path / "state.json")
-    watch = ("watch", models[0], tmp_path / "s.csv", *options)
-    assert run(*watch)[0] == 0
-    size = (tmp_path / "state.json").stat().st_size
-    (tmp_path / "state.json").unlink()
+    state = tmp_path / "state.json"
+    lines = lines_of(sound("good", 5 * WINDOW, 3))
+    piped(lines)
+    assert run("watch", models[0], "-", "--state", state)[0] == 0
+    size = state.stat().st_size
+    state.unlink()
     before = listing(tmp_path)
+    piped(lines)
     with room_for(share * size):
-        code, _, err = run(*watch)
-    assert code == 1 and "Traceback" not in err and "File too large" in err
+        code, out, err = run("watch", models[0], "-", "--state", state)
+    assert code == 1 and len(out.splitlines()) == 5 and "Traceback" not in err
+    assert err.count("the state is not saved") == 1 and "File too large" in err
     assert listing(tmp_path) == before
 
 

@@ -19,7 +19,7 @@ from skarxlag import (
     save_diagnoser,
     window_verdicts,
 )
-from tests.plant.commands.watching import IDLE, lines_of
+from tests.plant.watch.watching import lines_of
 
 pytestmark = [
     pytest.mark.slow,
@@ -141,18 +141,16 @@ def test_no_recording_gets_a_verdict(run, tmp_path, fitted, kind, knows_speeds):
 @pytest.mark.parametrize("is_column", [True, False])
 @pytest.mark.parametrize("knows_speeds", [True, False])
 def test_no_window_of_a_stream_gets_a_verdict(
-    run, tmp_path, fitted, is_column, knows_speeds
+    run, tmp_path, fitted, is_column, knows_speeds, piped
 ):
-    model, path = tmp_path / "model.skops", tmp_path / "log.csv"
+    model = tmp_path / "model.skops"
     diagnoser = next(each for each, knows in fitted if knows == knows_speeds)
     save_diagnoser(diagnoser, model, window_length=LENGTH, sampling_rate=RATE)
     for rpm in [0.001, 1e9] + IN_HERTZ * knows_speeds:
         signal = GOOD[:2].ravel()
-        path.write_bytes(
-            b"y,n\n" + lines_of(np.stack([signal, np.full(len(signal), rpm)]))
-        )
+        piped(b"y,n\n" + lines_of(np.stack([signal, np.full(len(signal), rpm)])))
         speed = ("--rpm-column", "n") if is_column else ("--channel", "y", "--rpm", rpm)
-        code, out, err = run("watch", model, path, *IDLE, *speed)
+        code, out, err = run("watch", model, "-", *speed)
         found = [json.loads(line)["verdict"] for line in out.splitlines()]
         assert code == 0 and len(found) == 2, err
         assert all(verdict.startswith("no verdict: speed ") for verdict in found)

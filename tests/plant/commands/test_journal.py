@@ -17,7 +17,7 @@ from skarxlag.plant.commands.diagnosis import Diagnosis, file_state
 from skarxlag.plant.commands.journal import Journal
 from skarxlag.plant.commands.messages import CommandError
 from skarxlag.plant.readers.listing import ListedRecording
-from tests.plant.commands.watching import WINDOW, sound
+from tests.plant.watch.watching import WINDOW, sound
 
 WINDOWS = pd.DataFrame({"verdict": ["good", "worn"], "probability": [0.5, 0.7]})
 VERDICT = {"verdict": "good", "probability": 0.7, "alarm": "no", "windows": 2}

@@ -16,7 +16,7 @@ from skarxlag import (
 )
 from skarxlag.persistence.models import save_diagnoser
 from skarxlag.plant.commands import main
-from tests.plant.commands.watching import RATE, WINDOW, sound
+from tests.plant.watch.watching import RATE, WINDOW, sound
 
 resource = pytest.importorskip("resource")
 pytestmark = [

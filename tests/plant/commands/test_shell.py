@@ -275,15 +275,13 @@ LINES = [
         rpm=of(300, 1e-3, 1e9),
         rpm_column=of("0", "x"),
         time_column=of("none", "0", "x"),
-        hop=of(50, 0),
         half_life=of(0.1, -1),
         every=of(1e9),
         gap_tolerance=of(0),
         state=of("state.json"),
-        timed_files=FLAG,
     ),
 )
-def test_watch_of_any_lines(run, plant, models, data, odd, n_lines, chosen):
+def test_watch_of_any_lines(run, plant, models, piped, data, odd, n_lines, chosen):
     """Each whole window of a clean stream has a verdict, others a verdict or none."""
     model, path = data.draw(st.sampled_from(models)), plant / f"w{next(COUNTER)}.csv"
     lines = [
@@ -292,11 +290,10 @@ def test_watch_of_any_lines(run, plant, models, data, odd, n_lines, chosen):
     ]
     for at, line in odd:
         lines.insert(at, line)
-    path.write_bytes(b"".join(line + b"\n" for line in lines))
+    piped(b"".join(line + b"\n" for line in lines))
     if "--state" in chosen:
         chosen[chosen.index("--state") + 1] = path.with_suffix(".json")
-    idle = ("--idle", 0.02, "--poll", 0.005, "--settle", 0.001)
-    code, out, err = run("watch", model, path, *idle, *chosen)
+    code, out, err = run("watch", model, "-", *chosen)
     check(code, out, err)
     starts = [json.loads(line)["start"] for line in out.splitlines()]
     assert starts == sorted(set(starts))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.plant.commands.watching import RATE, WINDOW, sound
+from tests.plant.watch.watching import RATE, WINDOW, sound
 
 
 @pytest.mark.parametrize(

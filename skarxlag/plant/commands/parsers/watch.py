@@ -1,16 +1,15 @@
-"""Diagnose a running sensor with a diagnoser that `fit` saved.
+"""Diagnose running sensors with a diagnoser that `fit` saved.
 
-SOURCE is - for standard input, a file that grows, a named pipe or serial device, or a
-folder into which a logger drops files. Streams and growing files hold csv lines, or raw
-samples with --dtype; files in a folder are of any format that diagnose reads. Writes
-one line of JSON for each window to standard output, or fewer with --every, and a
-summary to standard error. The alarm takes the healthy limits that `fit` saved in the
-model. Ends with the input, or on Ctrl-C. Instead of MODEL.skops and SOURCE, a csv table
-names several sensors in the columns name, source and model, and optionally channel and
-rpm. A sensor of a table that cannot be watched is reported and tried again. A model
-whose file changes is exchanged. Several channels are separated by ; with the output
-first. With --timed-files, a file begins at the date that it states, or else its time of
-modification is that of its last sample. With --state, a later run continues from there.
+SOURCE is - for standard input, a named pipe or a serial device, or a folder into which a
+logger drops recordings. Pipes hold csv lines, or raw samples with --dtype. A pipe has a
+verdict for each window, and a folder one for each recording, as diagnose has. Writes one
+line of JSON for each verdict to standard output, or fewer with --every, and a summary to
+standard error. The alarm takes the healthy limits that `fit` saved in the model. Ends
+with the input, or on Ctrl-C. Instead of MODEL.skops and SOURCE, a csv table names
+several sensors in the columns name, source and model, and optionally channel and rpm. A
+sensor of a table that cannot be watched is reported and tried again. Several channels
+are separated by ; with the output first. With --state, a later run continues from
+there.
 """
 
 import argparse
@@ -26,7 +25,7 @@ from ..arguments import (
     speed_or_source,
 )
 from ..files import check_input, is_model_file
-from ..messages import UsageError
+from ..messages import CommandError, UsageError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -66,16 +65,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "csv column of times; none: ignore times",
         metavar="NAME",
     )
-    option(parser, "--hop", "between windows; default: their length", int, "SAMPLES")
     alarm = parser.add_mutually_exclusive_group()
-    text = "least mean of signal between false alarms; default: 1000"
+    text = "least mean of signal between false alarms of a pipe; default: 1000"
     option(alarm, "--false-alarm-interval", text, positive_number, "HOURS")
-    text = "that exceed the limits in a row and raise the alarm; default: by the interval above"
-    option(alarm, "--alarm-delay", text, positive_int, "WINDOWS")
+    text = (
+        "windows of a pipe, or snapshots of a folder, that exceed the limits in a row \
+and raise the alarm; default: by the interval above, or 1 snapshot"
+    )
+    option(alarm, "--alarm-delay", text, positive_int)
     flag(
         parser, "--latch", "keep an alarm on until skarxlag acknowledge; needs --state"
     )
-    flag(parser, "--timed-files", "there may be gaps between the files of a folder")
     option(
         parser,
         "--state",
@@ -84,13 +84,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "FILE.json",
     )
     texts = {
-        "--half-life": "of evidence; default: 10",
-        "--gap-tolerance": "lateness that is no gap; default: half a window",
+        "--half-life": "of the evidence in a pipe; default: 10",
+        "--gap-tolerance": "lateness in a pipe that is no gap; default: half a window",
         "--idle": "end after so long without anything new; default: never",
-        "--poll": "pause between looks; default: 0.2",
-        "--retry": "between attempts to watch a sensor, and looks for changed models; default: 60",
+        "--poll": "pause between looks; default: 0.5",
+        "--retry": "between attempts to watch a sensor; default: 60",
         "--settle": "pause after which a file in a folder is finished; default: 2",
-        "--every": "between lines of JSON, unless the verdict changes; default: every window",
+        "--every": "between lines of JSON, unless the verdict changes; default: every verdict",
         "--heartbeat": "without a line, then write a heartbeat; default: never",
     }
     for name, text in texts.items():
@@ -102,8 +102,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
     )
     flag(parser, "-v --verbose", "print one status line a second")
-    parser.set_defaults(half_life=10.0, false_alarm_interval=1000.0, rpm={})
-    parser.set_defaults(poll=0.2, retry=60.0, settle=2.0)
+    parser.set_defaults(half_life=10.0, rpm={}, poll=0.5, retry=60.0, settle=2.0)
 
 
 def check(args: argparse.Namespace) -> None:
@@ -115,3 +114,8 @@ def check(args: argparse.Namespace) -> None:
             "argument --latch: needs --state, next to which alarms are acknowledged"
         )
     check_input(args.model)
+    if args.state is not None:
+        if args.source is None:
+            args.state.mkdir(parents=True, exist_ok=True)
+        elif not args.state.parent.is_dir():
+            raise CommandError(f"{args.state.parent}: no such folder")

@@ -1,4 +1,4 @@
-"""Times of a running source of text."""
+"""Times that the lines of a pipe state."""
 
 import math
 from collections.abc import Iterator
@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from ..readers.formats.clock import DRIFT, Clock
@@ -30,8 +31,8 @@ class StreamTimes:
     column : str or None
         Name, position or pattern of the column. None takes the first with a name such
         as ``time`` whose values are seconds or dates; `NO_TIMES` takes none.
-    sampling_rate : float
-        In Hz, that of the samples.
+    rate : float
+        Sampling rate in Hz.
     tolerance : float
         Seconds by which the step from one time to the next may be wrong.
     shortest : int
@@ -39,20 +40,22 @@ class StreamTimes:
     """
 
     def __init__(
-        self, column: str | None, sampling_rate: float, tolerance: float, shortest: int
-    ):
+        self, column: str | None, rate: float, tolerance: float, shortest: int
+    ) -> None:
         self._column = column
-        self._rate = sampling_rate
-        self._tolerance = tolerance
-        self._shortest = shortest
+        self._rate = rate
+        self._clock = Clock(rate, tolerance, shortest)
         # A clock drifts against the sampling rate, by less than the tolerance until it
         # is stated.
-        self._every = sampling_rate * min(_STATED_EVERY, tolerance / (2 * DRIFT))
+        self._every = rate * min(_STATED_EVERY, tolerance / (2 * DRIFT))
+        # Last sample, counted from the first, whose time was stated.
+        self._stated: int | None = None
+        self._parts: list[str] = []
 
     def find(
         self, layout: TextLayout, rows: list[dict[str, str]], taken: list[str]
     ) -> str | None:
-        """Prepare for a source, and return the name of its column of times, None without one.
+        """Return the name of the column of times, None without one.
 
         Parameters
         ----------
@@ -68,53 +71,50 @@ class StreamTimes:
         ContentError
             If the chosen column does not exist or has an unknown unit.
         """
-        self._clock = Clock(self._rate, self._tolerance, self._shortest)
-        # Last sample, counted from the first, whose time was stated.
-        self._stated = None
-        name = self._name(layout.names, taken)
+        name = None
+        if self._column is None:
+            free = (name for name in layout.names if name not in taken)
+            name = next(filter(names_times, free), None)
+        elif self._column != NO_TIMES:
+            name = choose_channel(layout.names, self._column)
         if name is None:
             return None
-        parts = date_columns(layout.names, rows[0]) if rows else []
-        self._parts = parts if name in parts else [name]
+        dates = date_columns(layout.names, rows[0])
+        parts = dates if name in dates else [name]
         unit = layout.units.get(name, "").lower()
-        values = [number(self._text(r)) for r in rows]
+        values = [number(" ".join(row[part] for part in parts)) for row in rows]
         # Dates have no unit, whatever the header states.
-        is_date = len(values) > 0 and np.isnan(values).all()
-        self._scale = SECONDS.get("s" if is_date else unit or "s")
+        scale = SECONDS.get("s" if np.isnan(values).all() else unit or "s")
         # As in files: whole numbers without a unit may count samples.
         is_counter = not unit and all(value.is_integer() for value in values)
-        if self._column is None and (self._scale is None or is_counter):
+        if self._column is None and (scale is None or is_counter):
             return None
-        if self._scale is None:
+        if scale is None:
             raise ContentError(
                 f"column {name!r} is in {unit!r}, expected one of {', '.join(SECONDS)}"
             )
+        self._parts = parts
+        self._scale = scale
         return name
 
-    def _name(self, names, taken):
-        if self._column == NO_TIMES:
-            return None
-        if self._column is not None:
-            return choose_channel(names, self._column)
-        free = (name for name in names if name not in taken)
-        return next(filter(names_times, free), None)
+    def _seconds(self, frame):
+        """Return the times of samples in seconds; NaN if they cannot be read."""
+        columns = [frame[part] for part in self._parts]
+        if len(columns) == 1 and columns[0].dtype == np.float64:
+            seconds = columns[0].to_numpy() * self._scale
+        else:
+            texts = (" ".join(map(str, parts)) for parts in zip(*columns, strict=True))
+            seconds = np.array([self._second(text) for text in texts])
+        return np.where(np.abs(seconds) < _LARGEST, seconds, np.nan)
 
-    def seconds(self, row: dict[str, str]) -> float:
-        """Return the time of a line by its fields in seconds, NaN if they hold none."""
-        text = self._text(row)
+    def _second(self, text):
         value = number(text) * self._scale
-        if math.isnan(value):
-            value = seconds_of_date(text)
-        return value if abs(value) < _LARGEST else math.nan
-
-    def _text(self, row):
-        """Return the field of the column, or date and time of day of two columns."""
-        return " ".join(row[name] for name in self._parts)
+        return seconds_of_date(text) if math.isnan(value) else value
 
     def cut(
-        self, samples: NDArray[Any], times: NDArray[Any]
-    ) -> Iterator[tuple[Any, float | None]]:
-        """Yield parts of a block that begin at a known time, as `TextSamples.parts` does.
+        self, samples: NDArray[Any], frame: pd.DataFrame
+    ) -> Iterator[tuple[NDArray[Any], float | None]]:
+        """Yield parts of a block that begin at a known time.
 
         The parts do not depend on how the stream is divided into blocks.
 
@@ -122,8 +122,8 @@ class StreamTimes:
         ----------
         samples : ndarray of shape (n_channels, n_samples)
             The block.
-        times : ndarray of shape (n_samples,)
-            In seconds, NaN if unknown.
+        frame : DataFrame
+            Its lines.
 
         Yields
         ------
@@ -137,30 +137,29 @@ class StreamTimes:
         ContentError
             If the times are those of another sampling rate, or stand still.
         """
+        if not self._parts:
+            yield samples, None
+            return
         n_before = self._clock.n_samples
-        compared = self._clock.compare(times)
+        compared = self._clock.compare(self._seconds(frame))
         if compared.wrong is not None:
-            self._refuse(compared.wrong)
+            n_samples = compared.wrong.n_samples
+            raise ContentError(
+                f"{n_samples} samples take {compared.wrong.seconds:g} s by their times, "
+                f"expected {n_samples / self._rate:g} s at {self._rate:g} Hz: the sampling "
+                "rate is another, lines are missing, or the name of the column lacks its "
+                "unit as in 'time (ms)'; --time-column none ignores the times"
+            )
         cuts: dict[int, float | None] = {0: None}
         columns = (compared.samples, compared.seconds, compared.is_break)
         for i, time, is_break in zip(*map(np.ndarray.tolist, columns), strict=True):
-            sample = n_before + i
             if self._stated is None:
                 # Unknown times before the first known one follow from it.
                 cuts[0] = time - i / self._rate
-            elif is_break or sample - self._stated >= self._every:
+            elif is_break or n_before + i - self._stated >= self._every:
                 cuts[i] = time
             else:
                 continue
-            self._stated = sample
-        for start, end in pairwise([*cuts, len(times)]):
+            self._stated = n_before + i
+        for start, end in pairwise([*cuts, samples.shape[1]]):
             yield samples[:, start:end], cuts[start]
-
-    def _refuse(self, wrong):
-        n_samples = wrong.n_samples
-        raise ContentError(
-            f"{n_samples} samples take {wrong.seconds:g} s by their times, expected "
-            f"{n_samples / self._rate:g} s at {self._rate:g} Hz: the sampling rate is "
-            "another, lines are missing, or the name of the column lacks its unit as in "
-            "'time (ms)'; --time-column none ignores the times"
-        )

@@ -1,24 +1,20 @@
 """Times that a stream states, in ``watch``."""
 
 import json
-import os
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from skarxlag import ConditionMonitor
-from skarxlag.plant.watch.live_text import TextSamples
-from skarxlag.plant.watch.live_times import StreamTimes
-from tests.plant.commands.watching import (
-    IDLE,
+from skarxlag.plant.watch.stream_times import StreamTimes
+from tests.plant.watch.watching import (
     RATE,
     WINDOW,
     expected,
     lines_of,
     sound,
-    verdicts_of,
+    text_parser,
 )
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
@@ -40,7 +36,7 @@ def dates(seconds):
 
 
 def parser(column=None, tolerance=0.1):
-    return TextSamples(None, StreamTimes(column, RATE, tolerance, WINDOW))
+    return text_parser(StreamTimes(column, RATE, tolerance, WINDOW))
 
 
 def stated_times(stream, data, size=10**9):
@@ -48,7 +44,7 @@ def stated_times(stream, data, size=10**9):
     stated = []
     n_before = 0
     for start in range(0, len(data), size):
-        for samples, time in stream.parts(data[start : start + size]):
+        for samples, time in stream.parts(data[start : start + size], False):
             if time is not None:
                 stated.append((n_before, time))
             n_before += samples.shape[1]
@@ -173,14 +169,13 @@ def test_times_that_are_rounded_to_some_seconds_are_right():
     assert stated == [(0, 0.5), (5000, 5.5), (10_000, 10.5)]
 
 
-def test_times_that_cannot_be_read_are_counted(watch):
+def test_samples_of_times_that_cannot_be_read_follow(watch):
     times = [f"{t:.3f}" for t in 4 + np.arange(700) / RATE]
     times[0] = "22 Nov 2026"
     times[250:253] = ["", "NaN", "1e308"]
     times[300] = "later"
     code, verdicts, err = watch(timed(times))
     assert code == 0
-    assert "times that could not be read: 5" in err
     assert "3 good; no gaps" in err
     assert [v["time"] for v in verdicts] == pytest.approx([4.2, 4.4, 4.6])
 
@@ -215,13 +210,6 @@ def test_which_column_holds_times(watch, fitted):
     assert "-: no channel 'watch'; available: 'acc', 'clock'" in err
 
 
-def test_columns_of_times_belong_to_lines(run, models, tmp_path):
-    for source in (["-", "--dtype", "<i2"], [tmp_path]):
-        code, _, err = run("watch", models[0], *source, "--time-column", "time")
-        assert code == 2
-        assert "--time-column: belongs to csv lines" in err
-
-
 def test_a_unit_that_is_none():
     data = b"time;acc\nweeks;g\n0.1;1\n0.2;2\n"
     message = "column 'time' is in 'weeks', expected one of"
@@ -233,26 +221,6 @@ def test_a_unit_that_is_none():
 def test_whole_numbers_are_no_dates():
     data = b"time (ms);acc\n" + b"10101010;1\n10101011;2\n" * 2
     assert stated_times(parser("time*"), data)[0][1] == pytest.approx(10_101.010)
-
-
-def test_files_that_state_dates(run, models, tmp_path):
-    """A date in a file counts more than the time at which it was copied."""
-    for number, start in enumerate([0.0, 1.0, 9.0]):
-        seconds = start + np.arange(1000) / RATE
-        path = tmp_path / f"{number}.csv"
-        if number == 1:
-            path = path.with_suffix(".parquet")
-            times = pd.Timestamp(START) + pd.to_timedelta(seconds, unit="s")
-            pd.DataFrame({"time": times, "acc": SIGNAL}).to_parquet(path)
-        else:
-            path.write_bytes(timed(dates(seconds)))
-        os.utime(path, (5000 + number, 5000 + number))
-    options = (*IDLE, "--timed-files", "--channel", "acc")
-    code, out, err = run("watch", models[0], tmp_path, *options)
-    assert code == 0
-    assert "15 good; 1 gap of 7.0 s" in err
-    seconds = [v["time"] - START.timestamp() for v in verdicts_of(out)]
-    assert seconds[::5] == pytest.approx([0.2, 1.2, 9.2], abs=1e-5)
 
 
 @pytest.mark.parametrize("start", [START.timestamp(), 50.0])
@@ -274,19 +242,3 @@ def test_each_line_states_sensor_date_and_speed(run, models, piped, start, optio
         assert before - timedelta(seconds=1) <= moments[0] <= datetime.now(UTC)
     else:
         assert [(m - START).total_seconds() for m in moments] == [0.2, 0.4]
-
-
-def test_a_heartbeat_while_nothing_comes(run, models, tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_bytes(lines_of(SIGNAL[:250]))
-    options = ("--idle", 0.5, "--poll", 0.005, "--heartbeat", 0.12)
-    out = run("watch", models[0], path, *options)[1]
-    lines = [json.loads(line) for line in out.splitlines()]
-    kinds = [line["kind"] for line in lines]
-    assert kinds.count("verdict") == 1
-    assert 2 <= kinds.count("heartbeat") <= 5
-    last = lines[-1]
-    assert last["kind"] == "heartbeat"
-    assert 0.12 < last["seconds_without_window"] < 2
-    facts = [last[name] for name in ("sensor", "healthy", "verdict", "alarm")]
-    assert facts == ["log", "good", "good", False]

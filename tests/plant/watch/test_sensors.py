@@ -1,0 +1,496 @@
+"""Several sensors in one process, their states and their alarms, in ``watch``."""
+
+import contextlib
+import io
+import json
+import os
+import signal
+import sys
+import threading
+import time
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from skarxlag import (
+    load_monitor_state,
+    make_detector,
+    make_windows,
+    save_diagnoser,
+    save_monitor_state,
+)
+from skarxlag.plant.watch import sensors
+from tests.plant.watch.watching import IDLE, RATE, WINDOW, expected, lines_of, sound
+
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning"),
+    pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes"),
+]
+LOOK = (*IDLE, "--retry", 1e-9)
+
+
+@pytest.fixture(scope="module")
+def model(fitted, tmp_path_factory):
+    """A file of the diagnoser, with healthy limits that take the level, too."""
+    path = tmp_path_factory.mktemp("models") / "m.skops"
+    save(fitted[0], path, 2)
+    return path
+
+
+def save(diagnoser, path, seed):
+    healthy = make_windows(sound("good", 100 * WINDOW, seed), WINDOW)
+    facts = {"conditions": ["good", "worn"], "n_channels": 1, "sampling_rate": RATE}
+    detector = make_detector(fixed_gain=True).fit(healthy)
+    save_diagnoser(diagnoser, path, window_length=WINDOW, detector=detector, **facts)
+
+
+@pytest.fixture
+def plant(model, tmp_path):
+    """A table of three folders with a snapshot each, of another signal."""
+    columns = {"name": ["a", "b", "c"], "source": ["da", "db", "dc"]}
+    for number, name in enumerate(columns["source"]):
+        drop(tmp_path / name, 3 * WINDOW, number)
+    # Spreadsheets of many countries separate by semicolons.
+    table = pd.DataFrame(columns | {"model": model, "rpm": [900, 901, ""]})
+    table.to_csv(tmp_path / "plant.csv", index=False, sep=";")
+    return tmp_path / "plant.csv"
+
+
+def drop(folder, n_samples, seed, gain=1.0):
+    folder.mkdir(exist_ok=True)
+    number = len([*folder.iterdir()])
+    np.save(folder / f"{number}.npy", gain * sound("good", n_samples, seed))
+
+
+def change(path, **columns):
+    table = pd.read_csv(path, sep=";").astype(object).assign(**columns)
+    table.to_csv(path, index=False)
+
+
+def of_kind(out, kind="verdict"):
+    """Lines of a kind, by sensor."""
+    found = {}
+    for line in map(json.loads, out.splitlines()):
+        if line["kind"] == kind:
+            found.setdefault(line["sensor"], []).append(line)
+    return found
+
+
+class Loop(threading.Event):
+    """Event that the loop waits for: some actions happen in its pauses, then a signal comes."""
+
+    def __init__(self, *actions):
+        super().__init__()
+        self._actions = [*actions]
+
+    def wait(self, timeout=None):
+        threading.Event().wait(0.02)
+        if self._actions:
+            self._actions.pop(0)()
+        else:
+            signal.raise_signal(signal.SIGINT)
+
+
+@pytest.fixture
+def during(monkeypatch):
+    """Set what happens in the pauses of the command, in turn; a signal ends it."""
+    event = threading.Event
+
+    def play(*actions):
+        made = [Loop(*actions, *[lambda: None] * 8)]
+        monkeypatch.setattr(
+            "skarxlag.plant.commands.watch.threading.Event",
+            lambda: made.pop() if made else event(),
+        )
+
+    return play
+
+
+def test_each_sensor_has_its_verdicts_and_a_model_is_loaded_once(
+    run, plant, fitted, monkeypatch
+):
+    loaded, saved_model = [], sensors.SavedModel
+
+    def load(path):
+        loaded.append(path)
+        return saved_model(path)
+
+    monkeypatch.setattr(sensors, "SavedModel", load)
+    code, out, err = run("watch", plant, *IDLE)
+    assert code == 0 and len(loaded) == 1
+    found = of_kind(out)
+    assert {name: len(lines) for name, lines in found.items()} == {
+        "a": 1, "b": 1, "c": 1,
+    }  # fmt: skip
+    assert len({lines[0]["p_value"] for lines in found.values()}) == 3
+    for name in "abc":
+        assert f"{name}: 1 snapshot; 0 alarms; last: 0.npy, good, " in err
+
+
+def test_pipes_of_one_model_have_the_verdicts_of_each_alone(run, plant, during):
+    signals = [sound("good", 3 * WINDOW, 3), 50 * sound("good", 3 * WINDOW, 4)]
+    ends = []
+    for name in ("pa", "pb"):
+        os.mkfifo(plant.parent / name)
+        ends.append(os.open(plant.parent / name, os.O_RDWR))
+    change(plant, source=["pa", "pb", "dc"], rpm=900)
+
+    def write(half):
+        for end, one in zip(ends, signals, strict=True):
+            os.write(end, lines_of(np.split(one, 2)[half]))
+
+    during(lambda: None, lambda: write(0), lambda: None, lambda: write(1))
+    code, out, _ = run("watch", plant)
+    for end in ends:
+        os.close(end)
+    model = sensors.SavedModel(pd.read_csv(plant)["model"][0])
+    found = of_kind(out)
+    assert code == 0
+    for name, one in zip("ab", signals, strict=True):
+        alone = expected((model.diagnoser, model.detector), one)
+        assert [v["verdict"] for v in found[name]] == [v["verdict"] for v in alone]
+        assert [v["p_value"] for v in found[name]] == [v["p_value"] for v in alone]
+        assert [v["rpm"] for v in found[name]] == [900.0] * 3
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"model": None}, "expected a file"),
+        ({"source": ["da", "-", "dc"]}, "line 3: source '-', expected a file"),
+        ({"rpm": ["900", "fast", "1"]}, "line 3: rpm is 'fast', expected a positive"),
+        ({"name": ["a", "b/c", "c"]}, "line 3: name 'b/c', expected a unique name"),
+        ({"name": ["a", "b", "a"]}, "line 2: name 'a', expected a unique name"),
+        ({"speed": 1}, "expected name, source, model, and if needed channel, rpm"),
+    ],
+)
+def test_a_table_with_a_mistake_ends_the_command(run, plant, changes, message):
+    change(plant, **changes)
+    code, out, err = run("watch", plant, *IDLE)
+    assert code == 1 and out == "" and message in err and "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    ("option", "column"), [("--sensor", "name"), ("--rpm-column", "rpm")]
+)
+def test_an_option_that_a_column_replaces_is_refused(run, plant, option, column):
+    code, _, err = run("watch", plant, option, "x")
+    assert code == 2 and f"argument {option}: " in err and f"column {column}" in err
+
+
+@pytest.mark.parametrize(
+    ("column", "cell", "message"),
+    [
+        ("source", "gone", "gone: no such file or folder"),
+        ("source", "plant.csv", "plant.csv is a file; tail -n +1 -F"),
+        ("model", "gone.skops", "gone.skops"),
+        ("model", "plant.csv", "plant.csv: no diagnoser saved by skarxlag"),
+    ],
+)
+def test_a_sensor_that_cannot_be_watched_does_not_keep_the_others_from_it(
+    run, plant, column, cell, message
+):
+    cells = pd.read_csv(plant, sep=";")[column].tolist()
+    change(plant, **{column: [cells[0], cell, cells[2]]})
+    code, out, err = run("watch", plant, *LOOK, "--heartbeat", 0.01)
+    assert code == 1 and "Traceback" not in err
+    assert of_kind(out).keys() == {"a", "c"}
+    # It is tried again in each pass, and reported once.
+    (line,) = (line for line in err.splitlines() if "error" in line)
+    assert message in line and "tried again every 1e-09 s" in line
+    beats = of_kind(out, "heartbeat")
+    assert all(beat["problem"] is None for beat in beats.get("a", []))
+    for beat in beats["b"]:
+        assert message in beat["problem"]
+        assert beat["verdict"] is beat["alarm"] is beat["healthy"] is None
+
+
+def test_a_source_that_vanishes_and_comes_back_continues(run, plant, during):
+    folder = plant.parent / "db"
+    moved = plant.parent / "moved"
+    change(plant, rpm=900)
+    during(
+        *[lambda: None] * 3,
+        lambda: folder.rename(moved),
+        *[lambda: None] * 3,
+        lambda: moved.rename(folder),
+        lambda: drop(folder, 3 * WINDOW, 9),
+    )
+    code, out, err = run("watch", plant, "--settle", 0.01, "--retry", 1e-9)
+    assert code == 0
+    # No file is diagnosed twice.
+    assert [line["source"] for line in of_kind(out)["b"]] == ["0.npy", "1.npy"]
+    errors = [line for line in err.splitlines() if line.startswith("b: error: ")]
+    assert 1 <= len(errors) == len({*errors}) and err.count("b: watched again") == 1
+    assert len(of_kind(out)["a"]) == 1
+
+
+def test_a_pipe_that_fails_is_tried_again_without_a_thread_for_each_attempt(
+    run, plant, during
+):
+    os.mkfifo(plant.parent / "pipe")
+    change(plant, source=["da", "pipe", "dc"], rpm=900)
+    pipe = os.open(plant.parent / "pipe", os.O_RDWR | os.O_NONBLOCK)
+    n_before = threading.active_count()
+
+    def append():
+        with contextlib.suppress(BlockingIOError):
+            os.write(pipe, b"1.0,2.0\n" * 200)
+
+    during(*[append] * 6)
+    code, _, err = run("watch", plant, "--settle", 0.01, "--retry", 1e-9)
+    assert code == 1 and err.count("b: error: ") == 1
+    assert "2 channels, expected 1" in err
+    end = time.monotonic() + 30
+    while threading.active_count() > n_before + 1 and time.monotonic() < end:
+        # Those that wait for the pipe end with what it holds next.
+        append()
+        threading.Event().wait(0.01)
+    os.close(pipe)
+    assert time.monotonic() < end
+
+
+def test_a_pipe_of_a_table_that_its_writer_closes_is_opened_again(run, plant, during):
+    path = plant.parent / "pipe"
+    os.mkfifo(path)
+    change(plant, source=["da", "pipe", "dc"], rpm=900)
+
+    def write(seed):
+        def start():
+            content = lines_of(sound("good", WINDOW, seed))
+            threading.Thread(target=path.write_bytes, args=(content,)).start()
+
+        return start
+
+    nothing = [lambda: None] * 5
+    during(write(3), *nothing, write(4), *nothing)
+    _, out, err = run("watch", plant, "--settle", 0.01, "--retry", 1e-9)
+    starts = [line["start"] for line in of_kind(out)["b"]]
+    assert starts == [0, 200]
+    assert "pipe: the pipe has ended" in err and "b: watched again" in err
+
+
+def test_a_later_run_continues_each_sensor(run, plant):
+    states = plant.parent / "states"
+    assert len(run("watch", plant, *IDLE, "--state", states)[1].splitlines()) == 3
+    assert {path.stem for path in states.iterdir()} == {*"abc"}
+    drop(plant.parent / "db", 3 * WINDOW, 9)
+    out = run("watch", plant, *IDLE, "--state", states)[1]
+    assert [line["source"] for line in of_kind(out)["b"]] == ["1.npy"]
+
+
+def test_a_pipe_continues_after_the_pause(run, model, piped, tmp_path):
+    state = tmp_path / "state.json"
+    one = sound("good", 550, 3)
+    for seed in range(2):
+        piped(lines_of(one if seed == 0 else sound("good", 450, 4)))
+        code, out, err = run(
+            "watch", model, "-", "--state", state, "--gap-tolerance", 1e-3
+        )
+        assert code == 0
+        found = of_kind(out)["m"]
+        # The incomplete window of the run before is left out.
+        assert [line["start"] for line in found] == [[0, 200], [550, 750]][seed]
+        assert ("1 gap" in err) == (seed == 1)
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "message"),
+    [
+        ("--channel", "0", "of channel None, expected '0'"),
+        ("--time-column", "none", "of time column None, expected 'none'"),
+        ("--dtype", "<f4", "of dtype None, expected '<f4'"),
+    ],
+)
+def test_a_state_belongs_to_its_arguments_and_its_source(
+    run, model, piped, tmp_path, option, value, message
+):
+    state = ("--state", tmp_path / "state.json")
+    piped(lines_of(sound("good", 450, 3)))
+    assert run("watch", model, "-", *state)[0] == 0
+    saved = state[1].read_bytes()
+    code, out, err = run("watch", model, "-", *state, option, value)
+    assert code == 1 and out == "" and message in err
+    (tmp_path / "folder").mkdir()
+    code, _, err = run("watch", model, tmp_path / "folder", *state)
+    assert code == 1 and "a state of source '-', expected" in err
+    assert state[1].read_bytes() == saved
+
+
+@pytest.mark.parametrize("content", [b"damaged", b'{"format": "skarxlag monitor 1"}'])
+def test_a_state_that_cannot_be_read_concerns_its_sensor(run, plant, content):
+    states = plant.parent / "states"
+    states.mkdir()
+    (states / "b.json").write_bytes(content)
+    code, out, err = run("watch", plant, *LOOK, "--state", states)
+    assert code == 1 and of_kind(out).keys() == {"a", "c"}
+    assert err.count("b: error: ") == 1 and "b.json: no state of a monitor" in err
+    assert (states / "b.json").read_bytes() == content
+
+
+def test_a_state_of_another_model_or_of_other_settings_starts_afresh(
+    run, fitted, plant, tmp_path
+):
+    state = ("--state", tmp_path / "state.json")
+    path = tmp_path / "model.skops"
+    save(fitted[0], path, 2)
+    folder = tmp_path / "da"
+    for seed in (3, 4):
+        drop(folder, 10 * WINDOW, seed, gain=50)
+    latched = ("--latch", *IDLE, *state)
+    out = run("watch", path, folder, *latched, "--alarm-delay", 2)[1]
+    assert of_kind(out)["da"][-1]["alarm"]
+    drop(folder, 10 * WINDOW, 4)
+    code, out, err = run("watch", path, folder, *latched)
+    assert code == 0 and "start afresh: alarm == " in err
+    # Files are not diagnosed again, and somebody has to acknowledge the alarm.
+    (line,) = of_kind(out)["da"]
+    assert (line["source"], line["alarm_state"]) == ("3.npy", "latched")
+    before = path.read_bytes()
+    save(fitted[0], path, 7)
+    assert path.read_bytes() != before
+    drop(folder, 10 * WINDOW, 5)
+    code, out, err = run("watch", path, folder, *latched)
+    assert code == 0 and "start afresh: the state is of model " in err
+    (line,) = of_kind(out)["da"]
+    assert (line["source"], line["alarm_state"]) == ("4.npy", "latched")
+
+
+def test_an_alarm_is_latched_until_it_is_acknowledged(run, plant):
+    states = plant.parent / "states"
+    options = ("watch", plant, *IDLE, "--latch", "--state", states)
+
+    def watched(gain, n_files):
+        for seed in range(n_files):
+            drop(plant.parent / "da", 10 * WINDOW, 20 + seed, gain)
+        code, out, _ = run(*options)
+        assert code == 0
+        return [line["alarm_state"] for line in of_kind(out)["a"]][-n_files:]
+
+    assert watched(50, 1) == ["on"]
+    assert watched(1, 8)[-1] == "latched"
+    code, _, err = run("acknowledge", states / "b.json")
+    assert code == 1 and "b.json: there is no latched alarm" in err
+    for _ in range(2):
+        code, out, err = run("acknowledge", states / "a.json")
+        assert code == 0 and out == "" and "the alarm will be acknowledged" in err
+    assert watched(1, 2) == ["off"] * 2
+    assert {path.suffix for path in states.iterdir()} == {".json"}
+    code, _, err = run("acknowledge", states / "gone.json")
+    assert code == 1 and "gone.json: no such file" in err
+
+
+def test_an_alarm_is_acknowledged_while_it_is_watched(run, plant, during):
+    drop(plant.parent / "da", 10 * WINDOW, 30, gain=50)
+    for seed in range(8):
+        drop(plant.parent / "da", 10 * WINDOW, 31 + seed)
+    state = plant.parent / "states" / "a.json"
+    codes = []
+    during(*[lambda: None] * 14, lambda: codes.append(run("acknowledge", state)[0]))
+    options = ("--latch", "--settle", 0.01, "--state", state.parent)
+    code, out, err = run("watch", plant, *options, "--heartbeat", 1e-3)
+    assert codes == [0] and code == 0
+    assert err.count("a: The alarm was acknowledged, and is off.") == 1
+    (line,) = of_kind(out, "acknowledged")["a"]
+    assert (line["alarm"], line["alarm_state"]) == (False, "off")
+    later = of_kind(out, "heartbeat")["a"][-1]
+    assert later["alarm"] is False and later["verdict"] == "good"
+
+
+def test_a_note_of_an_acknowledgement_does_not_follow_a_link(run, plant):
+    drop(plant.parent / "da", 10 * WINDOW, 30, gain=50)
+    states = plant.parent / "states"
+    run("watch", plant, *IDLE, "--latch", "--state", states)
+    (states / "a.json.acknowledge").symlink_to(plant.parent / "target")
+    run("acknowledge", states / "a.json")
+    assert not (plant.parent / "target").exists()
+
+
+def test_verdicts_go_on_while_the_state_cannot_be_saved(
+    run, plant, during, monkeypatch
+):
+    """A full disk is reported once, tried again, and reported to be over."""
+    monkeypatch.setattr(sensors, "_SAVE_EVERY", 0.0)
+    is_full = [False]
+
+    def save_state(*arguments, **facts):
+        if is_full:
+            raise OSError(28, "No space left on device")
+        save_monitor_state(*arguments, **facts)
+
+    monkeypatch.setattr(sensors, "save_monitor_state", save_state)
+    late = plant.parent / "da"
+    during(*[lambda: None] * 3, lambda: drop(late, 3 * WINDOW, 8), is_full.clear)
+    options = ("--settle", 0.01, "--state", plant.parent / "states")
+    code, out, err = run("watch", plant, *options)
+    assert code == 0 and len(of_kind(out)["a"]) == 2
+    message = "a: error: the state is not saved, tried every minute: [Errno 28]"
+    assert err.count(message) == err.count("a: the state is saved again") == 1
+    names = load_monitor_state(plant.parent / "states" / "a.json")[1]["names"]
+    assert names == ["0.npy", "1.npy"]
+    is_full.append(True)
+    assert run("watch", plant, *IDLE, *options)[0] == 1
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device")
+def test_an_output_that_is_full_ends_the_command(run, plant, monkeypatch):
+    # The file tries to write what it holds once more when it is closed.
+    with pytest.raises(OSError, match="28"), open("/dev/full", "w") as full:
+        monkeypatch.setattr(sys, "stdout", full)
+        code, _, err = run("watch", plant, *IDLE)
+    assert code == 1 and "standard output: [Errno 28]" in err
+    assert "Traceback" not in err and "tried again" not in err
+
+
+def test_an_output_that_is_closed_ends_the_command(run, plant, monkeypatch):
+    monkeypatch.setattr(sys, "stdout", None)
+    code, _, err = run("watch", plant, *IDLE)
+    assert code == 1 and "standard output is closed" in err
+
+
+def test_a_sensor_has_the_name_of_its_folder(run, model, tmp_path, monkeypatch):
+    drop(tmp_path / "pump", 3 * WINDOW, 3)
+    monkeypatch.chdir(tmp_path / "pump")
+    assert of_kind(run("watch", model, ".", *IDLE)[1]).keys() == {"pump"}
+
+
+def test_a_heartbeat_while_nothing_comes(run, plant):
+    options = ("--idle", 0.5, "--poll", 0.005, "--settle", 0.01, "--heartbeat", 0.12)
+    lines = [*map(json.loads, run("watch", plant, *options)[1].splitlines())]
+    of_a = [line for line in lines if line["sensor"] == "a"]
+    kinds = [line["kind"] for line in of_a]
+    assert kinds.count("verdict") == 1 and 2 <= kinds.count("heartbeat") <= 6
+    last = of_a[-1]
+    assert 0.12 < last["seconds_without_verdict"] < 5
+    assert [last[name] for name in ("verdict", "alarm")] == ["good", False]
+
+
+def test_the_delay_of_a_pipe_follows_from_the_interval(run, model, piped):
+    delays = {}
+    for option, value in (
+        *(("--false-alarm-interval", hours) for hours in (1, 1000)),
+        ("--alarm-delay", 5),
+    ):
+        piped(lines_of(50 * sound("good", 40 * WINDOW, 30)))
+        _, out, err = run("watch", model, "-", option, value)
+        delay = [line["alarm"] for line in of_kind(out)["m"]].index(True) + 1
+        delays[value] = delay
+        assert f"Alarm: after {delay} windows in a row" in err
+        assert f"({0.2 * delay:.3g} s of signal)" in err
+        stated = float(err.split("Expected false alarms: ")[1].split()[0])
+        if option != "--alarm-delay":
+            assert stated <= 1 / value
+    assert 1 < delays[1] < delays[1000] and delays[5] == 5
+    options = ("--alarm-delay", 3, "--false-alarm-interval", 9)
+    code, _, err = run("watch", model, "-", *options)
+    assert code == 2 and "not allowed with argument" in err
+
+
+def test_a_status_line_each_second(run, model, piped, monkeypatch):
+    out = io.StringIO()
+    piped(lines_of(50 * sound("good", 450, 3)))
+    monkeypatch.setattr(sys, "stdout", out)
+    err = run("watch", model, "-", "-v")[2]
+    status = "0.2 s, possibly changed, not yet an alarm, at "
+    assert err.splitlines()[2].startswith(status)
