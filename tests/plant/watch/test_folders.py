@@ -12,7 +12,7 @@ import pytest
 from scipy.io import wavfile
 
 from skarxlag import load_monitor_state, make_detector, make_windows, save_diagnoser
-from skarxlag.plant.commands.diagnosis import diagnose
+from skarxlag.plant.commands.diagnosis import diagnose_file
 from skarxlag.plant.commands.models import SavedModel
 from skarxlag.plant.readers.entries import ListedRecording
 from skarxlag.plant.watch import folders
@@ -68,9 +68,8 @@ def test_each_file_has_the_verdict_of_diagnose_in_the_order_of_times(
     model = SavedModel(models[0])
     for line, number in zip(found, range(3), strict=True):
         path = folder / line["source"]
-        verdict = diagnose(
-            model, ListedRecording(None, path.name, path, sampling_rate=RATE)
-        ).verdict
+        recording = ListedRecording(None, path.name, path, sampling_rate=RATE)
+        verdict = diagnose_file(recording, lambda: model).verdict
         assert line["verdict"] == verdict["verdict"]
         assert line["windows"] == verdict["windows"]
         assert line["p_value"] == pytest.approx(verdict["p-value"])
