@@ -53,7 +53,10 @@ def speeds_of_rows(rpm: ArrayLike, n_rows: int) -> NDArray[np.float64]:
     array([900., 900.])
     """
     try:
-        speeds = np.asarray(as_samples(rpm, "rpm"), dtype=np.float64)
+        given = np.asarray(as_samples(rpm, "rpm"))
+        # NumPy would take the real part.
+        expect(given.dtype.kind != "c", "rpm.dtype", str(given.dtype), "real numbers")
+        speeds = given.astype(np.float64, copy=False)
     except (TypeError, ValueError) as error:
         raise ValueError(f"rpm must hold numbers, got {rpm!r}.") from error
     return np.full(n_rows, speeds) if speeds.ndim == 0 else speeds

@@ -84,10 +84,10 @@ def validate_signals(
 
 
 def as_samples(values: Any, name: str) -> Any:
-    """Return values in which masked ones are NaN, and refuse flags, times and complex numbers.
+    """Return values in which masked ones are NaN, and refuse flags and times.
 
-    NumPy would take the hidden value of a masked sample, 1 for True, the nanoseconds of a
-    time, and the real part of a complex number.
+    NumPy would take the hidden value of a masked sample, 1 for True, and the nanoseconds
+    of a time. `check_array` and `validate_data` refuse complex numbers.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def as_samples(values: Any, name: str) -> Any:
     Raises
     ------
     ValueError
-        If the values are True and False, times, or complex numbers.
+        If the values are True and False, or times.
 
     Examples
     --------
@@ -113,7 +113,7 @@ def as_samples(values: Any, name: str) -> Any:
             else values.data
         )
     dtype = np.asarray(values).dtype
-    expect(dtype.kind not in "bcmM", f"{name}.dtype", str(dtype), "real numbers")
+    expect(dtype.kind not in "bmM", f"{name}.dtype", str(dtype), "real numbers")
     return values
 
 
@@ -161,7 +161,8 @@ def check_labels(y: ArrayLike | None) -> None:
         ...
     ValueError: y == ['normal', 3], expected labels that are all texts or all numbers.
     """
-    expect(not np.ma.is_masked(y), "Masked labels in y", np.ma.count_masked(y), "none")
+    if isinstance(y, np.ma.MaskedArray):
+        expect(not np.ma.is_masked(y), "Masked labels in y", y.mask.sum(), "none")
     if isinstance(y, np.ndarray) and y.dtype != object:
         return
     labels = np.asarray(y, dtype=object).ravel()
