@@ -1,35 +1,30 @@
 """Kept outputs of examples that a build does not run, because they need recordings.
 
-``python -m benchmarks.pages gallery`` runs these examples and writes the outputs to
-``images/gallery``. Here they are added to the pages of the gallery, with their date.
+``python -m benchmarks.figures.gallery`` runs these examples and writes the outputs to
+``images/gallery``. Here they are added to the pages of the gallery.
 """
 
-import json
 from pathlib import Path, PurePosixPath
 
 DOCS = Path(__file__).parent
 KEPT = DOCS / "images" / "gallery"
-#: Record of the outputs in ``generated.json``.
-OUTPUT = "docs/images/gallery/*"
 #: Begin of the buttons at the end of a page of the gallery.
 _END = ".. _sphx_glr_download_"
 
 
-def kept_output(name, made):
+def kept_output(name):
     """Return the text of a page that shows the kept output of an example.
 
     Parameters
     ----------
     name : str
         Name of the example without suffix.
-    made : dict of str
-        "version" of the package and "date" of the run.
     """
     return f"""
 .. rubric:: Output
 
-This page shows the output of a run on the recordings, with version {made["version"]} on
-{made["date"]} UTC. The build of this site does not run the example.
+This page shows the output of a run on the recordings. The build of this site does not
+run the example.
 
 .. image:: /images/gallery/{name}.png
    :alt: Figure that the example draws
@@ -45,9 +40,8 @@ def _add_output(app, docname, source):
     name = PurePosixPath(docname).name
     if not (docname.startswith("gallery/") and (KEPT / f"{name}.png").exists()):
         return
-    made = json.loads((DOCS / "generated.json").read_text("utf-8"))[OUTPUT]
     before, mark, after = source[0].partition(_END)
-    source[0] = before + kept_output(name, made) + mark + after
+    source[0] = before + kept_output(name) + mark + after
 
 
 def setup(app):

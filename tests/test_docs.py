@@ -171,8 +171,8 @@ def test_api_page_lists_every_public_name():
         (
             "benchmarks/README.md",
             "project/benchmarks.md",
-            "cross_speed/cnn.py",
-            "../../benchmarks/cross_speed/cnn.py",
+            "peers.py",
+            "../../benchmarks/peers.py",
         ),
     ],
 )

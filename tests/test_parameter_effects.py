@@ -90,7 +90,6 @@ EFFECTS = {
     ThresholdLadder: ALARM_EFFECTS
     | {
         "healthy": ({}, 1, thresholds),
-        "thresholds": ({}, [0.1], thresholds),
         "confidence_scale": ({}, 3.0, confidences),
     },
     FaultDetector: {

@@ -1,6 +1,7 @@
 """``python -m benchmarks.paper COMMAND ...``."""
 
-from benchmarks.commands import run_command
+import sys
+from importlib import import_module
 
 COMMANDS = {
     "tables": "benchmarks.paper.tables",
@@ -8,4 +9,6 @@ COMMANDS = {
 }
 
 if __name__ == "__main__":
-    run_command("benchmarks.paper", COMMANDS)
+    if len(sys.argv) < 2 or sys.argv[1] not in COMMANDS:
+        sys.exit(f"usage: python -m benchmarks.paper {'|'.join(COMMANDS)}")
+    import_module(COMMANDS[sys.argv[1]]).main(sys.argv[2:])

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from benchmarks.pages.svg_figures import BLUE, GREEN, ORANGE, legend_below, saved_figure
+from benchmarks.figures.style import BLUE, GREEN, ORANGE, legend_below, saved_figure
 
 BASIS = "rows of Tables 2-5"
 

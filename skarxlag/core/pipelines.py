@@ -10,11 +10,9 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from sklearn import get_config
 from sklearn.base import clone, is_classifier
 from sklearn.pipeline import Pipeline
-from sklearn.utils import Bunch, column_or_1d, gen_batches
-from sklearn.utils.metadata_routing import process_routing
+from sklearn.utils import Bunch
 from sklearn.utils.metaestimators import available_if
 
 from ..kernels.lanes import LANES
@@ -56,10 +54,9 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
     The innovations of a bank are many times larger than its windows. A batch of windows
     goes through all steps before the next one, so the memory between the steps is the
-    same for any number of windows. So does `fit`, if the second of three steps is an
-    observer; otherwise it holds what a step returns of all windows. Every window is
-    diagnosed by itself: all results are those of `sklearn.pipeline.Pipeline`, bit for
-    bit.
+    same for any number of windows. Only `fit` holds the innovations of all windows, as
+    many copies of X as there are models. Every window is diagnosed by itself: all
+    results are those of `sklearn.pipeline.Pipeline`, bit for bit.
 
     Metadata such as ``rpm``, the speed of each window, and ``sample_weight``, its
     weight, reach the steps that request them by scikit-learn's metadata routing, as the
@@ -151,43 +148,9 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             for name, step in self.steps
         ]
         with metadata_routing(params):
-            if trial._can_fit_in_batches(params):
-                trial._fit_in_batches(X, y, params)
-            else:
-                super(DiagnosisPipeline, trial).fit(X, y, **params)
+            super(DiagnosisPipeline, trial).fit(X, y, **params)
         vars(self).update(vars(trial))
         return self
-
-    def _can_fit_in_batches(self, params):
-        """Return whether the second of three steps takes the output of the first in parts."""
-        steps = [step for _, step in self.steps]
-        if len(steps) != 3 or not offers(steps[1], "fit_transform_batches"):
-            return False
-        # scikit-learn's own way stores results, prints times and makes tables.
-        is_plain = not (self.memory or self.verbose or self.transform_input)
-        makes_arrays = get_config()["transform_output"] == "default" and not any(
-            "_sklearn_output_config" in vars(step) for step in steps
-        )
-        return is_plain and makes_arrays and not any("__" in name for name in params)
-
-    def _fit_in_batches(self, X, y, params):
-        """Fit without holding the innovations of all windows."""
-        (identify, first), (observe, second), (decide, last) = self.steps
-        routed = process_routing(self, "fit", **params)
-        first.fit(X, y, **routed[identify]["fit_transform"])
-        rows = X.iloc if isinstance(X, pd.DataFrame) else X
-        if not hasattr(X, "shape"):
-            rows = np.asarray(X)
-        n_windows = len(X)
-        bytes_a_window = max(8 * math.prod(rows[:1].shape[1:]), 1)
-        batches = gen_batches(n_windows, max(_BATCH_BYTES // bytes_a_window, 1))
-        conditions = None if y is None else column_or_1d(y)
-        levels = second.fit_transform_batches(
-            (first.transform(rows[batch]) for batch in batches),
-            conditions,
-            **routed[observe]["fit_transform"],
-        )
-        last.fit(levels, y, **routed[decide]["fit"])
 
     @_if_last_step_offers("transform")
     def transform(self, X: ArrayLike, **params: Any) -> NDArray[Any]:

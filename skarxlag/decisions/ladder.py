@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
@@ -57,10 +56,6 @@ class ThresholdLadder(
         The healthy condition. None: the one of lowest median level.
     false_alarm_rate : float, default=0.01
         Share in (0, 1) of healthy windows that may exceed :math:`\Gamma`.
-    thresholds : sequence of float or None, default=None
-        Fixed thresholds between the rungs of one residual, ascending and at least 0:
-        :math:`\Gamma`, then :math:`\Delta` of each further rung but the last. The
-        printed ladder has (0.5, 1, 2, 3, 4, 6, 8). None: they are calibrated.
     confidence_scale : float, pair of float or None, default=None
         Factor :math:`\beta` on the scores in `predict_proba`, above 0. Of a pair, the
         first number is used if the windows of `fit` have one speed or no stated speed,
@@ -72,13 +67,12 @@ class ThresholdLadder(
     classes_ : ndarray of shape (n_classes,)
         Conditions, sorted; residual c of a bank belongs to ``classes_[c]``.
     detection_threshold_ : float
-        The detection threshold :math:`\Gamma`, on the residual of the healthy model.
+        :math:`\Gamma`, on the residual of the healthy model.
     isolation_thresholds_ : ndarray
-        The isolation thresholds :math:`\Delta`. One residual: the n_classes - 1 cuts
-        between rungs, ascending, of which the first is :math:`\Gamma`. A bank: one
-        :math:`\Delta` for each condition. It is a ratio of the condition's residual to
-        the geometric mean of all residuals, which windows of the condition exceed at
-        the false-alarm rate.
+        One residual: the n_classes - 1 cuts :math:`\Delta` between rungs, ascending. A
+        bank: one :math:`\Delta` for each condition. It is a ratio of the condition's
+        residual to the geometric mean of all residuals, which windows of the condition
+        exceed at the false-alarm rate.
     rungs_ : ndarray of shape (n_classes,)
         Conditions from the lowest median level to the highest.
     healthy_index_ : int
@@ -110,7 +104,6 @@ class ThresholdLadder(
 
     healthy: Any = None
     false_alarm_rate: float = 0.01
-    thresholds: Sequence[float] | None = None
     confidence_scale: float | tuple[float, float] | None = None
 
     #: Metadata routing passes these without `set_fit_request` and its siblings.
@@ -150,7 +143,6 @@ class ThresholdLadder(
             negative.
         """
         check_labels(y)
-        _refuse_signals(X)
         X, y = validate_data(self, X, y, dtype=[np.float64, np.float32])
         check_classification_targets(y)
         log_speed = log_speeds(rpm, len(X))
@@ -176,10 +168,7 @@ class ThresholdLadder(
         self.detection_threshold_: float = ladder.false_alarm_threshold(
             self._healthy_level(X)[is_healthy], weights[is_healthy], rate
         )
-        if self.thresholds is not None:
-            thresholds = self._given_thresholds()
-            self.detection_threshold_ = float(thresholds[0])
-        elif self._is_bank():
+        if self._is_bank():
             relative = np.exp(-ladder.relative_scores(X))
             thresholds = [
                 ladder.false_alarm_threshold(relative[rows, c], weights[rows], rate)
@@ -201,15 +190,6 @@ class ThresholdLadder(
         self.confidence_scale_: float = float(scale)
         return self
 
-    def _given_thresholds(self):
-        expect(not self._is_bank(), "thresholds", self.thresholds, "None for a bank")
-        n_cuts = len(self.classes_) - 1
-        expected = f"{n_cuts} numbers, one between every two of the conditions in y"
-        expect(
-            len(self.thresholds) == n_cuts > 0, "thresholds", self.thresholds, expected
-        )
-        return np.array(self.thresholds, dtype=np.float64)
-
     def _is_bank(self):
         return len(self.classes_) == self.n_features_in_ > 1
 
@@ -224,7 +204,6 @@ class ThresholdLadder(
 
     def _validate(self, X):
         if not is_plain(self, X, (self.n_features_in_,)):
-            _refuse_signals(X)
             X = validate_data(self, X, dtype=[np.float64, np.float32], reset=False)
         return np.abs(X)
 
@@ -339,11 +318,6 @@ class ThresholdLadder(
 
     def _check_parameters(self):
         check_rate(self.false_alarm_rate, "false_alarm_rate")
-        if self.thresholds is not None:
-            for threshold in self.thresholds:
-                check_real(threshold, "thresholds", min_val=0)
-            ascends = list(self.thresholds) == sorted(self.thresholds)
-            expect(ascends, "thresholds", self.thresholds, "ascending numbers")
         scale = self.confidence_scale
         scales = scale if isinstance(scale, tuple | list) else [scale] * 2
         expect(len(scales) == 2, "confidence_scale", scale, "a number above 0, or two")
@@ -381,12 +355,3 @@ class ThresholdLadder(
         # features.
         tags.classifier_tags.poor_score = True
         return tags
-
-
-def _refuse_signals(X):
-    is_of_levels = getattr(X, "ndim", 2) != 3
-    expected = (
-        "(n_windows, n_residuals). For innovations or spectra, put "
-        "ExtendedStatePIObserver, PIObserver or SpectralDistance before the ladder"
-    )
-    expect(is_of_levels, "X.shape", getattr(X, "shape", None), expected)

@@ -2,7 +2,7 @@ import numpy as np
 from matplotlib.colors import to_hex
 from sklearn.utils import Bunch
 
-from benchmarks.pages.paper_figures import raw_signal_figure
+from benchmarks.figures.paper_figures import raw_signal_figure
 from skarxlag.plotting._style import PALETTE
 
 

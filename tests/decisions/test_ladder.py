@@ -29,45 +29,6 @@ def test_six_windows_by_hand():
     )
 
 
-def test_the_printed_thresholds_may_be_given():
-    names = list("abcdefgh")
-    levels = np.array([0.1, 0.7, 1.5, 2.5, 3.5, 5.0, 7.0, 20.0])[:, np.newaxis]
-    printed = (0.5, 1, 2, 3, 4, 6, 8)
-    ladder = ThresholdLadder(thresholds=printed).fit(levels, names)
-    assert ladder.detection_threshold_ == 0.5
-    np.testing.assert_array_equal(ladder.isolation_thresholds_, printed)
-    assert ladder.predict(levels).tolist() == names
-    assert ladder.predict([[0.5], [0.51], [8.0], [8.1]]).tolist() == list("abgh")
-    assert ladder.detect([[0.5], [0.51]]).tolist() == [False, True]
-
-
-@pytest.mark.parametrize(
-    ("given", "expected"),
-    [
-        ((2.0, 1.0), "ascending"),
-        ((-1.0, 1.0), "thresholds == -1.0"),
-        ((1.0,), "2 numbers, one between every two"),
-    ],
-)
-def test_thresholds_that_are_no_ladder_are_refused(given, expected):
-    with pytest.raises(ValueError, match=expected):
-        ThresholdLadder(thresholds=given).fit(LEVELS[:, np.newaxis], NAMES)
-    bank = np.tile(LEVELS[:, np.newaxis], 3)
-    with pytest.raises(
-        ValueError, match=r"thresholds == .*None for a bank|ascending|-1"
-    ):
-        ThresholdLadder(thresholds=given).fit(bank, NAMES)
-
-
-def test_innovations_in_place_of_residuals_are_refused_with_a_way_out():
-    innovations = np.zeros((6, 3, 50))
-    with pytest.raises(ValueError, match=r"put ExtendedStatePIObserver, .* before"):
-        ThresholdLadder().fit(innovations, NAMES)
-    fitted = ThresholdLadder().fit(LEVELS[:, np.newaxis], NAMES)
-    with pytest.raises(ValueError, match=r"put ExtendedStatePIObserver, .* before"):
-        fitted.predict(innovations)
-
-
 def test_four_windows_by_hand_where_the_healthy_condition_is_not_the_lowest():
     X, y = [[2.0], [8.0], [1.0], [1.0]], ["good", "good", "seized", "seized"]
     ladder = ThresholdLadder(healthy="good").fit(X, y)

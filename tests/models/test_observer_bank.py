@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-import sklearn
 from numpy.testing import assert_allclose, assert_array_equal
 from sklearn.model_selection import GridSearchCV
 from sklearn.pipeline import Pipeline
@@ -13,7 +12,6 @@ from skarxlag import (
     SpectralDistance,
     ThresholdLadder,
 )
-from skarxlag.core import pipelines
 from skarxlag.kernels import observer
 from skarxlag.kernels.observer_bank import bank_levels
 
@@ -130,17 +128,6 @@ def test_three_typed_steps_are_a_classifier(kind, observe, windows):
     residuals = tables[:-1].transform(X)
     assert residuals.columns.tolist() == ["good", "worn"]
     assert tables["decide"].feature_names_in_.tolist() == ["good", "worn"]
-
-
-@pytest.mark.parametrize("observe", [ExtendedStatePIObserver(), PIObserver()], ids=str)
-def test_fit_in_batches_is_that_of_scikit_learn(observe, windows, monkeypatch):
-    X, y = windows
-    monkeypatch.setattr(pipelines, "_BATCH_BYTES", 8 * 300 * 25)
-    in_batches = typed(observe, DiagnosisPipeline).fit(X, y, rpm=600)
-    at_once = typed(observe)
-    with sklearn.config_context(enable_metadata_routing=True):
-        at_once.fit(X, y, rpm=600)
-    assert_array_equal(in_batches.decision_function(X), at_once[:].decision_function(X))
 
 
 @pytest.mark.parametrize("gain", ["ki", "kp", "saturation"])

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-from benchmarks.pages import paper_figures
-from benchmarks.pages.diagrams import DIAGRAMS, TEXT, Diagram, draw
-from benchmarks.pages.paper_figures import RESIDUAL_FIGURES
+from benchmarks.figures import paper_figures
+from benchmarks.figures.diagrams import DIAGRAMS, TEXT, Diagram, draw
+from benchmarks.figures.paper_figures import RESIDUAL_FIGURES
 from benchmarks.paper.printed_tables import load_tables
 from skarxlag.datasets.simulated import CONDITIONS
 

@@ -7,7 +7,7 @@ and plots into ``images`` next to it.
 
 import numpy as np
 
-from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.blocks import markdown, page_parser, publish
 from benchmarks.paper.fault_estimation import studies
 from benchmarks.paper.fault_estimation.plots import trade_off, trajectories
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.pages.svg_figures import (
+from benchmarks.figures.style import (
     BLUE,
     GREEN,
     GREY,

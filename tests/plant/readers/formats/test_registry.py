@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.pages.formats import formats_table
+from benchmarks.listings import formats
 from skarxlag.plant.readers.formats import FORMATS, find_format
 
 ROOT = Path(__file__).parents[4]
@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[4]
 
 def test_the_page_lists_all_formats():
     page = (ROOT / "docs" / "recordings.md").read_text("utf-8")
-    assert formats_table() in page
+    assert formats() in page
 
 
 @pytest.mark.parametrize(

@@ -1,1 +1,0 @@
-"""Verdicts on another bearing than those of the training."""

@@ -1,1 +1,0 @@
-"""Accuracy at shaft speeds that a diagnoser was not fitted at, next to its peers."""

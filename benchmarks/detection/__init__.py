@@ -1,1 +1,0 @@
-"""Detection from healthy recordings: rates, peers, runs to failure, conditions never seen."""

@@ -1,1 +1,0 @@
-"""The monitor on runs to failure."""

@@ -1,1 +1,0 @@
-"""Commands that write the tables and figures of the documentation."""

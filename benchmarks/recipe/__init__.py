@@ -1,1 +1,0 @@
-"""How the defaults were chosen, and why they work."""

@@ -1,0 +1,492 @@
+"""Markdown of the blocks, and pictures, each a function of the lines of one table."""
+
+import numpy as np
+import pandas as pd
+
+from benchmarks import another_bearing as bearing
+from benchmarks.blocks import markdown
+from benchmarks.cross_speed import OURS, SIMULATED
+from benchmarks.figures.style import BLUE, GREY, ORANGE, saved_figure
+from benchmarks.peers import BATCH
+from benchmarks.published import PRINTED
+from benchmarks.rigs import SIX_RIGS
+from benchmarks.tallies import by_rig, shares
+from benchmarks.tallies import calibration as calibrated
+
+#: Rows of a table in a page.
+_MOST_ROWS = 8
+_ONE = "one speed"
+
+
+def _chosen(lines, **columns):
+    for column, value in columns.items():
+        lines = lines[lines[column].astype(str) == value]
+    return lines
+
+
+def _shown(table, always):
+    """Keep the rows of some methods, and the best of the others."""
+    is_kept = table["method"].isin(always)
+    others = table.index[~is_kept][: _MOST_ROWS - is_kept.sum()]
+    return table[is_kept | table.index.isin(others)]
+
+
+def _of_length(lines, length, trained=_ONE):
+    return by_rig(_chosen(lines, length=length, **{"trained at": trained}), SIX_RIGS)
+
+
+def cross_speed_overview(lines):
+    """Windows of both lengths and rows of a second, ours and the best peers."""
+    columns = {"mean": "mean", "worst rig": "worst rig", "worst pair": "worst pair"}
+    parts = [
+        _of_length(lines, length)
+        .set_index("method")[list(columns)]
+        .add_prefix(f"{length}: ")
+        for length in ("1200", "4800")
+    ]
+    second = _of_length(lines, "1 s").set_index("method")["mean"].rename("1 s: mean")
+    table = pd.concat([*parts, second], axis=1).sort_values(
+        "1200: mean", ascending=False
+    )
+    table = table.rename_axis("method").reset_index()
+    table = _shown(table, [*OURS[:2], *BATCH, "MiniRocket"])
+    return (
+        "Share of right verdicts at speeds that were not used for training, for rows of 1200 "
+        "and 4800 samples and of a second: mean over the six rigs, worst rig, and worst pair "
+        "of speeds of any rig. Training and test share the bearing and its mounting. Methods "
+        "with “batch” follow another protocol: they see all unlabelled test rows of a speed "
+        f"at once, and need every condition equally often.\n\n{markdown(table)}"
+    )
+
+
+def cross_speed(lines):
+    """One table for each length of windows, and where a peer is ahead."""
+    parts = [
+        "Fitted on the first halves of the recordings of one speed, scored on the second "
+        "halves at every other speed. The interval holds 90 % of 1000 bootstrap draws of rigs."
+    ]
+    for length in ("1200", "4800"):
+        table = _of_length(lines, length)
+        parts.append(f"**Rows of {length} samples**")
+        parts.append(markdown(_shown(table, [*OURS, *BATCH])))
+        parts.append(_ahead(table))
+    return "\n\n".join(parts)
+
+
+def _ahead(table):
+    table = table.set_index("method")
+    if "make_diagnoser" not in table.index:
+        return ""
+    peers = table.drop(index=[name for name in (*OURS, *BATCH) if name in table.index])
+    sentences = []
+    for rig in (rig for rig in SIX_RIGS if rig in table):
+        best = peers[rig].idxmax()
+        mine = table.loc["make_diagnoser", rig]
+        if peers[rig][best] > mine:
+            sentences.append(
+                f"{rig} ({best}, {peers[rig][best]:.3f} against {mine:.3f})"
+            )
+    where = "; ".join(sentences) or "none"
+    return f"Rigs on which a peer has a higher mean than `make_diagnoser`: {where}."
+
+
+def several_speeds(lines):
+    """Training at all speeds but one."""
+    parts = ["Trained at all speeds but one, tested at that one."]
+    for length in ("1200", "1 s"):
+        table = _of_length(lines, length, "others")
+        title = f"{length} samples" if length.isdigit() else "a second"
+        parts += [f"**Rows of {title}**", markdown(_shown(table, OURS[:2]))]
+    return "\n\n".join(parts)
+
+
+def calibration(lines):
+    """What make_diagnoser states, by the length of rows and the number of speeds."""
+    ours = _chosen(lines, method="make_diagnoser")
+    ours = ours[ours["rig"].isin(SIX_RIGS)]
+    table = calibrated(ours, ["trained at", "length"])
+    of_rigs = calibrated(ours, ["trained at", "length", "rig"])
+    error = of_rigs["stated on average"] - of_rigs["right"]
+    of_rigs = of_rigs.assign(error=error)
+    worst = of_rigs.loc[
+        of_rigs.groupby(["trained at", "length"], sort=False)["error"].apply(
+            lambda each: each.abs().idxmax()
+        )
+    ]
+    table["farthest off"] = [
+        f"{rig} ({stated:.2f} stated, {right:.2f} right)"
+        for rig, stated, right in worst[["rig", "stated on average", "right"]].values
+    ]
+    return (
+        "Probabilities of `make_diagnoser` at other speeds, on the bearing of the training. "
+        f"All rows of the six rigs.\n\n{markdown(table)}"
+    )
+
+
+def simulated(lines):
+    """The rigs with a torque."""
+    kept = _chosen(lines, **{"trained at": _ONE})
+    kept = kept[kept["rig"].isin(SIMULATED)]
+    table = shares(kept, ["method", "rig", "length"]).unstack(["rig", "length"])
+    table.columns = [f"{rig}, {length}" for rig, length in table.columns]
+    table = table.sort_values(table.columns[0], ascending=False).reset_index()
+    return (
+        "Results of a simulation, trained at one speed. Our diagnosers receive the torque; of "
+        f"the peers only the one whose name states it.\n\n{markdown(table)}"
+    )
+
+
+def stretches(lines):
+    """Rows of a second, with wrong speeds."""
+    table = _of_length(lines, "1 s")
+    wrong = [name for name in table["method"] if name.startswith("make_diagnoser")]
+    return (
+        "Rows of a second, trained at one speed. The speeds in `predict` are nominal, or wrong "
+        f"by a share.\n\n{markdown(_shown(table, wrong))}"
+    )
+
+
+def _at_bearing(lines, protocol):
+    """Return a table of methods and rigs for one protocol of other bearings."""
+    lines = _chosen(lines, protocol=protocol)
+    lines = lines[lines["method"].isin(bearing.METHODS)]
+    of_fold = lines.groupby(["method", "rig", "fold", "trained at"], sort=False)
+    lines = of_fold[["rows", "right"]].sum().reset_index()
+    table = by_rig(lines, bearing.SPECIMEN_RIGS)
+    return table.rename(columns={"worst pair": "worst fold"})
+
+
+def bearing_overview(lines):
+    """Another bearing and another speed: ours and the best peers."""
+    table = _at_bearing(lines, bearing.ANOTHER_SPEED).drop(columns="worst fold")
+    knows = table["method"].isin(bearing.WITH_BEARING).map({True: "yes", False: "no"})
+    table.insert(1, "knows the bearing", knows)
+    stated = _chosen(lines, protocol=bearing.ANOTHER_SPEED)
+    stated = calibrated(stated, ["method"]).set_index("method")
+    for column in ("stated >= .9", "of these right"):
+        table[column] = stated.loc[table["method"], column].to_numpy()
+        # Votes are no probabilities.
+        table.loc[table["method"] == "largest order contrast", column] = np.nan
+    return (
+        "Share of right fault locations on another bearing, at another speed, in rows of a "
+        "second. Training and test share no bearing, no mounting and no recording. The interval "
+        "holds 90 % of 1000 bootstrap draws of rigs. Right columns: share of rows stated with "
+        f"a probability of at least .9, and the share of these that is right.\n\n{markdown(table)}"
+    )
+
+
+def another_bearing(lines):
+    """One table for each protocol."""
+    parts = []
+    protocols = (
+        bearing.ANOTHER,
+        bearing.ANOTHER_SPEED,
+        bearing.ANOTHER_LOAD,
+        bearing.SAME,
+    )
+    for protocol in protocols:
+        parts.append(f"**{protocol.capitalize()}**")
+        parts.append(markdown(_at_bearing(lines, protocol)))
+    return "\n\n".join(parts)
+
+
+def bearing_locations(lines):
+    """Right verdicts by location, healthy rows included, and what else they are called."""
+    lines = _chosen(lines, protocol=bearing.ANOTHER_SPEED)
+    lines = lines[lines["method"].isin(bearing.OURS[:2])]
+    total = lines.groupby(["method", "rig", "location"], sort=False)[
+        ["rows", "right"]
+    ].sum()
+    text = total["right"].astype(str) + " of " + total["rows"].astype(str)
+    table = text.unstack("location").fillna("").reset_index()
+    return (
+        "Right rows of all rows on another bearing at another speed, by location. Healthy rows "
+        f"that are not right are called faulty.\n\n{markdown(table)}"
+    )
+
+
+def bearing_probabilities(lines):
+    """What make_diagnoser states on other bearings."""
+    lines = lines[lines["method"].isin(bearing.OURS[:2])]
+    table = calibrated(lines, ["method", "protocol"])
+    return markdown(table)
+
+
+def bearing_variants(lines):
+    """Fewer bearings in the training, and other priors."""
+    names = [*bearing.OURS[:1], *bearing.VARIANTS]
+    lines = lines[lines["method"].isin(names)]
+    shown = (bearing.ANOTHER_SPEED, bearing.SAME)
+    parts = [
+        calibrated(_chosen(lines, protocol=protocol), ["method"]).assign(
+            protocol=protocol
+        )
+        for protocol in shown
+    ]
+    table = pd.concat(parts)
+    columns = ["protocol", *(name for name in table if name != "protocol")]
+    return (
+        f"Variants of `make_diagnoser` with the bearing.\n\n{markdown(table[columns])}"
+    )
+
+
+def bearing_noise(lines):
+    """How often noise and other machines are stated as a known location."""
+    total = lines.groupby(["method", "rows of"], sort=False)[["rows", "stated"]].sum()
+    worst = lines.loc[
+        lines.groupby(["method", "rows of"], sort=False)["stated"].idxmax()
+    ]
+    table = total.reset_index().rename(columns={"stated": "stated >= .9"})
+    table["most on one rig"] = [
+        f"{stated} of {rows} ({rig})"
+        for stated, rows, rig in worst[["stated", "rows", "rig"]].values
+    ]
+    return f"Rows of a second that are of no known condition.\n\n{markdown(table)}"
+
+
+def orders_named(lines):
+    """Whole recordings and rows of a second that our classifier names, by rig."""
+    ours = _chosen(lines, method="make_fault_order_classifier")
+    parts = []
+    for length, title in (("whole", "Whole recordings"), ("1 s", "Rows of a second")):
+        rows = []
+        for rig, group in _chosen(ours, length=length).groupby("rig", sort=False):
+            line = {"rig": rig}
+            for place in ("inner", "outer", "ball", "healthy"):
+                here = group[group["location"] == place]
+                right = (here["named"] == place).sum()
+                line[place] = f"{right} of {len(here)}" if len(here) else ""
+            names = ("inner", "outer", "ball")
+            wrong = group["named"].isin(names) & (group["named"] != group["location"])
+            faulty = group["location"] != "healthy"
+            line["faults, other name"] = int((wrong & faulty).sum())
+            line["healthy, named faulty"] = int((wrong & ~faulty).sum())
+            rows.append(line)
+        parts += [f"**{title}**", markdown(pd.DataFrame(rows))]
+    return (
+        "Right names of all recordings, by location, with the limits of `make_fault_order_"
+        "classifier`. No fault was recorded. A fault without a name is called healthy or not "
+        "identifiable.\n\n" + "\n\n".join(parts)
+    )
+
+
+def orders_methods(lines):
+    """Locations that rank first, without a limit, by method."""
+    lines = _chosen(lines, length="5 s")
+    lines = lines[(lines["location"] != "healthy") & (lines["row"] == 0)]
+    lines = lines.assign(
+        rows=1, right=(lines["first"] == lines["location"]).astype(int)
+    )
+    races = lines[lines["location"] != "ball"]
+    table = shares(lines, ["method", "rig"]).unstack("rig", sort=False)
+    table.insert(0, "mean", table.mean(axis=1))
+    of_races = shares(races, ["method", "rig"]).unstack("rig", sort=False).mean(axis=1)
+    table.insert(1, "races", of_races)
+    table.insert(2, "worst rig", table.iloc[:, 2:].min(axis=1))
+    table = table.sort_values("mean", ascending=False).reset_index()
+    return (
+        "Share of faulty recordings whose location ranks first, without a limit: first 5 s, "
+        f"nominal speed.\n\n{markdown(table)}"
+    )
+
+
+def detection(lines):
+    """False alarms and missed faults at a speed that was left out."""
+    at_left_out = _chosen(lines, calibrated="left out")
+    parts = []
+    for kind, title in (
+        ("left out", "Healthy rows of all other speeds"),
+        ("one speed", "Healthy rows of one speed, tested at every other"),
+    ):
+        rows = []
+        chosen = _chosen(lines, calibrated=kind, length="1 s")
+        for method, group in chosen.groupby("method", sort=False):
+            rows.append({"detector": method} | _rates(group))
+        parts += [
+            f"**{title}, rows of a second, all rigs**",
+            markdown(pd.DataFrame(rows)),
+        ]
+    rows = []
+    ours = _chosen(at_left_out, method="make_detector")
+    for (rig, length), group in ours.groupby(["rig", "length"], sort=False):
+        rows.append({"rig": rig, "row": length} | _rates(group))
+    parts += [
+        "**`make_detector`, all speeds but the tested one**",
+        markdown(pd.DataFrame(rows)),
+    ]
+    return "\n\n".join(parts)
+
+
+def _rates(group):
+    is_healthy = group["condition"].str.lower().isin(["n", "normal", "healthy"])
+    false = group[is_healthy]
+    missed = group[~is_healthy]
+    cells = {}
+    for rate in (0.01, 0.05):
+        below = f"below {rate:g}"
+        of_speed = false.groupby(["rig", "at", "rpm"])[[below, "rows"]].sum()
+        alarms = 100 * of_speed[below] / of_speed["rows"]
+        name = f"stated {100 * rate:g} %"
+        cells[f"{name}: false alarms, %"] = f"{alarms.mean():.1f}"
+        cells[f"{name}: at the worst speed"] = f"{alarms.max():.0f}"
+        found = 100 * missed[below].sum() / missed["rows"].sum()
+        cells[f"{name}: missed, %"] = f"{100 - found:.1f}"
+    return cells
+
+
+def missed_families(lines):
+    """The conditions that are missed most."""
+    lines = _chosen(lines, method="make_detector", calibrated="left out", length="1 s")
+    is_healthy = lines["condition"].str.lower().isin(["n", "normal", "healthy"])
+    total = (
+        lines[~is_healthy].groupby(["rig", "condition"])[["rows", "below 0.01"]].sum()
+    )
+    missed = (100 * (1 - total["below 0.01"] / total["rows"])).rename("missed, %")
+    table = missed.sort_values(ascending=False).head(_MOST_ROWS).reset_index()
+    return (
+        "Conditions that `make_detector` misses most, rows of a second, stated rate 1 %, all "
+        f"speeds but the tested one.\n\n{markdown(table, digits=0)}"
+    )
+
+
+def unknown(lines):
+    """Rejected rows of known and unknown conditions, noise and another rig."""
+    total = lines.groupby(["rig", "length", "tested at", "rows of"], sort=False)
+    total = total[["rows", "below 0.01"]].sum()
+    share = (100 * total["below 0.01"] / total["rows"]).unstack("rows of")
+    return (
+        "Rows that are rejected at a stated rate of 1 %, in percent. Rows of one speed train, "
+        "and each condition is left out in turn.\n\n"
+        + markdown(share.reset_index(), digits=0)
+    )
+
+
+def published(lines):
+    """What was printed, what differs, and what is computed here."""
+    rows = []
+    for table, (printed, same, differs) in PRINTED.items():
+        here = _chosen(lines, table=table)
+        line = {"table": table, "printed": printed}
+        for method, group in here.groupby("method", sort=False):
+            line |= _published_cells(method, group)
+        rows.append(line | {"the same": same, "differs": differs})
+    return markdown(pd.DataFrame(rows).fillna(""))
+
+
+def _published_cells(method, group):
+    ours = method.startswith("make_")
+    column = "ours" if ours else "peer, computed here"
+    if group["AUROC"].notna().any():
+        spread = f"{group['AUROC'].mean():.3f} (sd {group['AUROC'].std():.3f})"
+        return {column: f"{method}: {spread}, {len(group)} runs"}
+    return {column: f"{method}: {int(group['right'].sum())} of {len(group)}"}
+
+
+def published_overview(lines):
+    """The same without the column of what is the same."""
+    rows = []
+    for table, (printed, _, _) in PRINTED.items():
+        line = {"table": table, "printed": printed}
+        for method, group in _chosen(lines, table=table).groupby("method", sort=False):
+            line |= _published_cells(method, group)
+        rows.append(line)
+    return markdown(pd.DataFrame(rows).fillna(""))
+
+
+def runs_to_failure(lines):
+    """When the alarm went on for good, and the fault that is named."""
+    detector = _chosen(lines, method="detector", **{"healthy snapshots": "all"})
+    named = _chosen(lines, method="bearing").set_index(["run", "channel"])
+    few = _chosen(lines, method="detector", **{"healthy snapshots": "5"})
+    few = few.set_index(["run", "channel"])
+    keys = list(detector[["run", "channel"]].itertuples(index=False, name=None))
+    table = pd.DataFrame(
+        {
+            "run": detector["run"],
+            "channel": detector["channel"],
+            "alarm, s before the end": detector["alarm"].map(_whole),
+            "with 5 healthy snapshots": [_whole(few.loc[key, "alarm"]) for key in keys],
+            "alarms that went off": detector["before"].map(_whole),
+            "snapshots that exceed before": detector["exceed"],
+            "name at the end": [named.loc[key, "name"] for key in keys],
+            "name for the last s": [_whole(named.loc[key, "since"]) for key in keys],
+        }
+    )
+    return markdown(table, digits=2)
+
+
+def _whole(number):
+    return "" if pd.isna(number) else f"{number:.0f}"
+
+
+def signal_quality(lines):
+    """Refused rows by rig, and by treatment."""
+    total = lines.groupby(["group", "length"], sort=False)[["rows", "refused"]].sum()
+    share = (100 * total["refused"] / total["rows"]).unstack("length", sort=False)
+    table = share.reset_index().rename(columns={"group": "rows of"})
+    n_rows = lines["rows"].sum()
+    kinds = lines[lines["group"] == "damaged"]
+    of_kind = kinds.groupby("treatment")[["rows", "refused"]].sum()
+    least = (of_kind["refused"] / of_kind["rows"]).sort_values().head(3)
+    weakest = "; ".join(f"{kind} {100 * share:.0f} %" for kind, share in least.items())
+    return (
+        f"Rows that are refused, in percent of {n_rows} rows of eight rigs. Good rows pass a "
+        "sensor or logger and should not be refused; damaged rows should.\n\n"
+        f"{markdown(table, digits=1)}\n\nKinds of damage that are refused least: {weakest}."
+    )
+
+
+def dots(path, tables, label):
+    """Draw a panel of methods for each table: a dot for each rig, a line at the mean."""
+    heights = [len(table) for table in tables.values()]
+    size = (7.5, 0.9 + 0.24 * sum(heights))
+    options = {"sharex": True, "height_ratios": heights}
+    with saved_figure(path, len(tables), size=size, **options) as axes:
+        for ax, (title, table) in zip(axes[:, 0], tables.items(), strict=True):
+            for height, (name, row) in enumerate(table[::-1].iterrows()):
+                values = row.to_numpy(dtype=float)
+                color = BLUE if name.startswith("make_") else GREY
+                ax.plot(values, np.full(len(values), height), "o", ms=3, color=color)
+                ax.plot([np.nanmean(values)], [height], "D", ms=6, color=ORANGE)
+            ax.set_yticks(range(len(table)), list(table.index[::-1]), fontsize=8)
+            ax.set_title(title, fontsize=9, loc="left")
+            ax.grid(axis="x")
+        axes[-1, 0].set_xlabel(f"{label}; small: a rig, large: mean of the rigs")
+
+
+def _rig_columns(table, rigs):
+    table = table.set_index("method")
+    return table[[rig for rig in rigs if rig in table]]
+
+
+def draw_cross_speed(lines, path):
+    """Draw accuracies of windows of 1200."""
+    table = _shown(_of_length(lines, "1200"), [*OURS, *BATCH, "MiniRocket"])
+    tables = {"rows of 1200 samples": _rig_columns(table, SIX_RIGS)}
+    dots(path, tables, "share of right verdicts at other speeds")
+
+
+def draw_another_bearing(lines, path):
+    """Draw accuracies on another bearing."""
+    table = _at_bearing(lines, bearing.ANOTHER_SPEED)
+    tables = {bearing.ANOTHER_SPEED: _rig_columns(table, bearing.SPECIMEN_RIGS)}
+    dots(path, tables, "share of right fault locations")
+
+
+def draw_calibration(lines, path):
+    """Draw how far the mean stated probability is from the share of right verdicts."""
+    ours = _chosen(lines, method="make_diagnoser")
+    ours = ours[ours["rig"].isin(SIX_RIGS)]
+    table = calibrated(ours, ["trained at", "length", "rig"])
+    table["off"] = table["stated on average"] - table["right"]
+    tables = {}
+    for trained, group in table.groupby("trained at", sort=False):
+        of_length = group.pivot_table(index="length", columns="rig", values="off")
+        tables[f"trained at {trained}"] = of_length
+    dots(path, tables, "mean probability less share of right verdicts")
+
+
+def speed(lines):
+    """All rows."""
+    table = lines[["what", "ours", "measured", "spread"]]
+    return markdown(table, digits=2)

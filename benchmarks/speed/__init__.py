@@ -1,1 +1,0 @@
-"""Run time, start-up and memory, next to peers."""

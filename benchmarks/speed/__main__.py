@@ -1,6 +1,0 @@
-"""``python -m benchmarks.speed``."""
-
-from benchmarks.speed.command import main
-
-if __name__ == "__main__":
-    main()

@@ -1,1 +1,0 @@
-"""Suite of airspeed velocity, see the speed section of benchmarks/README.md."""

@@ -1,1 +1,0 @@
-"""Accuracy on stretches of recordings across shaft speeds, with and without nominal speeds."""

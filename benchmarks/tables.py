@@ -1,0 +1,371 @@
+"""Print the tables of README and docs, or recompute some of their cells.
+
+``python -m benchmarks.tables NAME ...`` runs the commands of these tables and writes
+their lines to ``docs/tables/NAME.csv``, and the blocks and pictures that are made from
+these lines to the pages. ``--rig``, ``--method`` and ``--length`` select; other lines
+are kept, with the date of their run.
+
+``--check`` compares the blocks with the csv files, and recomputes some cells of every
+table by the command that prints it. The status is 1 if a number, a sentence or a block
+differs.
+"""
+
+import argparse
+import datetime
+import os
+import sys
+from collections.abc import Callable
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+import skarxlag
+from benchmarks import (
+    another_bearing,
+    cross_speed,
+    detection,
+    fault_orders,
+    listings,
+    published,
+    quality,
+    reports,
+    runs_to_failure,
+    speed,
+)
+from benchmarks.blocks import ROOT, blocks_of, write_block
+from benchmarks.peers import SLOW
+
+MADE = "made"
+#: Absolute difference of two numbers that count as equal.
+_ABSOLUTE = 2e-3
+#: Columns that do not identify a line.
+VALUES = frozenset(
+    {
+        *("rows", "right", "confidence", "stated", "stated right"),
+        *("first", "score", "named", "probability", "mean log p"),
+        *("below 0.01", "below 0.05", "refused", "alarm", "before", "exceed"),
+        *("AUROC", "name", "since", "measured", "spread", "ours"),
+    }
+)
+
+
+class Table(NamedTuple):
+    """Lines of one csv file, the blocks that are made from it, and how to check it.
+
+    Parameters
+    ----------
+    lines : callable
+        Yields the lines. The keywords are those of the selection.
+    blocks : dict of str to callable
+        "page: name of the block" to a function from the lines to Markdown.
+    cells : dict
+        Keywords with which ``--check`` recomputes some lines.
+    tolerance : float
+        Share by which a recomputed number may differ.
+    kept : tuple of str
+        Methods that a run leaves out unless they are named. Their lines are kept.
+    figures : dict of str to callable
+        File to a function of the lines and the path of the file.
+    """
+
+    lines: Callable
+    blocks: dict
+    cells: dict
+    tolerance: float = 2e-3
+    kept: tuple = ()
+    figures: dict = MappingProxyType({})
+
+
+_BEARING = "docs/another_bearing.md: another bearing"
+_DETECTION = "docs/detection.md: detection"
+TABLES = {
+    "cross_speed": Table(
+        cross_speed.lines,
+        {
+            "README.md: cross-speed overview": reports.cross_speed_overview,
+            "docs/cross_speed.md: cross-speed": reports.cross_speed,
+            "docs/cross_speed.md: several speeds": reports.several_speeds,
+            "docs/cross_speed.md: calibration": reports.calibration,
+            "docs/cross_speed.md: simulated": reports.simulated,
+            "docs/stretches.md: stretches": reports.stretches,
+        },
+        {
+            "rigs": ["self-built", "simulated 3 mm"],
+            "lengths": ["4800", "1 s"],
+            "most_splits": 1,
+        },
+        kept=tuple(SLOW),
+        figures={
+            "docs/images/dots_cross_speed.svg": reports.draw_cross_speed,
+            "docs/images/dots_calibration.svg": reports.draw_calibration,
+        },
+    ),
+    "another_bearing": Table(
+        another_bearing.lines,
+        {
+            "README.md: another bearing overview": reports.bearing_overview,
+            f"{_BEARING}": reports.another_bearing,
+            f"{_BEARING} locations": reports.bearing_locations,
+            f"{_BEARING} probabilities": reports.bearing_probabilities,
+            f"{_BEARING} variants": reports.bearing_variants,
+        },
+        {"rigs": ["self-built"], "folds_kept": [1], "most_settings": 1},
+        figures={"docs/images/dots_another_bearing.svg": reports.draw_another_bearing},
+    ),
+    "another_bearing_noise": Table(
+        another_bearing.noise_lines,
+        {f"{_BEARING} noise": reports.bearing_noise},
+        {"rigs": ["CWRU fan end"]},
+    ),
+    "fault_orders": Table(
+        fault_orders.lines,
+        {
+            "docs/fault_orders.md: fault orders named": reports.orders_named,
+            "docs/fault_orders.md: fault orders methods": reports.orders_methods,
+        },
+        {"every": 9, "lengths": ["5 s"]},
+        kept=tuple(fault_orders.SLOW),
+    ),
+    "detection": Table(
+        detection.lines,
+        {
+            f"{_DETECTION}": reports.detection,
+            f"{_DETECTION} families": reports.missed_families,
+        },
+        {"rigs": ["UESTC"], "lengths": ["1 s"], "kinds": ["left out"]},
+    ),
+    "unknown": Table(
+        detection.unknown_lines,
+        {"docs/detection.md: unknown": reports.unknown},
+        {"rigs": ["UESTC"], "lengths": ["1 s"]},
+    ),
+    "published": Table(
+        published.lines,
+        {
+            "README.md: published": reports.published_overview,
+            "docs/published.md: published": reports.published,
+        },
+        {"most_runs": 1},
+    ),
+    "runs_to_failure": Table(
+        runs_to_failure.lines,
+        {"docs/monitoring.md: runs to failure": reports.runs_to_failure},
+        {"runs": ["Bearing2_1"]},
+    ),
+    "signal_quality": Table(
+        quality.lines,
+        {"docs/signal_quality.md: signal quality": reports.signal_quality},
+        {"rigs": ["UESTC"], "most_recordings": 1},
+    ),
+    "speed": Table(
+        speed.lines,
+        {"benchmarks/README.md: speed": reports.speed},
+        {"methods": ["one_row"]},
+        tolerance=1.0,
+        kept=tuple(speed.ROWS),
+    ),
+}
+#: Blocks that are printed in full from the package itself.
+LISTINGS = {
+    "README.md: terminal example": listings.terminal_example,
+    "docs/results.md: terminal example": listings.terminal_example,
+    "docs/bearings.md: bearings": listings.bearings,
+    "docs/recordings.md: file formats": listings.formats,
+}
+
+
+def csv_of(name):
+    """Return the file of a table."""
+    return ROOT / "docs" / "tables" / f"{name}.csv"
+
+
+def read_lines(name):
+    """Return the stored lines of a table."""
+    return pd.read_csv(csv_of(name), keep_default_na=False, na_values=[""])
+
+
+def keys_of(lines):
+    """Return the columns that identify a line."""
+    return [name for name in lines.columns if name not in VALUES and name != MADE]
+
+
+def block_text(name, page, make, lines):
+    """Return the text of a block: what is made from the lines, and where they come from."""
+    dates = sorted(set(lines[MADE]))
+    made = dates[0] if len(dates) == 1 else f"{dates[0]} to {dates[-1]}"
+    link = os.path.relpath(csv_of(name), (ROOT / page).parent)
+    source = f"[{len(lines)} lines of results]({link})"
+    command = f"`python -m benchmarks.tables {name}`"
+    return f"{make(lines)}\n\n*From {source}, computed by {command}, {made}.*"
+
+
+def print_table(name, selection):
+    """Compute lines of a table, join them with those that are kept, and write everything."""
+    table = TABLES[name]
+    made = f"{datetime.date.today()} (version {skarxlag.__version__})"
+    lines = pd.DataFrame(table.lines(**selection))
+    lines[MADE] = made
+    if csv_of(name).exists():
+        stored = read_lines(name)
+        if not selection.keys() - {"home"}:
+            stored = stored[_methods(stored).isin(table.kept)]
+        keys = keys_of(lines)
+        stored = stored.reindex(columns=lines.columns) if stored.empty else stored
+        # A line that was computed again replaces the stored one.
+        both = pd.concat([stored, lines], ignore_index=True)
+        lines = both[~both[keys].astype(str).duplicated(keep="last")]
+        lines = lines.sort_values(keys, key=lambda column: column.astype(str))
+    lines.to_csv(csv_of(name), index=False)
+    write_pages(name)
+
+
+def write_pages(name):
+    """Write the blocks and figures of a table from its csv file."""
+    lines = read_lines(name)
+    for block, make in TABLES[name].blocks.items():
+        page, _, title = block.partition(": ")
+        write_block(page, title, block_text(name, page, make, lines))
+    for figure, draw in TABLES[name].figures.items():
+        draw(lines, ROOT / figure)
+
+
+def _methods(lines):
+    return lines.get("method", pd.Series("", index=lines.index))
+
+
+def check_blocks(name, pages):
+    """Return the blocks of a table that differ from what its csv file gives."""
+    lines = read_lines(name)
+    wrong = []
+    for block, make in TABLES[name].blocks.items():
+        page, _, title = block.partition(": ")
+        if pages[page].get(title) != block_text(name, page, make, lines):
+            wrong.append(f"{block} is not what {csv_of(name).name} gives")
+    return wrong
+
+
+def check_cells(name, home=None, **cells):
+    """Recompute some cells of a table.
+
+    Returns
+    -------
+    wrong : list of str
+        What differs.
+    n_compared, n_cells : int
+        Cells that were compared, and all cells.
+    """
+    table = TABLES[name]
+    stored = read_lines(name)
+    values = [column for column in stored if column in VALUES]
+    n_cells = int(stored[values].notna().sum().sum())
+    lines = pd.DataFrame(table.lines(home=home, **(table.cells | cells)))
+    if lines.empty:
+        return [], 0, n_cells
+    keys = keys_of(lines)
+    indexed = [frame.set_index(_texts(frame, keys)) for frame in (stored, lines)]
+    stored_lines, lines = indexed
+    wrong = [
+        f"no stored line {key}" for key in lines.index.difference(stored_lines.index)
+    ]
+    n_compared = 0
+    for key in lines.index.intersection(stored_lines.index):
+        for column in values:
+            now = lines[column][key]
+            before = stored_lines[column][key]
+            n_compared += not pd.isna(before)
+            if not _is_equal(before, now, table.tolerance):
+                wrong.append(f"{key}: {column} is {now}, stored {before}")
+    missing = set(_methods(stored)) - set(_methods(lines)) - set(table.kept)
+    wrong += [f"no cell of the method {method!r} was computed" for method in missing]
+    return wrong, n_compared, n_cells
+
+
+def _texts(frame, keys):
+    """Return a text for each line, in which 1 and 1.0 are the same, as an index."""
+
+    def text(value):
+        return f"{value:g}" if isinstance(value, (float, np.number)) else str(value)
+
+    lines = frame[keys].itertuples(index=False)
+    return pd.Index(["; ".join(map(text, line)) for line in lines])
+
+
+def _is_equal(before, now, tolerance):
+    if pd.isna(before) or pd.isna(now):
+        return pd.isna(before) and pd.isna(now)
+    if isinstance(before, str) or isinstance(now, str):
+        return str(before) == str(now) or tolerance >= 1
+    return bool(np.isclose(before, now, rtol=tolerance, atol=_ABSOLUTE))
+
+
+def check(names, home=None):
+    """Check tables and listings, print what was compared, and return what differs."""
+    pages = {}
+    for block in (
+        *LISTINGS,
+        *(block for table in TABLES.values() for block in table.blocks),
+    ):
+        page = block.partition(": ")[0]
+        pages[page] = blocks_of((ROOT / page).read_text("utf-8"))
+    wrong = []
+    total = np.zeros(2, dtype=int)
+    for name in names:
+        differs = check_blocks(name, pages)
+        cells, n_compared, n_cells = check_cells(name, home)
+        differs += cells
+        total += n_compared, n_cells
+        state = f"{len(differs)} differ" if differs else "equal"
+        print(f"{name:22} {n_compared:6} of {n_cells:6} cells: {state}", flush=True)
+        wrong += [f"{name}: {text}" for text in differs]
+    for block, make in LISTINGS.items():
+        page, _, title = block.partition(": ")
+        text = make(home)
+        if text is not None and pages[page].get(title) != text:
+            wrong.append(f"{block} differs from what is printed now")
+    print(f"{total[0]} of {total[1]} cells were compared")
+    return wrong
+
+
+def main(arguments=None):
+    """Run the command."""
+    parser = argparse.ArgumentParser(
+        "python -m benchmarks.tables",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("table", nargs="*", help=f"{', '.join(TABLES)}, listings")
+    parser.add_argument("--check", action="store_true", help="recompute some cells")
+    parser.add_argument("--pages", action="store_true", help="write the pages only")
+    parser.add_argument("--data-home", help="folder of the rigs")
+    for name in ("rig", "method", "length"):
+        parser.add_argument(f"--{name}", nargs="+", help="compute these only")
+    options = parser.parse_args(arguments)
+    if unknown := set(options.table) - {*TABLES, "listings"}:
+        parser.error(f"{sorted(unknown)}: expected names among {', '.join(TABLES)}")
+    names = [name for name in options.table or TABLES if name in TABLES]
+    if options.check:
+        wrong = check(names, options.data_home)
+        print("\n".join(wrong), file=sys.stderr)
+        return int(bool(wrong))
+    selection = {"home": options.data_home}
+    for name in ("rig", "method", "length"):
+        if getattr(options, name):
+            selection[f"{name}s"] = getattr(options, name)
+    for name in names:
+        if options.pages:
+            write_pages(name)
+        else:
+            print_table(name, selection)
+    if not options.table or "listings" in options.table:
+        for block, make in LISTINGS.items():
+            page, _, title = block.partition(": ")
+            text = make(options.data_home)
+            if text is not None:
+                write_block(page, title, text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

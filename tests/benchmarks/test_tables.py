@@ -1,0 +1,197 @@
+"""The printed tables: what the check sees, on the simulated rig and on copies of pages."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from sklearn.svm import SVC
+
+from benchmarks import cross_speed, listings, peers, tables
+from benchmarks.blocks import ROOT, blocks_of, put_block, without_blocks
+from skarxlag.distances.comparison import SpectralDistance
+
+CELLS = {
+    "rigs": ["simulated 3 mm"],
+    "lengths": ["4800"],
+    "most_splits": 1,
+}
+METHODS = ["make_diagnoser", "log spectrum + shrinkage LDA"]
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+PRINTED = [name for name in tables.TABLES if tables.csv_of(name).exists()]
+
+
+def pages_of(name):
+    return {
+        page: blocks_of((ROOT / page).read_text("utf-8"))
+        for page in {block.partition(": ")[0] for block in tables.TABLES[name].blocks}
+    }
+
+
+@pytest.mark.parametrize("name", tables.TABLES)
+def test_every_block_is_what_its_lines_give(name):
+    assert tables.check_blocks(name, pages_of(name)) == []
+
+
+def test_every_generated_block_and_csv_has_its_table():
+    of_tables = [block for table in tables.TABLES.values() for block in table.blocks]
+    listed = {*of_tables, *tables.LISTINGS}
+    found = {
+        f"{page.relative_to(ROOT).as_posix()}: {block}"
+        for page in [*PAGES, ROOT / "benchmarks" / "README.md"]
+        if page.parent.name != "paper"
+        for block in blocks_of(page.read_text("utf-8"))
+    }
+    assert found == listed
+    stored = {path.stem for path in (ROOT / "docs" / "tables").glob("*.csv")}
+    assert stored == set(tables.TABLES)
+
+
+def test_recomputed_cells_of_the_simulated_rig_are_those_that_are_printed():
+    methods = list(cross_speed.SIMULATED_METHODS)
+    wrong, n_compared, n_cells = tables.check_cells(
+        "cross_speed", **CELLS, methods=methods
+    )
+    assert [text for text in wrong if "no cell of the method" not in text] == []
+    assert 40 < n_compared < n_cells
+
+
+@pytest.fixture
+def printed(tmp_path, monkeypatch):
+    """Lines of a small table and the page that shows them, in a folder of their own."""
+    monkeypatch.setattr(tables, "csv_of", lambda name: tmp_path / f"{name}.csv")
+    block = {"page.md: cells": lambda lines: f"A sentence.\n\n{len(lines)} lines"}
+    table = tables.Table(cross_speed.lines, block, CELLS | {"methods": METHODS})
+    monkeypatch.setitem(tables.TABLES, "small", table)
+    lines = pd.DataFrame(cross_speed.lines(**table.cells)).assign(made="2026-01-01")
+    lines.to_csv(tmp_path / "small.csv", index=False)
+    text = tables.block_text("small", "page.md", block["page.md: cells"], lines)
+    return tmp_path / "small.csv", text
+
+
+def check(text):
+    cells, _, _ = tables.check_cells("small")
+    return cells + tables.check_blocks("small", {"page.md": {"cells": text}})
+
+
+def test_an_unchanged_table_passes(printed):
+    assert check(printed[1]) == []
+
+
+@pytest.mark.parametrize(
+    ("before", "after"), [("24 lines", "25 lines"), ("A sentence.", "Another one.")]
+)
+def test_a_number_or_a_sentence_edited_in_a_page_is_seen(printed, before, after):
+    text = printed[1].replace("A sentence.\n\n", "A sentence.\n\n24 lines, ")
+    assert check(text.replace(before, after))
+
+
+def test_a_number_edited_in_a_csv_is_seen(printed):
+    path, text = printed
+    lines = tables.read_lines("small")
+    lines.loc[0, "right"] += 1
+    lines.to_csv(path, index=False)
+    (wrong,) = check(text)
+    assert ("right is" in wrong and METHODS[0] in wrong) or METHODS[1] in wrong
+
+
+def test_another_setting_of_a_peer_is_seen(printed, monkeypatch):
+    weak = cross_speed.partial(
+        cross_speed.peer,
+        make=lambda: peers.of_features(peers.log_spectrum, SVC(C=0.01)),
+    )
+    monkeypatch.setitem(cross_speed.SIMULATED_METHODS, METHODS[1], weak)
+    assert any(METHODS[1] in text for text in check(printed[1]))
+
+
+def test_another_constant_of_a_distance_is_seen(printed, monkeypatch):
+    make = SpectralDistance.__init__
+    changed = make.__kwdefaults__ | {
+        "smooth_drift": 1.2 * SpectralDistance().smooth_drift
+    }
+    monkeypatch.setattr(make, "__kwdefaults__", changed)
+    assert any(METHODS[0] in text for text in check(printed[1]))
+
+
+def test_a_method_without_a_cell_is_seen(printed):
+    path, text = printed
+    lines = tables.read_lines("small")
+    more = lines.assign(method="another method")
+    pd.concat([lines, more]).to_csv(path, index=False)
+    assert any("another method" in wrong for wrong in check(text))
+
+
+def test_printing_replaces_the_lines_that_are_computed_and_keeps_the_others(
+    printed, monkeypatch
+):
+    path, _ = printed
+    monkeypatch.setattr(tables, "write_pages", lambda name: None)
+    before = tables.read_lines("small")
+    before["right"] = -1
+    before.to_csv(path, index=False)
+    tables.print_table("small", {"methods": METHODS[:1], **CELLS})
+    after = tables.read_lines("small")
+    assert len(after) == len(before)
+    is_kept = after["right"] == -1
+    assert set(after["method"][is_kept]) == {METHODS[1]}
+    assert set(after["method"][~is_kept]) == {METHODS[0]}
+
+
+def test_a_run_without_rigs_has_no_cells(tmp_path):
+    wrong, n_compared, n_cells = tables.check_cells("detection", home=tmp_path)
+    assert (wrong, n_compared) == ([], 0) and n_cells > 0
+
+
+def test_a_page_with_a_mark_twice_is_refused():
+    with pytest.raises(ValueError, match="expected"):
+        put_block("<!-- x: begin -->\n\n", "x", "new")
+
+
+#: Numbers with a decimal point that are no results: versions, names, settings, lengths.
+ALLOWED = re.compile(
+    r"(arXiv:|doi |CC BY-NC-SA |Python |scikit-learn |MATLAB |default is )[\d.]+"
+    r"|(factors? (of|from)|rate of) [\d.]+( to [\d.]+)?"
+    r"|Below [\d.]+, the verdict|at least [\d.]+ in the first question and [\d.]+ in the second"
+    r"|k = .* and v = [\d.]+"
+    r"|\d*\.\d+ ?(to [\d.]+ )?"
+    r"(k?Hz|m?s\b|mm|inch|seconds?|%|revolutions|samples|steps?|orders?)"
+    r"|\w+=\S+|`[^`]*`|\([^()]*\.(md|py|svg|png|csv)[^()]*\)|\d+\.\d+\.\d+\S*|org/\S+"
+)
+WRITTEN = [page for page in PAGES if page.parent.name != "paper"]
+
+
+@pytest.mark.parametrize("page", WRITTEN, ids=lambda page: page.stem)
+def test_prose_has_no_typed_figures(page):
+    text = without_blocks(page.read_text("utf-8"))
+    text = re.sub(r"```.*?```|\$\$.*?\$\$", "", text, flags=re.S)
+    # Code, tables of facts, and equations.
+    text = re.sub(r"(?m)^(    |\||.*\\).*$|\$[^$]*\$", "", text)
+    prose = " ".join(ALLOWED.sub("", text).split())
+    assert re.findall(r".{0,40}(?<![\w.])\d*\.\d+(?!\w).{0,20}", prose) == []
+
+
+def test_listings_are_what_the_package_prints():
+    for block, make in tables.LISTINGS.items():
+        page, _, name = block.partition(": ")
+        text = make()
+        shown = blocks_of((ROOT / page).read_text("utf-8"))[name]
+        assert text is None or shown == text, block
+
+
+def test_the_terminal_example_needs_the_recordings(tmp_path):
+    assert listings.terminal_example(Path(tmp_path)) is None
+
+
+def test_windows_of_a_row_of_a_second_keep_their_order():
+    X = np.arange(2 * 6000).reshape(2, 6000)
+    windows, n = cross_speed.windows(X)
+    assert n == 5 and windows.shape == (10, 1200)
+    assert windows[:, 0].tolist() == [
+        0,
+        1200,
+        2400,
+        3600,
+        4800,
+        *range(6000, 12000, 1200),
+    ]
