@@ -19,7 +19,7 @@ from sklearn.model_selection import GridSearchCV, cross_val_score
 from skarxlag import load_diagnoser, make_alpio, save_diagnoser
 from skarxlag.plant.commands.diagnosis import Diagnosis, diagnose_file
 from skarxlag.plant.commands.journal import Journal
-from skarxlag.plant.commands.messages import CommandError, Progress
+from skarxlag.plant.commands.messages import CommandError, Reporter
 from skarxlag.plant.commands.models import SavedModel
 from skarxlag.plant.commands.workers import Workers, executors, run_tasks
 from skarxlag.plant.readers.listing import list_files
@@ -171,7 +171,7 @@ def test_a_recording_that_kills_its_workers_costs_itself_alone(
                 os.kill(victim, KILL)
 
     monkeypatch.setattr("skarxlag.plant.commands.diagnose.run_tasks", run_with_killer)
-    monkeypatch.setattr(Progress, "step", step_and_kill)
+    monkeypatch.setattr(Reporter, "step", step_and_kill)
     diagnose("--dask", cluster.scheduler_address, n_failed=2)
     assert len(seen) == N_RECORDINGS + 1
     assert victim not in [worker.pid for worker in cluster.workers.values()]

@@ -49,4 +49,4 @@ def test_a_rate_beside_a_table(run, tmp_path):
     )
     assert code == 1 and f"sampled at {2 * RATE:g} Hz" in err
     code, out, err = run("diagnose", model, "--table", table, "--sampling-rate", RATE)
-    assert code == 0 and "2 of 2 verdicts agree" in out
+    assert code == 0 and "2 of 2 verdicts on recordings of the training agree" in out
