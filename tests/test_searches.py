@@ -1,7 +1,5 @@
 """Searches and cross-validation with speeds and weights, against loops written by hand."""
 
-import warnings
-
 import numpy as np
 import pytest
 import sklearn
@@ -18,9 +16,7 @@ from skarxlag import (
     SensorFusion,
     SpeedSplit,
     make_alpio,
-    make_detector,
     make_diagnoser,
-    make_known_conditions,
 )
 from skarxlag.core.capabilities import capabilities
 
@@ -133,38 +129,6 @@ def test_a_search_across_speeds_with_routed_groups(routing, rows):
     by_hand = clone(model).set_params(identify__pole=0.0)
     expected = score_by_hand(by_hand, X, y, {"rpm": rpm}, *split)
     assert search.cv_results_["split0_test_score"][0] == expected
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("make", [make_detector, make_known_conditions])
-def test_detectors_are_searched_with_a_scorer_that_takes_speeds(rows, make):
-    X, y, metadata = rows
-    rpm = metadata["rpm"]
-
-    def share_of_outliers(model, rows, labels=None):
-        # A scorer of scikit-learn hands no speeds to predict, so the rows carry them.
-        return float(np.mean(model.predict(rows[:, 1:], rpm=rows[:, 0]) == -1))
-
-    class OnRowsWithSpeeds(type(make())):
-        def fit(self, X, y=None):
-            return super().fit(X[:, 1:], y, rpm=X[:, 0])
-
-    pipe = OnRowsWithSpeeds(make().steps)
-    rate = "false_alarm_rate" if make is make_detector else "false_rejection_rate"
-    labels = None if make is make_detector else y
-    search = GridSearchCV(
-        pipe,
-        {f"decide__{rate}": [0.01, 0.2]},
-        cv=3,
-        scoring=share_of_outliers,
-        error_score="raise",
-    )
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        search.fit(np.column_stack([rpm, X]), labels)
-    assert not any("without rpm" in str(each.message) for each in caught)
-    few, many = search.cv_results_["mean_test_score"]
-    assert few <= many
 
 
 @pytest.mark.slow

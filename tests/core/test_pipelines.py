@@ -17,9 +17,7 @@ from skarxlag import (
     ARXLaguerre,
     DiagnosisPipeline,
     ExtendedStatePIObserver,
-    LogSpectra,
     PIObserver,
-    SpectralDistance,
     ThresholdLadder,
     make_alpio,
     make_detector,
@@ -304,36 +302,6 @@ def test_speeds_reach_the_steps_with_routing_on_or_off(speed_aware, enabled):
         assert pipe.score(X, y, rpm=rpm) == 1.0
         assert_array_equal(pipe.predict(X / 7, rpm=7.0), pipe.predict(X / 49))
         assert not sklearn.get_config()["enable_metadata_routing"] or enabled
-
-
-def test_a_request_that_changes_after_a_prediction_counts():
-    rng = np.random.default_rng(0)
-    X, y, rpm = (
-        rng.normal(size=(20, 400)),
-        np.repeat(["a", "b"], 10),
-        np.tile([600.0, 900.0], 10),
-    )
-    steps = [
-        ("measure", LogSpectra()),
-        ("compare", SpectralDistance()),
-        ("decide", ThresholdLadder()),
-    ]
-    diagnoser = DiagnosisPipeline(steps).fit(X, y, rpm=rpm)
-    compare = diagnoser["compare"]
-    stated, unknown = (
-        diagnoser.decision_function(X, rpm=rpm),
-        diagnoser.decision_function(X),
-    )
-    assert np.any(stated != unknown)
-    with sklearn.config_context(enable_metadata_routing=True):
-        compare.set_transform_request(rpm="speed")
-    assert_array_equal(diagnoser.decision_function(X, speed=rpm), stated)
-    assert_array_equal(diagnoser.decision_function(X, speed=None), unknown)
-    with pytest.raises(TypeError, match="rpm"):
-        diagnoser.decision_function(X, rpm=rpm)
-    with sklearn.config_context(enable_metadata_routing=True):
-        compare.set_transform_request(rpm=True)
-    assert_array_equal(diagnoser.decision_function(X, rpm=rpm), stated)
 
 
 @pytest.mark.parametrize("n_jobs", [None, 2])

@@ -4,7 +4,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from skarxlag import estimate_shaft_speed, rpm_from_tacho
 from skarxlag.core.speeds import speed_errors
-from skarxlag.kernels.comb import comb_frequency
 
 RATE = 10_000
 
@@ -24,28 +23,6 @@ def test_speed_is_found_near_a_wrong_nominal_value(rpm, factor):
     found = estimate_shaft_speed(X, RATE, np.full(3, rpm / factor))
     # The cells of the spectrum are half a hertz wide; twelve harmonics divide them.
     assert_allclose(found, rpm, rtol=8e-3)
-
-
-def test_estimate_is_the_largest_literal_sum_over_harmonics():
-    samples, nominal = vibration(600, noise=2.0)[:6000], 590 / 60 / RATE
-    n_fft = 4 * 6000
-    power = (
-        np.abs(np.fft.rfft((samples - samples.mean()) * np.hanning(6000), n_fft)) ** 2
-    )
-    level = np.log(power)
-
-    def literal_score(frequency):
-        score, half = 0.0, int(0.4 * nominal * n_fft)
-        for h in range(1, 6):
-            at = round(h * frequency * n_fft)
-            score += max(
-                level[at] - np.median(level[max(at - half, 0) : at + half + 1]), 0
-            )
-        return score
-
-    scores = [literal_score(f) for f in nominal * np.exp(np.arange(-0.1, 0.1, 2e-4))]
-    found = literal_score(comb_frequency(samples, nominal, 0.1, 5))
-    assert found > 0.95 * max(scores) > 1.5 * np.median(scores)
 
 
 @pytest.mark.parametrize("factor", [1e-300, 1e300])

@@ -244,20 +244,6 @@ def test_a_stated_speed_helps_and_an_unknown_one_is_searched():
     assert searched[index, own].mean() < pooled[index, own].mean()
 
 
-def test_one_speed_known_or_not_is_the_same_but_for_the_distance():
-    X, y = spectra(6)
-    fresh, _ = spectra(3, seed=1)
-    known = SpectralDistance().fit(X, y, rpm=1000)
-    assert_allclose(
-        known.transform(fresh, rpm=1000 * np.exp(0.4)),
-        SpectralDistance().fit(X, y).transform(fresh),
-        rtol=1e-12,
-    )
-    assert_allclose(
-        known.transform(fresh), known.transform(fresh, rpm=1000 / np.exp(0.4))
-    )
-
-
 def test_speed_of_each_sample_counts_by_its_mean():
     X, y, rpm = over_speeds([600, 1200])
     fitted = SpectralDistance().fit(X, y, rpm=rpm)
@@ -271,20 +257,3 @@ def test_a_speed_must_be_in_fit_and_above_zero():
         SpectralDistance().fit(X, y).transform(X, rpm=900)
     with pytest.raises(ValueError, match="expected revolutions per minute above 0"):
         SpectralDistance().fit(X, y, rpm=0)
-
-
-@pytest.mark.parametrize("rpm", [0.0, -900.0, np.nan, 15.0, 1e9])
-def test_windows_at_an_implausible_speed_name_no_condition(rpm):
-    rng = np.random.default_rng(0)
-    X, y = rng.normal(size=(40, 1, 12)), np.repeat(["a", "b"], 20)
-    X[20:, :, 3] += 2.0
-    distance = SpectralDistance().fit(X, y, rpm=np.tile([900.0, 1200.0], 20))
-    with pytest.warns(
-        UserWarning, match="1 of 3 rows are treated as rows without a"
-    ) as caught:
-        found = distance.transform(X[:3], rpm=[900.0, rpm, 1200.0])
-    assert len(caught) == 1
-    assert_array_equal(found[1], 1.0)
-    assert_array_equal(
-        found[[0, 2]], distance.transform(X[[0, 2]], rpm=[900.0, 1200.0])
-    )

@@ -240,17 +240,6 @@ def test_a_bearing_keeps_adapt_and_the_display_of_orders(with_bearing, data):
     assert not np.array_equal(adapted.predict_proba(X), with_bearing.predict_proba(X))
 
 
-def test_places_of_conditions_are_stated_or_named(data):
-    X, y = data
-    numbers = np.where(y == "inner", 7, 3)
-    stated = make_diagnoser(
-        sampling_rate=RATE, bearing=BEARING, locations={7: "outer", 3: "inner"}
-    )
-    assert stated.fit(X, numbers, rpm=900)["decide"].class_locations_.tolist() == [1, 2]
-    shown = make_diagnoser(sampling_rate=RATE, bearing=BEARING).fit(X, numbers, rpm=900)
-    assert shown["decide"].class_locations_.tolist() == [2, 1]
-
-
 def test_bearing_needs_speeds(data):
     with pytest.raises(ValueError, match="rpm is missing"):
         make_diagnoser(sampling_rate=RATE, bearing=BEARING).fit(*data)

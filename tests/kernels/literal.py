@@ -29,17 +29,6 @@ generators = st.integers(0, 2**32 - 1).map(np.random.default_rng)
 shares = st.floats(0, 1)
 
 
-def between(x, places, values):
-    """The value at x of the line through the neighbouring places; beyond the ends, the last one."""
-    if x <= places[0]:
-        return values[0]
-    for i in range(1, len(places)):
-        if x <= places[i]:
-            share = (x - places[i - 1]) / (places[i] - places[i - 1])
-            return (1 - share) * values[i - 1] + share * values[i]
-    return values[-1]
-
-
 def walk(rng, *shape):
     """Return an array that looks like a log spectrum."""
     return rng.normal(size=shape).cumsum(axis=-1) / 5

@@ -18,7 +18,7 @@ from skarxlag.kernels.healthy_limits import (
 )
 from skarxlag.kernels.healthy_rows import Rows, measure_rows
 
-from .literal import between, generators, literal_motion, many_examples, some_examples
+from .literal import generators, literal_motion, many_examples, some_examples
 
 
 def noise_rows(n_rows, seed=0, n_windows=1):
@@ -193,13 +193,13 @@ def test_log_p_values(rng, n_speeds, scale, two_sided, n_blocks):
         total = 0.0
         for k in range(n_features):
             place = cepstra[row].mean(axis=0) @ limits.axes[:, k]
-            away = place - between(x, known, limits.references[:, k])
+            away = place - np.interp(x, known, limits.references[:, k])
             total += away**2 / (limits.variances[k] + moved)
         score = math.log(total / n_features + 1e-3) - limits.score_mean
         tails = [stats.t.sf(score / limits.score_deviation / math.sqrt(more), freedom)]
         for j, per_distance in enumerate((0.4, 0.3)):
             slope, slope_variance = limits.slopes[j]
-            expected = between(x, known, limits.means[:, j]) + slope * beyond
+            expected = np.interp(x, known, limits.means[:, j]) + slope * beyond
             spread = limits.deviations[j] ** 2 * more + moved * per_distance**2
             spread += scale * slope_variance * beyond**2
             z = (values[row, j] - expected) / math.sqrt(spread)

@@ -157,13 +157,3 @@ def test_circle_criterion_is_a_positive_real_part_on_the_circle(random_loops):
         verdicts.append(real_part > 0)
         assert meets_circle_criterion(pole, kp, ki, bound) == verdicts[-1]
     assert min(np.mean(verdicts), 1 - np.mean(verdicts)) > 0.1
-
-
-def test_criterion_of_many_loops_is_that_of_each():
-    kp, ki = np.array([0.1, 0.4, 3.0]), np.array([0.05, 0.3, 3.7])
-    bound = np.array([[0.5], [20.0]])
-    together = meets_circle_criterion(0.3, kp, ki, bound)
-    assert together.shape == (2, 3)
-    for i, j in np.ndindex(2, 3):
-        alone = meets_circle_criterion(0.3, kp[j], ki[j], bound[i, 0])
-        assert together[i, j] == alone
