@@ -1,5 +1,6 @@
 """Files are written whole, or not at all, whatever stands in their place."""
 
+import errno
 import os
 import stat
 import threading
@@ -120,3 +121,23 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path):
     with pytest.raises(OSError):
         write_atomically(tmp_path, b"new")
     assert os.listdir(tmp_path) == ["a.json"]
+
+
+@needs_posix
+def test_a_link_that_is_made_meanwhile_leads_nowhere(tmp_path):
+    precious = tmp_path / "precious.txt"
+    precious.write_bytes(b"old")
+    link = tmp_path / "out.csv"
+    link.symlink_to(precious)
+    write_atomically(link, b"new", follows_links=False)
+    assert precious.read_bytes() == b"old"
+    assert not link.is_symlink() and link.read_bytes() == b"new"
+
+
+def test_errors_of_the_system_name_the_file(tmp_path, monkeypatch):
+    def full(*paths):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("skarxlag.core.files.os.replace", full)
+    with pytest.raises(OSError, match=r"No space left on device: .*out\.csv"):
+        write_atomically(tmp_path / "out.csv", b"new")
