@@ -23,6 +23,7 @@ from .state import CheckedEstimator, estimators_within, is_fitted
 _OF_THE_DECISION = {
     "alarm",
     "combs_alone",
+    "healthy_was_recorded",
     "healthy_p_value",
     "limits",
     "n_evidence",
@@ -46,6 +47,8 @@ class Capabilities:
         The healthy condition among them. None if it is not known.
     alarm : bool, default=False
         Whether it flags rows that exceed healthy limits.
+    healthy_was_recorded : bool, default=True
+        Whether the healthy condition rests on healthy rows in `fit`.
     limits : str, default=""
         From what the limits of the alarm were learned.
     n_healthy : int or None, default=None
@@ -96,6 +99,7 @@ class Capabilities:
     states_probabilities: bool = False
     healthy: Any = None
     alarm: bool = False
+    healthy_was_recorded: bool = True
     limits: str = ""
     n_healthy: int | None = None
     healthy_p_value: bool = False

@@ -10,6 +10,9 @@ from .state import expect
 HEALTHY = "healthy"
 #: Verdict on a row whose comb fits two fault locations nearly as well.
 NOT_IDENTIFIABLE = "not identifiable"
+#: Verdict of combs alone on a row without one, if no healthy recording of the machine is
+#: known.
+NO_FINDING = "no fault pattern found"
 #: Fault locations of classes, by index.
 FAULT_LOCATIONS = (*FAULTS, HEALTHY)
 #: Index of the location of a class that neither its name nor its rows show.

@@ -12,6 +12,7 @@ from ..core.fault_locations import (
     FAULT_LOCATIONS,
     FAULTS,
     HEALTHY,
+    NO_FINDING,
     NOT_IDENTIFIABLE,
     OWN_LOCATION,
 )
@@ -101,6 +102,8 @@ def verdicts_by_combs(
     has_combs: NDArray[np.bool_],
     classes: NDArray[Any],
     class_locations: NDArray[Any],
+    *,
+    healthy_was_recorded: bool,
 ) -> dict[str, NDArray[Any]]:
     """Return the verdicts of combs alone.
 
@@ -114,6 +117,8 @@ def verdicts_by_combs(
         Labels.
     class_locations : ndarray of int of shape (n_classes,)
         As in `comb_evidence`.
+    healthy_was_recorded : bool
+        Whether healthy rows say that a row without a comb is healthy.
 
     Returns
     -------
@@ -125,11 +130,16 @@ def verdicts_by_combs(
         compared.beyond_limit, class_locations, visible=VISIBLE_ALONE
     )
     scores[~has_combs] = 0.0
-    verdict = classes[scores.argmax(axis=1)]
+    best = scores.argmax(axis=1)
+    verdict = classes[best]
+    named = np.where(compared.is_close, NOT_IDENTIFIABLE, verdict.astype(object))
+    if not healthy_was_recorded:
+        is_learned = class_locations[best] == OWN_LOCATION
+        named[~compared.alarm & ~is_learned] = NO_FINDING
     is_pair = len(classes) == 2
     return {
         "verdict": verdict,
-        "named": np.where(compared.is_close, NOT_IDENTIFIABLE, verdict.astype(object)),
+        "named": named,
         "score": scores[:, 1] - scores[:, 0] if is_pair else scores,
         "probability": np.exp(log_softmax(scores, axis=1)),
     }

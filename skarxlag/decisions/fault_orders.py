@@ -303,8 +303,6 @@ class FaultOrderClassifier(SignalClassifier):
             # No row excludes a condition by its comb alone.
             by_combs = np.maximum(judged.pop("by_combs"), np.log(SMALLEST_PROBABILITY))
             judged.row_evidence = np.hstack([learned.row_evidence, by_combs])
-            # The limits of combs do not belong to conditions that were learned.
-            del judged["alarm"]
             if "alarm" in learned:
                 judged.alarm = learned.alarm
         judged.update(contrasts=matches.contrasts, rpm=matches.rpm)
@@ -395,13 +393,18 @@ class FaultOrderClassifier(SignalClassifier):
             matches, compared, self.orders_, listed(self.bearing)
         )
         judged = Bunch(
-            alarm=compared.alarm, p_value=compared.p_value, evidence=sentences
+            has_comb=compared.alarm, p_value=compared.p_value, evidence=sentences
         )
         has_combs = ~np.isnan(matches.rpm)
         if spectra is None:
+            judged.alarm = compared.alarm
             judged.update(
                 verdicts_by_combs(
-                    compared, has_combs, self.classes_, self.class_locations_
+                    compared,
+                    has_combs,
+                    self.classes_,
+                    self.class_locations_,
+                    healthy_was_recorded=len(self.healthy_scores_) > 0,
                 )
             )
         else:
@@ -432,6 +435,7 @@ class FaultOrderClassifier(SignalClassifier):
         return {
             "alarm": True,
             "combs_alone": True,
+            "healthy_was_recorded": len(self.healthy_scores_) > 0,
             "limits": f"combs {self.limit_:.2f} nepers above the healthy rows",
             "healthy": next(iter(healthy.tolist()), None),
             "is_stretch": True,

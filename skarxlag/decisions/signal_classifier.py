@@ -104,17 +104,18 @@ class SignalClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             probability of a recorded specimen; and ``row_evidence``, of which `join`
             takes the mean over the rows of a recording.
 
-            `FaultOrderClassifier` adds ``p_value``, the result of `p_values`;
-            ``contrasts`` and ``rpm``, as its `match` returns them; and ``evidence``, a
-            sentence with the order and the location of the best comb, its contrast in
-            dB, and the difference from the nominal order, which slip and an error of
-            the speed cause together. If it exceeds `slip`, the sentence asks to check
-            the speed and the bearing. With `conditions`, ``comb`` is the probability of
-            a fault by combs alone, NaN for rows whose combs are not used. Without,
-            ``named`` is the verdict, or "not identifiable" if a comb exceeds the limit,
-            but the second location is too close, see `wrong_name_rate`; and
-            ``refusal`` is empty, or why a row has no verdict but equal probabilities:
-            its speed is not plausible, or it has less than two revolutions.
+            `FaultOrderClassifier` adds ``has_comb``, whether the comb of a fault
+            exceeds its limit; ``p_value``, the result of `p_values`; ``contrasts`` and
+            ``rpm``, as its `match` returns them; and ``evidence``, a sentence with the
+            order and the location of the best comb, its contrast in dB, and the
+            difference from the nominal order. With `conditions`, ``comb`` is the
+            probability of a fault by combs alone, NaN for rows whose combs are not
+            used. Without, ``named`` is the verdict; or "not identifiable" if a comb
+            exceeds the limit, but the second location is too close, see
+            `wrong_name_rate`; or "no fault pattern found" if no comb exceeds its limit
+            and `fit` had no healthy rows. And ``refusal`` is empty, or why a row has no
+            verdict but equal probabilities: its speed is not plausible, or it has less
+            than two revolutions.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
         return self._diagnosed(X, rpm)

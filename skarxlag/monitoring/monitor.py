@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.capabilities import capabilities
+from ..core.fault_locations import NO_FINDING
 from ..core.state import expect
 from ..core.validation import ABOVE_0, check_count, check_flag, check_rate, check_real
 from ..measures.levels import signal_levels
@@ -381,7 +382,7 @@ class ConditionMonitor:
         is_against = judged.alarm_state == "not yet an alarm" or (
             judged.p_value < (self._judge.limits.rate or 0.0)
         )
-        if verdict == self.healthy and (is_active or is_against):
+        if verdict in (self.healthy, NO_FINDING) and (is_active or is_against):
             verdict = CHANGED if is_active else POSSIBLY_CHANGED
             probability = np.nan
         return judged._replace(verdict=verdict, probability=probability)

@@ -10,6 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.capabilities import capabilities
+from ..core.fault_locations import NO_FINDING
 from ..core.speeds import speed_errors, speeds_of_rows
 from ..core.state import expect
 from ..measures.quality import quality_of_outputs
@@ -246,7 +247,8 @@ class Judge:
         entries = {"verdict": self.healthy, "probability": np.nan}
         if self._classifier is not None:
             entries = self._classifier.of_recording(usable, evidence)
-        if answer["alarm"] == "yes" and entries["verdict"] == self.healthy:
+        is_calm = entries["verdict"] in (self.healthy, NO_FINDING)
+        if answer["alarm"] == "yes" and is_calm:
             entries |= {"verdict": CHANGED, "probability": np.nan}
         return entries
 

@@ -314,7 +314,7 @@ class Classifier(Member):
         if "named" not in diagnosed:
             return self._named(self._in_order(diagnosed)[0])
         verdict = diagnosed.named[0]
-        is_condition = verdict in self.names.conditions
+        is_condition = verdict in self.names.names
         probability = float(diagnosed.probability.max()) if is_condition else np.nan
         return Named(verdict, probability, None)
 

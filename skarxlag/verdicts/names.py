@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.capabilities import Capabilities
-from ..core.fault_locations import HEALTHY, NOT_IDENTIFIABLE
+from ..core.fault_locations import HEALTHY, NO_FINDING, NOT_IDENTIFIABLE
 from ..core.state import expect
 
 #: Verdict on a recording whose healthy limits are exceeded and whose condition cannot
@@ -22,9 +22,6 @@ POSSIBLY_CHANGED = "possibly changed"
 UNKNOWN = "unknown condition"
 #: Verdict on a recording of a fault whose location cannot be named.
 UNCERTAIN = "faulty, location uncertain"
-#: Verdict of combs alone on a recording without a fault pattern, if no healthy
-#: recording of the machine is known.
-NO_FINDING = "no fault pattern found"
 #: Verdict on a window, or on a recording, that carries no signal.
 NO_SIGNAL = "no signal"
 #: Prefix of the verdict on a recording that cannot be judged; a colon and the reason
@@ -134,6 +131,7 @@ class VerdictNames:
     them it is, such as the size of a crack, holds for the recorded specimens only. So
     it is stated as a resemblance, unless `fit` had at least two specimens of each
     condition of the location. A location with one condition has the name of that condition.
+    The healthy condition is named `NO_FINDING` if it rests on no healthy recording.
 
     Parameters
     ----------
@@ -165,6 +163,10 @@ class VerdictNames:
                 self.names += [conditions[i] for i in group.members]
             else:
                 self.names.append(group.title)
+        if not described.healthy_was_recorded:
+            self.names = [
+                NO_FINDING if name == healthy else name for name in self.names
+            ]
 
     def name(self, probability: NDArray[Any], unknown: float = 0.0) -> Named:
         """Name one row or recording.
@@ -187,7 +189,7 @@ class VerdictNames:
         """
         best = int(probability.argmax())
         if not self._has_locations:
-            return Named(self.conditions[best], float(probability[best]), None)
+            return Named(self.names[best], float(probability[best]), None)
         # NumPy takes several times as long to sum so few numbers.
         of_conditions = probability.tolist()
         of_groups = [

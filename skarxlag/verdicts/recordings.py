@@ -64,9 +64,10 @@ def window_verdicts(
         ``probability of a recorded specimen``, and ``most like``. With `known`,
         ``p-value of nearest`` condition. Of a diagnoser that has a bearing,
         ``evidence``: a sentence on the combs, and the verdict can be ``"not
-        identifiable"``, see `FaultOrderClassifier.diagnose`; if it learned conditions,
-        too, ``probability of a comb``: that of a fault by combs alone, else
-        ``p-value``, that of the strongest comb.
+        identifiable"`` or ``"no fault pattern found"``, see
+        `FaultOrderClassifier.diagnose`; if it learned conditions, too, ``probability of
+        a comb``: that of a fault by combs alone, else ``p-value``, that of the
+        strongest comb.
 
     Raises
     ------
@@ -110,7 +111,8 @@ def recording_verdicts(
     - ``"not identifiable"`` if most windows are, see `FaultOrderClassifier.diagnose`;
     - ``"unknown condition"`` if that is more probable than a healthy condition and than
       a fault, for diagnosers that state its probability;
-    - the healthy condition, if it is more probable than a fault;
+    - the healthy condition, if it is more probable than a fault; ``"no fault pattern
+      found"`` instead if combs decide alone, and `fit` had no healthy recording;
     - ``"faulty, location uncertain"`` if several locations of a bearing are probable;
     - the location of the fault, such as ``"inner race"``, or the condition, if it is the
       only one of its location or if `fit` had several specimens of each condition of the

@@ -15,7 +15,7 @@ from skarxlag import (
     save_diagnoser,
 )
 from skarxlag.core.capabilities import capabilities
-from skarxlag.core.fault_locations import NOT_IDENTIFIABLE
+from skarxlag.core.fault_locations import NO_FINDING, NOT_IDENTIFIABLE
 from skarxlag.decisions.comb_limits import limit_elsewhere
 
 from ..bearing_rows import ORDERS, RATE, classifier, row
@@ -51,8 +51,9 @@ def fitted(rows):
 def test_locations_without_any_recording_of_a_fault(fitted, rows):
     assert fitted.classes_.tolist() == ["ball", "healthy", "inner", "outer"]
     found = fitted.diagnose(rows, rpm=900)
-    assert found.verdict.tolist() == found.named.tolist() == NAMES
-    assert found.alarm.tolist() == [False, True, True]
+    assert found.verdict.tolist() == NAMES
+    assert found.named.tolist() == [NO_FINDING, "outer", "inner"]
+    assert found.alarm.tolist() == found.has_comb.tolist() == [False, True, True]
     np.testing.assert_allclose(found.probability.sum(axis=1), 1)
     assert fitted.classes_[found.probability.argmax(axis=1)].tolist() == NAMES
     # Each of three equally likely faults shows no comb with the probability .4.
@@ -184,7 +185,7 @@ def test_a_name_without_a_location_is_not_healthy(rows):
         fitted = classifier().fit(X, ["KA15", "outer", "inner"] * 2, rpm=900)
     assert fitted.class_locations_.tolist() == [4, 1, 2]
     assert fitted.healthy_scores_.size == 0
-    assert fitted.predict(rows, rpm=900).tolist() == ["KA15", "outer", "inner"]
+    assert fitted.diagnose(rows, rpm=900).named.tolist() == ["KA15", "outer", "inner"]
 
 
 def test_healthy_rows_are_the_reference(rows, healthy):
@@ -211,7 +212,7 @@ def test_stated_false_alarm_rate_holds_for_rows_like_the_reference():
         (4.0, 3.95, 0.02, NOT_IDENTIFIABLE),
         (4.0, 3.0, 0.02, "inner"),
         (4.0, 3.0, 1e-9, NOT_IDENTIFIABLE),
-        (0.6, 0.59, 0.02, "healthy"),
+        (0.6, 0.59, 0.02, NO_FINDING),
     ],
 )
 def test_a_location_is_named_if_no_other_is_close(
@@ -221,7 +222,21 @@ def test_a_location_is_named_if_no_other_is_close(
     lines = contrast(inner=inner, outer=outer)
     found = fitted.diagnose_gathered(lines, 1.0, 900.0)
     assert found.named.tolist() == [named]
-    assert found.verdict.tolist() == ["healthy" if named == "healthy" else "inner"]
+    assert found.verdict.tolist() == ["healthy" if named == NO_FINDING else "inner"]
+
+
+@pytest.mark.parametrize(
+    ("labels", "named"),
+    [
+        (["good", "outer", "inner"], "good"),
+        # No healthy row is known, and no row of a fault without a comb.
+        (["outer", "outer", "inner"], NO_FINDING),
+    ],
+)
+def test_healthy_is_named_if_healthy_rows_are_known(rows, labels, named):
+    fitted = classifier().fit(np.concatenate([rows, rows]), labels * 2, rpm=900)
+    found = fitted.diagnose(np.concatenate([rows, [row("healthy", seed=9)]]), rpm=900)
+    assert found.named.tolist()[1:] == ["outer", "inner", named]
 
 
 def test_several_bearings(rows):

@@ -16,7 +16,7 @@ from skarxlag import (
     recording_verdicts,
     window_verdicts,
 )
-from skarxlag.core.fault_locations import NOT_IDENTIFIABLE
+from skarxlag.core.fault_locations import NO_FINDING, NOT_IDENTIFIABLE
 from skarxlag.kernels.evidence import (
     CORRELATION,
     NEAREST_CORRELATION,
@@ -601,7 +601,7 @@ def test_rows_without_two_turns_have_no_verdict_by_combs():
     judge = Judge(classifier().fit(rows), train_rpm=[300])
     found = judge.window_results(rows, rpm=[900, 100, 900]).table()
     reason = "combs need a plausible speed, and two revolutions of the shaft in a row"
-    assert found["verdict"].tolist() == ["healthy", f"no verdict: {reason}", "outer"]
+    assert found["verdict"].tolist() == [NO_FINDING, f"no verdict: {reason}", "outer"]
     assert found["probability of outer"].isna().tolist() == [False, True, False]
 
 
@@ -610,18 +610,18 @@ def test_combs_of_two_places_are_not_identifiable():
     stated = {"rpm": 900, "train_rpm": [900]}
     named = classifier().fit(rows)
     found = recording_verdicts(named, rows, ["a", "b", "b"], **stated)
-    assert found["verdict"].tolist() == ["healthy", "outer"]
+    assert found["verdict"].tolist() == [NO_FINDING, "outer"]
     assert found["alarm"].tolist() == ["no", "yes"]
     said = named.diagnose(rows, rpm=900)
     np.testing.assert_allclose(found["p-value"].iloc[0], said.p_value[0], rtol=2e-3)
     # Hardly any wrong name is allowed, so the places must be far apart.
     strict = classifier(wrong_name_rate=1e-99).fit(rows)
     windows = window_verdicts(strict, rows, **stated)
-    expected = ["healthy", NOT_IDENTIFIABLE, NOT_IDENTIFIABLE]
+    expected = [NO_FINDING, NOT_IDENTIFIABLE, NOT_IDENTIFIABLE]
     assert windows["verdict"].tolist() == expected
     assert "nearly as well" in windows["evidence"][1]
     found = recording_verdicts(strict, rows, ["a", "b", "b"], **stated)
-    assert found["verdict"].tolist() == ["healthy", NOT_IDENTIFIABLE]
+    assert found["verdict"].tolist() == [NO_FINDING, NOT_IDENTIFIABLE]
     assert found["alarm"].tolist() == ["no", "yes"] and np.isnan(
         found["probability"].iloc[1]
     )

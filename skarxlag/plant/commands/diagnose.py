@@ -12,8 +12,8 @@ from typing import Any
 import pandas as pd
 
 from ..._version import __version__
+from ...core.fault_locations import NO_FINDING
 from ...core.files import write_atomically
-from ...verdicts.names import NO_FINDING
 from ..readers.entries import ListedRecording
 from . import results
 from .arguments import refuse

@@ -15,7 +15,7 @@ from ...core.speeds import SPEED_FACTOR
 from ...core.validation import output_of_windows
 from ...measures.levels import joined_levels, signal_levels
 from ...measures.velocity import velocity_rms
-from ...verdicts.names import NO_FINDING, no_verdict
+from ...verdicts.names import no_verdict
 from ...verdicts.windows import joined_tables
 from ..readers.entries import ListedRecording, OpenRecording
 from ..readers.rates import NO_RATE
@@ -209,11 +209,6 @@ def diagnose_recording(
     verdict = judge.recording(windows, evidence)
     if reason and judge.limits.exist:
         verdict["alarm"] = NOT_VALID
-    if model.judge is None:
-        # No healthy recording of this machine says that it is healthy.
-        windows["verdict"] = windows["verdict"].replace(model.healthy, NO_FINDING)
-        if verdict["verdict"] == model.healthy:
-            verdict["verdict"] = NO_FINDING
     verdict |= _levels_of_recording(windows, velocities, unit)
     remarks = [remark] if remark else []
     remarks += recording_remarks(model, opened, recording, windows, verdict)

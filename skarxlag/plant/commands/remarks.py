@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from ...core.fault_locations import NO_FINDING
 from ...verdicts.limits import FEW_HEALTHY, HOLD_FOR_RECORDED, LEAST_HEALTHY
-from ...verdicts.names import CHANGED, NO_FINDING, NO_SIGNAL, UNCERTAIN, UNKNOWN
+from ...verdicts.names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
 from ...verdicts.windows import HOLD
 from ..readers.entries import ListedRecording, OpenRecording
 from .channels import are_compared, channel_remarks
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from .models import RecordingModel
 
 #: Reservation to a verdict of combs alone.
-NO_COMB = "No fault pattern is not healthy: most ball faults show none."
+NO_COMB = "No fault pattern was found. Most ball faults show none."
 #: Advice on verdicts that are no condition.
 _ADVICE = {
     NO_SIGNAL: "No window carries a signal. Check the sensor, its cable and the logger.",

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ...core.fault_locations import location_of_label
+from ...core.fault_locations import NO_FINDING, location_of_label
 from ...core.files import write_atomically
-from ...verdicts.names import NO_FINDING, NO_VERDICT
+from ...verdicts.names import NO_VERDICT
 from ..readers.formats.facts import distinct
 from ..readers.listing import ListedRecording
 from .diagnosis import Diagnosis

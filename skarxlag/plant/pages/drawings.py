@@ -10,11 +10,11 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.signal import find_peaks, welch
 
+from ...core.fault_locations import NO_FINDING
 from ...diagnosers import make_fault_order_classifier
 from ...measures.envelope_spectra import envelope_spectrum
 from ...plotting import EnvelopeSpectrumDisplay, OrderSpectrumDisplay, condition_styles
 from ...plotting._style import ANY_PAGE, LEGEND, NEUTRAL
-from ...verdicts.names import NO_FINDING
 from ..commands.messages import counted, listed
 from .recording_overview import Overview, Stretch, extremes
 

@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 
 from ...bearings import bearing_orders
+from ...core.fault_locations import NO_FINDING
 from ...core.validation import output_of_windows
-from ...verdicts.names import NO_FINDING, NO_SIGNAL, NO_VERDICT
+from ...verdicts.names import NO_SIGNAL, NO_VERDICT
 from ..commands.diagnosis import Diagnosis
 from ..commands.messages import CommandError, counted, percent
 from ..commands.results import agreement, records

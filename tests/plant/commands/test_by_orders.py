@@ -40,7 +40,7 @@ def test_places_are_named_without_a_model(run, plant):
     assert "the inner race of 6205" in out and "No comb exceeds its limit" in out
     # A remark on the first recording, and on no other.
     assert [line for line in lines if "ball faults" in line] == [
-        f"{files[0]}: No fault pattern is not healthy: most ball faults show none."
+        f"{files[0]}: No fault pattern was found. Most ball faults show none."
     ]
     arguments = ("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files)
     arguments += ("--fail-on", "alarm")

@@ -39,7 +39,7 @@ def test_no_pattern_is_not_called_healthy(run, tmp_path, noise):
     path = write(tmp_path, "noise", noise)
     [row], out = results(run, tmp_path, "--bearing", "6205", path, *FACTS, *SPEED)
     assert row["verdict"] == "no fault pattern found"
-    assert "most ball faults show none" in out
+    assert "Most ball faults show none" in out
     assert row["window_rows"][0]["verdict"] == "no fault pattern found"
     page = tmp_path / "out.html"
     assert (
