@@ -82,19 +82,19 @@ class CumulativeSumAlarm:
         delay: int | None = None,
         latch: bool = False,
     ) -> None:
-        self.step = reference_step(rate, _FAULTY_RATE)
+        self.step: int = reference_step(rate, _FAULTY_RATE)
         if delay is None:
-            self.limit = alarm_limit(run_length, self.step, rate, persistence)
+            self.limit: int = alarm_limit(run_length, self.step, rate, persistence)
         else:
             self.limit = delay * (self.step - 1)
-        self.delay = -(-self.limit // (self.step - 1))
+        self.delay: int = -(-self.limit // (self.step - 1))
         self._rate = rate
         self._persistence = persistence
         self._latch = latch
-        self.sum = 0
-        self.active = False
-        self.latched = False
-        self.n_raised = 0
+        self.sum: int = 0
+        self.active: bool = False
+        self.latched: bool = False
+        self.n_raised: int = 0
 
     @property
     def level(self) -> float:

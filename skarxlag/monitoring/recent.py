@@ -44,7 +44,7 @@ class FadingEvidence:
 
     def __init__(self, n_values: int, half_life: float) -> None:
         self._half_life = half_life
-        self.weight = 0.0
+        self.weight: float = 0.0
         self._age = 0.0
         self._sums = np.zeros(n_values)
 

@@ -68,12 +68,12 @@ class WindowStream:
         self._hop = hop
         self._rate = rate
         self._tolerance = tolerance
-        self.rest = np.empty((n_rows, 0))
-        self.n_samples = 0
-        self.next_start = 0
-        self.n_gaps = 0
-        self.n_steps_back = 0
-        self.missing_seconds = 0.0
+        self.rest: NDArray[Any] = np.empty((n_rows, 0))
+        self.n_samples: int = 0
+        self.next_start: int = 0
+        self.n_gaps: int = 0
+        self.n_steps_back: int = 0
+        self.missing_seconds: float = 0.0
         # A sample whose time is stated, and its time.
         self._reference = (0, 0.0)
 

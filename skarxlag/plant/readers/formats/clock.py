@@ -114,7 +114,7 @@ class Clock:
     resolution: float = 0.0
 
     def __post_init__(self) -> None:
-        self.n_samples = 0
+        self.n_samples: int = 0
         # Sample and time of the last change, and of the one from which the rate is
         # measured, with the largest step since then.
         self._last = (0, np.nan)
