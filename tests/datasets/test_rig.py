@@ -1,7 +1,6 @@
 """The simulated rig as a machine: every physical parameter seen in its output."""
 
 from functools import partial
-from itertools import combinations
 
 import numpy as np
 import pytest
@@ -144,14 +143,3 @@ def test_sources_do_not_disturb_one_another(name):
     alone, _ = record(**{name: sources[name]})
     assert np.abs(alone).max() > 1e-3
     np.testing.assert_allclose(together - without, alone, atol=1e-12)
-
-
-def test_sources_are_independent_of_one_another():
-    short = {"paths": PULSES, "n_samples": 24_000}
-    signals = [record(**short, **{name: 1.0})[0] for name in LEVELS]
-    signals.append(record(**short)[1])
-    spectra = [np.fft.rfft(np.diff(signal)) for signal in signals]
-    for first, second in combinations(spectra, 2):
-        correlation = np.fft.irfft(first * second.conj())
-        scale = np.sqrt(np.mean(np.abs(first) ** 2) * np.mean(np.abs(second) ** 2))
-        assert np.abs(correlation).max() < 0.1 * scale

@@ -40,6 +40,11 @@ def test_long_windows_are_cut_into_equal_segments(n_samples, length, monkeypatch
     assert_allclose(found, literal_cross_spectra(segments), atol=1e-9)
 
 
+def test_windows_are_cut_above_16384_samples():
+    for n_samples, length in ((2**14, 2**14), (2**14 + 1, 2**13 + 1)):
+        assert cross_spectra(np.ones((1, 1, n_samples))).shape == (1, 1, length + 1)
+
+
 def simulated(orders, poles, coef, n_samples, seed=0, noise=1.0):
     """y(k) = coef . x(k) + e(k) with white e and white inputs, literally."""
     rng = np.random.default_rng(seed)
@@ -174,3 +179,22 @@ def test_poles_end_where_a_network_settles_within_a_window(
     monkeypatch.setattr(pole_search, "fit_errors", lambda *given: -np.array(given[2]))
     spectra = np.ones((1, 1, 1, n_samples + 1))
     assert search_poles(spectra, [order], [None], 0.0)[0] == pytest.approx(largest)
+
+
+def test_two_poles_are_tried_twice_from_0(monkeypatch):
+    tried = []
+
+    def error_of(spectra, orders, poles, alpha):
+        tried.append(poles.tolist())
+        return np.abs(poles - 0.5)
+
+    monkeypatch.setattr(pole_search, "fit_errors", error_of)
+    search_poles(np.ones((1, 2, 2, 10_001)), [1, 1], [None, None], 0.0)
+    # A network of one filter is tried at 21 places.
+    assert {second for _, second in tried[:21]} == {0.0}
+    changes = [
+        np.flatnonzero(np.ptp(tried[i : i + 21], axis=0)) for i in range(0, 84, 21)
+    ]
+    assert [each.tolist() for each in changes] == [[0], [1], [0], [1]]
+    # All poles are refined together from the best places.
+    assert np.ptp(tried[84:], axis=0).min() > 0

@@ -52,23 +52,6 @@ def test_pole_zero_is_plain_least_squares_on_lagged_samples(windows):
     assert_allclose(model.noise_level_, [np.sqrt(np.mean(error**2))], rtol=1e-9)
 
 
-@pytest.mark.parametrize("pole", [-0.5, 0.6])
-@pytest.mark.parametrize("order", [1, 3])
-def test_is_arx_on_prefiltered_data(windows, pole, order):
-    # ARX-Laguerre(N, N, z, z) = ARX on y and u filtered by 1/(1 - z q^-1)^N.
-    scaled = unit(windows)
-    prefiltered = scaled
-    for _ in range(order):
-        prefiltered = lfilter([1], [1, -pole], prefiltered)
-    lagged = states_of(prefiltered, [order, order], [0.0, 0.0])
-    model = ARXLaguerre(order=order, pole=pole, alpha=0.0).fit(windows)
-    innovations = model.transform(windows)[:, 0]
-    n_kept = innovations.shape[1]
-    lagged, output = lagged[:, -n_kept:], scaled[:, 0, -n_kept:]
-    coef = np.linalg.lstsq(lagged.reshape(-1, 2 * order), output.ravel(), rcond=None)[0]
-    assert_allclose(innovations, output - lagged @ coef, atol=1e-9)
-
-
 @pytest.mark.parametrize("forgetting_factor", [1.0, 0.7])
 def test_fit_is_recursive_least_squares(windows, forgetting_factor):
     # Eq. (16) with its sign and its X(k) repaired, forgetting once a window.

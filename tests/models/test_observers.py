@@ -96,23 +96,6 @@ def test_certified_observer_stays_bounded(amplitude):
     assert np.abs(error).max() < 20 * amplitude
 
 
-def test_small_faults_see_the_linear_observer():
-    innovations = 1e-9 * np.random.default_rng(0).normal(size=(2, 300))
-    extended = ExtendedStatePIObserver(n_observers=1).fit(innovations)
-    linear = PIObserver(ki=extended.ki).fit(innovations)
-    one, other = (each.observe(innovations).error for each in (extended, linear))
-    assert_allclose(one, other, rtol=1e-6)
-
-
-@pytest.mark.parametrize("size", [0.05, -0.5, 5.0])
-def test_both_observers_estimate_a_constant_fault_without_bias(size):
-    fault = lfilter([0, 1], [1, -0.3], np.full((1, 3000), size))
-    for observer in (PIObserver(), ExtendedStatePIObserver(n_observers=1)):
-        trajectory = observer.fit(fault).observe(fault)
-        assert trajectory.fault_estimate[0, -1] == pytest.approx(size, rel=1e-6)
-        assert abs(trajectory.error[0, -1]) < 1e-6 * abs(size)
-
-
 def test_trajectories_agree_with_their_definitions(innovations):
     slope, layer, step = 0.5, 0.8, 0.05
     observer = PIObserver(
@@ -141,19 +124,6 @@ def test_trajectories_agree_with_their_definitions(innovations):
     assert observer.fit_transform(innovations)[1, 2] == pytest.approx(
         np.exp(np.log(tail).mean())
     )
-
-
-def test_trajectories_have_the_shape_of_what_they_are_of(innovations):
-    for X in (innovations, innovations[:, 0]):
-        for path in PIObserver().fit(X).observe(X).values():
-            assert path.shape == X.shape
-
-
-def test_switching_gain_is_the_median_of_the_surface_on_a_long_window():
-    X = np.random.default_rng(0).normal(size=(2, 100_000))
-    observer = PIObserver(evaluation="switching_gain", adaptation_step=0.01).fit(X)
-    surface = np.abs(observer.observe(X).sliding_surface)
-    assert_allclose(observer.transform(X)[:, 0], np.median(surface, axis=1), rtol=0.03)
 
 
 def test_switching_gain_shrugs_strikes_off_and_power_does_not():

@@ -139,6 +139,7 @@ def run_tests(name, path, program, tests, usual=None, kills=None):
         # Numbers that are no arrays warn in plain Python, and do not in a compiled
         # loop.
         options += ["-o", "addopts=", "-W", "ignore::RuntimeWarning"]
+        options += ["-W", "ignore:NUMBA_DISABLE_JIT is set"]
         # What an error lets grow without end must not take the machine's memory.
         _bound_memory()
         pytest.main([*options, *tests], plugins=[course])
