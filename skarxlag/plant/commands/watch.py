@@ -2,7 +2,6 @@
 
 import argparse
 import signal
-import sys
 import threading
 from contextlib import ExitStack
 from typing import Any
@@ -14,8 +13,6 @@ from .messages import CommandError
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
-    if sys.stdout is None:
-        raise CommandError("standard output is closed")
     news = threading.Event()
     signals: list[Any] = []
 

@@ -443,12 +443,6 @@ def test_an_output_that_is_full_ends_the_command(run, plant, monkeypatch):
     assert "Traceback" not in err and "tried again" not in err
 
 
-def test_an_output_that_is_closed_ends_the_command(run, plant, monkeypatch):
-    monkeypatch.setattr(sys, "stdout", None)
-    code, _, err = run("watch", plant, *IDLE)
-    assert code == 1 and "standard output is closed" in err
-
-
 def test_a_sensor_has_the_name_of_its_folder(run, model, tmp_path, monkeypatch):
     drop(tmp_path / "pump", 3 * WINDOW, 3)
     monkeypatch.chdir(tmp_path / "pump")
