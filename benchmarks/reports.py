@@ -377,8 +377,8 @@ def _published_cells(method, group):
     ours = method.startswith("make_")
     column = "ours" if ours else "peer, computed here"
     if group["AUROC"].notna().any():
-        spread = f"{group['AUROC'].mean():.3f} (sd {group['AUROC'].std():.3f})"
-        return {column: f"{method}: {spread}, {len(group)} runs"}
+        mean = f"{group['AUROC'].mean():.3f}"
+        return {column: f"{method}: {mean}, mean of {len(group)} of 100 runs"}
     return {column: f"{method}: {int(group['right'].sum())} of {len(group)}"}
 
 

@@ -4,6 +4,7 @@
 """
 
 import os
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -169,6 +170,7 @@ def read_rigs(names, home=None):
             yield Rig(name, float(rate), bearing, list(read(home / folder)))
 
 
+@cache
 def simulated_rig(crack_mm, n_samples=60_000, random_state=0):
     """Return the simulated rig with one size of crack; its torque is the second channel."""
     rig = simulate_rig(

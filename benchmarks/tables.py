@@ -182,7 +182,9 @@ def csv_of(name):
 
 
 def read_lines(name):
-    """Return the stored lines of a table."""
+    """Return the stored lines of a table, None before they were computed."""
+    if not csv_of(name).exists():
+        return None
     return pd.read_csv(csv_of(name), keep_default_na=False, na_values=[""])
 
 
@@ -193,11 +195,15 @@ def keys_of(lines):
 
 def block_text(name, page, make, lines):
     """Return the text of a block: what is made from the lines, and where they come from."""
+    command = f"`python -m benchmarks.tables {name}`"
+    if lines is None:
+        return (
+            f"*Not computed with this version of the package. {command} computes it.*"
+        )
     dates = sorted(set(lines[MADE]))
     made = dates[0] if len(dates) == 1 else f"{dates[0]} to {dates[-1]}"
     link = os.path.relpath(csv_of(name), (ROOT / page).parent)
     source = f"[{len(lines)} lines of results]({link})"
-    command = f"`python -m benchmarks.tables {name}`"
     return f"{make(lines)}\n\n*From {source}, computed by {command}, {made}.*"
 
 
@@ -207,8 +213,8 @@ def print_table(name, selection):
     made = f"{datetime.date.today()} (version {skarxlag.__version__})"
     lines = pd.DataFrame(table.lines(**selection))
     lines[MADE] = made
-    if csv_of(name).exists():
-        stored = read_lines(name)
+    stored = read_lines(name)
+    if stored is not None:
         if not selection.keys() - {"home"}:
             stored = stored[_methods(stored).isin(table.kept)]
         keys = keys_of(lines)
@@ -227,7 +233,7 @@ def write_pages(name):
     for block, make in TABLES[name].blocks.items():
         page, _, title = block.partition(": ")
         write_block(page, title, block_text(name, page, make, lines))
-    for figure, draw in TABLES[name].figures.items():
+    for figure, draw in TABLES[name].figures.items() if lines is not None else ():
         draw(lines, ROOT / figure)
 
 
@@ -258,6 +264,8 @@ def check_cells(name, home=None, **cells):
     """
     table = TABLES[name]
     stored = read_lines(name)
+    if stored is None:
+        return [], 0, 0
     values = [column for column in stored if column in VALUES]
     n_cells = int(stored[values].notna().sum().sum())
     lines = pd.DataFrame(table.lines(home=home, **(table.cells | cells)))

@@ -19,7 +19,6 @@ CELLS = {
 }
 METHODS = ["make_diagnoser", "log spectrum + shrinkage LDA"]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
-PRINTED = [name for name in tables.TABLES if tables.csv_of(name).exists()]
 
 
 def pages_of(name):
@@ -45,7 +44,7 @@ def test_every_generated_block_and_csv_has_its_table():
     }
     assert found == listed
     stored = {path.stem for path in (ROOT / "docs" / "tables").glob("*.csv")}
-    assert stored == set(tables.TABLES)
+    assert stored <= set(tables.TABLES)
 
 
 def test_recomputed_cells_of_the_simulated_rig_are_those_that_are_printed():
@@ -80,11 +79,13 @@ def test_an_unchanged_table_passes(printed):
 
 
 @pytest.mark.parametrize(
-    ("before", "after"), [("24 lines", "25 lines"), ("A sentence.", "Another one.")]
+    ("before", "after"), [("8 lines", "9 lines"), ("A sentence.", "Another one.")]
 )
 def test_a_number_or_a_sentence_edited_in_a_page_is_seen(printed, before, after):
-    text = printed[1].replace("A sentence.\n\n", "A sentence.\n\n24 lines, ")
-    assert check(text.replace(before, after))
+    text = printed[1]
+    assert before in text
+    pages = {"page.md": {"cells": text.replace(before, after)}}
+    assert tables.check_blocks("small", pages)
 
 
 def test_a_number_edited_in_a_csv_is_seen(printed):
