@@ -16,7 +16,6 @@ from skarxlag import (
     StretchResidual,
     ThresholdLadder,
     make_alpio,
-    make_detector,
     make_diagnoser,
     make_extended_state_pio,
 )
@@ -212,15 +211,3 @@ def test_means_of_a_detector_are_those_of_repeated_rows(healthy_rows):
         for detector in (weighted, repeated)
     ]
     np.testing.assert_allclose(*means, rtol=1e-5, atol=1e-7)
-
-
-@FEW_ROWS
-def test_weights_reach_the_model_and_the_detector_of_a_pipeline(healthy_rows):
-    X, rpm = healthy_rows
-    weights = np.arange(80) % 3
-    fitted = make_detector().fit(X, rpm=rpm, sample_weight=weights)
-    model = ARXLaguerre(order=8, bank=False, unit_rms=False)
-    innovations = model.fit(X, sample_weight=weights).transform(X)
-    detector = FaultDetector().fit(innovations, rpm=rpm, sample_weight=weights)
-    expected = detector.score_samples(innovations, rpm=rpm)
-    np.testing.assert_array_equal(fitted.score_samples(X, rpm=rpm), expected)

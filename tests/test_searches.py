@@ -14,7 +14,6 @@ from sklearn.model_selection import (
 
 from skarxlag import (
     SensorFusion,
-    SpeedSplit,
     make_alpio,
     make_diagnoser,
 )
@@ -116,19 +115,6 @@ def test_a_grid_search_is_a_loop_with_the_metadata_of_each_split(routing, rows, 
     assert search.score(X, y, **metadata) == best.score(X, y, **metadata)
     assert capabilities(search).speeds == pytest.approx((600.0, 900.0))
     assert len(np.unique(expected)) > 1
-
-
-@pytest.mark.slow
-def test_a_search_across_speeds_with_routed_groups(routing, rows):
-    X, y, metadata = rows
-    model, rpm = make_diagnoser(), metadata["rpm"]
-    search = GridSearchCV(
-        model, {"identify__pole": [0.0, 0.4]}, cv=SpeedSplit(), error_score="raise"
-    ).fit(X, y, groups=rpm, rpm=rpm)
-    split = next(SpeedSplit().split(X, y, groups=rpm))
-    by_hand = clone(model).set_params(identify__pole=0.0)
-    expected = score_by_hand(by_hand, X, y, {"rpm": rpm}, *split)
-    assert search.cv_results_["split0_test_score"][0] == expected
 
 
 @pytest.mark.slow

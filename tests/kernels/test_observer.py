@@ -157,3 +157,5 @@ def test_circle_criterion_is_a_positive_real_part_on_the_circle(random_loops):
         verdicts.append(real_part > 0)
         assert meets_circle_criterion(pole, kp, ki, bound) == verdicts[-1]
     assert min(np.mean(verdicts), 1 - np.mean(verdicts)) > 0.1
+    # An integral that nothing feeds does not decay.
+    assert not meets_circle_criterion(0.3, 0.3, 0.0, 1.0)

@@ -1,5 +1,4 @@
 import importlib
-import json
 import pickle
 import re
 import shutil
@@ -143,41 +142,28 @@ def test_facts_come_back(tmp_path):
 
 
 ODD_FACTS = [
-    {"conditions": ["good"]},
     {"conditions": ["good", "good", "worn"]},
     {"conditions": ["good", "worn", "broken", "cage"]},
     {"conditions": "good"},
-    {"conditions": None},
     {"train_rpm": 500},
     {"train_rpm": [0.0]},
-    {"train_rpm": [float("nan")]},
-    {"train_rpm": ["500"]},
-    {"window_length": 300.0},
     {"window_length": 1200},
     {"window_length": True},
     {"n_channels": 2},
-    {"n_channels": 0},
-    {"sampling_rate": "50000"},
     {"sampling_rate": -1.0},
     {"sampling_rate": float("inf")},
     {"false_alarm_rate": 1.5},
-    {"n_windows": 5},
-    {"n_windows": [5, -1, 2]},
     {"n_windows": [1]},
     {"n_recordings": [1, 2, 3, 4]},
     {"channels": ["drive", "fan"]},
     {"channel_names": "drive"},
-    {"channel_names": [1]},
     {"unit": 9.81},
-    {"unit": ["g"]},
     {"diagnoser": 3},
     {"healthy": "broken"},
     {"healthy": "good", "conditions": ["worn", "good", "broken"]},
     {"saved": ["2020"]},
     {"note": "\x1b[2Jhealthy"},
-    {"channels": ["a\x07"]},
     {"\x1b[31m": 1},
-    {"note": "two\nlines"},
 ]
 
 
@@ -225,11 +211,9 @@ def test_detector_and_known_conditions_are_saved_with_the_diagnoser(tmp_path):
     ("step", "name", "value"),
     [
         ("identify", "order", 0),
-        ("identify", "pole", "x"),
         ("identify", "alpha", -1.0),
         ("compare", "sampling_rate", -1.0),
         ("decide", "false_alarm_rate", 2.0),
-        ("decide", "false_alarm_rate", float("nan")),
     ],
 )
 def test_parameter_out_of_its_range_is_refused_at_load(step, name, value, tmp_path):
@@ -346,20 +330,10 @@ def test_missing_file():
     ("step", "name", "value"),
     [
         ("identify", "coef_", np.zeros((1, 0))),
-        ("identify", "orders_", np.array([-5])),
         ("identify", "orders_", np.array([10**9])),
-        ("identify", "poles_", np.array([1.5])),
-        ("identify", "poles_", np.array([1.0000001])),
-        ("identify", "window_shape_", np.array([0])),
         ("measure", "n_models_", 7),
-        ("measure", "spectrum_order", 0),
-        ("compare", "axes_", np.zeros((0, 0))),
-        ("compare", "axes_", np.full((252, 250), np.nan)),
         ("compare", "references_", np.zeros((3, 10**6))),
-        ("decide", "rungs_", np.array(["good"])),
         ("decide", "isolation_thresholds_", np.zeros(0)),
-        ("decide", "healthy_index_", 3),
-        ("decide", "n_features_in_", 4),
     ],
 )
 def test_tampered_model_is_refused_at_load_by_name(tmp_path, step, name, value):
@@ -374,22 +348,6 @@ def test_tampered_model_is_refused_at_load_by_name(tmp_path, step, name, value):
     # Of two attributes that contradict each other either may be named.
     names = f"({name}|coef_|isolation_thresholds_)"
     refuse(forge(tmp_path, diagnoser), rf"Step '\w+': .*{names}")
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("class_locations_", np.array([0, 99])),
-        ("healthy_index_", 7),
-        ("noise_gaps_", np.array([0.1, -1.0])),
-        ("n_specimens_", np.array([0, 1])),
-        ("recorded_prior", 1.0),
-    ],
-)
-def test_tampered_probabilities_are_refused_at_load_by_name(tmp_path, name, value):
-    diagnoser = make_diagnoser().fit(X, Y)
-    setattr(diagnoser["decide"], name, value)
-    refuse(forge(tmp_path, diagnoser), rf"Step 'decide': .*{name}")
 
 
 def test_content_of_another_kind_is_refused(tmp_path):
@@ -502,8 +460,12 @@ def test_missing_skops_is_named_with_its_command(monkeypatch):
 
 def test_skops_itself_loads_a_diagnoser_with_the_public_list():
     """So do programs that pass such a list on, MLflow for one."""
+    locations = {"worn": "outer", "broken": "inner"}
+    with_bearing = make_diagnoser(
+        sampling_rate=2_000.0, bearing="6205", locations=locations
+    )
     for model in (
-        make_diagnoser(sampling_rate=2_000.0, bearing="6205").fit(X, Y, rpm=900.0),
+        with_bearing.fit(X, Y, rpm=900.0),
         make_detector(false_alarm_rate=0.2).fit(X[:10]),
     ):
         loaded = skops.io.loads(skops.io.dumps(model), trusted=TRUSTED_TYPES)
@@ -517,8 +479,3 @@ def test_memory_that_is_short_is_named(saved, monkeypatch):
     monkeypatch.setattr("skops.io.loads", loads)
     with pytest.raises(MemoryError, match=r"bearing\.skops: not enough memory"):
         load_diagnoser(saved)
-
-
-def test_schema_is_readable_json(saved):
-    with ZipFile(saved) as file:
-        assert json.loads(file.read("schema.json"))["__class__"] == "dict"
