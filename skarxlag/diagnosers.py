@@ -122,7 +122,8 @@ def make_diagnoser(
     condition, and the combs still show the location of the fault. `fit` then needs `rpm`;
     in `predict` without `rpm`, spectra decide alone. If all training rows are healthy,
     the classes are their label and the locations "ball", "inner" and "outer": combs decide
-    alone, with limits from these rows.
+    alone, with limits from these rows. Rows of another machine get its bearing with
+    them: ``predict(X, rpm=900, bearing="6203")``.
 
     Use `make_detector` instead to find out whether a machine is healthy: the detection
     threshold of this diagnoser holds at the training speed only.

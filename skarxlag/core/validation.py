@@ -39,8 +39,8 @@ def validate_signals(
     reset : bool
         True in `fit`.
     any_length : bool, default=False
-        Whether windows of several channels may be longer or shorter than in `fit`.
-        scikit-learn's contract fixes the length of windows of one channel, which are
+        Whether windows with an axis of channels may be longer or shorter than in `fit`.
+        scikit-learn's contract fixes the length of windows without that axis, which are
         rows of a table.
 
     Returns
@@ -62,10 +62,14 @@ def validate_signals(
     if isinstance(X, np.ndarray) and not X.dtype.isnative:
         X = X.astype(X.dtype.newbyteorder("="))
     if not reset:
-        if y is None and is_plain(
-            estimator, X, tuple(estimator.window_shape_.tolist())
-        ):
+        fitted = tuple(estimator.window_shape_.tolist())
+        if y is None and is_plain(estimator, X, fitted):
             return X, None
+        shape = np.asarray(X).shape[1:]
+        if any_length and y is None and len(fitted) == 1 and shape[:-1] == (1,):
+            return check_array(
+                np.asarray(X)[:, 0], dtype=[np.float64, np.float32]
+            ), None
         _check_window_shape(estimator, np.asarray(X).shape[1:], any_length)
     check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
     if y is None and not (reset and get_tags(estimator).target_tags.required):

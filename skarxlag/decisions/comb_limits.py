@@ -16,10 +16,10 @@ _SAME_SPEED = 0.05
 #: are named, and the mean of these distances in nepers.
 _CONFIDENCE_NAMED = 10.0
 _MEAN_MARGIN = 1.6
-#: Gumbel distribution of the best score of healthy rows, location and scale in nepers:
-#: it has the median and the quantile .98 of 22 recordings and 92 rows of 1 s of four
-#: rigs, `python -m benchmarks.fault_orders --null`. The second location is that above
-#: the mean scores of the same machine at other speeds.
+#: Gumbel distribution of the best score of healthy rows, location and scale in nepers.
+#: Its median and its quantile .98 are about those of 22 recordings and 92 rows of 1 s of
+#: four rigs; no command computes it. The second location is that above the mean scores
+#: of the same machine at other speeds.
 HEALTHY_LOCATION = 1.25
 OTHER_SPEED_LOCATION = 0.06
 HEALTHY_SCALE = 0.28
@@ -93,8 +93,7 @@ def healthy_combs(
     Parameters
     ----------
     scores : ndarray of shape (n_rows, 3)
-        Scores of ball, inner and outer race. No rows: the limit is that of other
-        machines.
+        Scores of ball, inner and outer race.
     speeds : ndarray of shape (n_rows,)
         Speeds of the rows; NaN if a speed is not known.
     rate : float
@@ -106,12 +105,20 @@ def healthy_combs(
         Reference, scores, speeds and limit.
     """
     n_rows = len(scores)
-    reference = scores.mean(axis=0) if n_rows > 0 else np.zeros(len(FAULTS))
+    if n_rows == 0:
+        return without_healthy(rate)
+    reference = scores.mean(axis=0)
     # A row is nearer to a mean that it is a part of.
-    best = (scores - reference).max(axis=1, initial=-np.inf)
+    best = (scores - reference).max(axis=1)
     best = np.sort(best * n_rows / max(n_rows - 1, 1))
     speeds = np.sort(np.where(np.isnan(speeds), 1.0, speeds))
     return HealthyCombs(reference, best, speeds, limit_of_healthy(best, rate))
+
+
+def without_healthy(rate: float) -> HealthyCombs:
+    """Return the limit of other machines, which holds if no healthy row is known."""
+    limit = limit_of_healthy(np.empty(0), rate)
+    return HealthyCombs(np.zeros(len(FAULTS)), np.empty(0), np.empty(0), limit)
 
 
 def compare_combs(

@@ -20,16 +20,20 @@ class DiagnosingClassifier(ClassifierMixin):
     __metadata_request__decision_function: ClassVar = {"rpm": True}
     __metadata_request__score: ClassVar = {"rpm": True, "sample_weight": True}
 
-    def diagnose(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
+    def diagnose(
+        self, X: ArrayLike, rpm: ArrayLike | None = None, **params: Any
+    ) -> Bunch:
         """Compute ``verdict``, ``probability`` and ``score`` of rows."""
         raise NotImplementedError
 
-    def predict(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
+    def predict(
+        self, X: ArrayLike, rpm: ArrayLike | None = None, **params: Any
+    ) -> NDArray[Any]:
         """Return the condition of each row.
 
         Parameters
         ----------
-        X, rpm : array-like
+        X, rpm, **params
             As in `diagnose`.
 
         Returns
@@ -37,14 +41,16 @@ class DiagnosingClassifier(ClassifierMixin):
         ndarray of shape (n_rows,)
             Conditions.
         """
-        return self.diagnose(X, rpm).verdict
+        return self.diagnose(X, rpm, **params).verdict
 
-    def predict_proba(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
+    def predict_proba(
+        self, X: ArrayLike, rpm: ArrayLike | None = None, **params: Any
+    ) -> NDArray[Any]:
         """Compute the probability of each condition.
 
         Parameters
         ----------
-        X, rpm : array-like
+        X, rpm, **params
             As in `diagnose`.
 
         Returns
@@ -54,16 +60,16 @@ class DiagnosingClassifier(ClassifierMixin):
             among the conditions. If the verdict is not the most probable condition, the
             probabilities are changed as little as makes it the largest.
         """
-        return self.diagnose(X, rpm).probability
+        return self.diagnose(X, rpm, **params).probability
 
     def predict_log_proba(
-        self, X: ArrayLike, rpm: ArrayLike | None = None
+        self, X: ArrayLike, rpm: ArrayLike | None = None, **params: Any
     ) -> NDArray[Any]:
         """Compute the logarithm of the probability of each condition.
 
         Parameters
         ----------
-        X, rpm : array-like
+        X, rpm, **params
             As in `diagnose`.
 
         Returns
@@ -71,16 +77,16 @@ class DiagnosingClassifier(ClassifierMixin):
         ndarray of shape (n_rows, n_classes)
             Natural logarithms.
         """
-        return np.log(self.predict_proba(X, rpm))
+        return np.log(self.predict_proba(X, rpm, **params))
 
     def decision_function(
-        self, X: ArrayLike, rpm: ArrayLike | None = None
+        self, X: ArrayLike, rpm: ArrayLike | None = None, **params: Any
     ) -> NDArray[Any]:
         """Compute the scores of the conditions; the highest is the verdict.
 
         Parameters
         ----------
-        X, rpm : array-like
+        X, rpm, **params
             As in `diagnose`.
 
         Returns
@@ -89,7 +95,7 @@ class DiagnosingClassifier(ClassifierMixin):
             Log probabilities, up to a constant in each row. For two conditions the
             second's score less the first's.
         """
-        return self.diagnose(X, rpm).score
+        return self.diagnose(X, rpm, **params).score
 
     def score(
         self,
@@ -102,7 +108,7 @@ class DiagnosingClassifier(ClassifierMixin):
 
         Parameters
         ----------
-        X, **params : array-like
+        X, **params
             As in `diagnose`.
         y : array-like of shape (n_rows,)
             Their conditions.

@@ -35,7 +35,7 @@ from ..core.validation import (
 )
 from ..kernels.evidence import COMB_CORRELATION, SMALLEST_PROBABILITY, effective_number
 from ..kernels.posterior import decided
-from .comb_limits import HealthyCombs, compare_combs, healthy_combs, limit_of_healthy
+from .comb_limits import HealthyCombs, compare_combs, healthy_combs, without_healthy
 from .comb_probabilities import evidence_beside_spectra, verdicts_by_combs
 from .comb_search import CombSearch
 from .comb_sentences import comb_sentences
@@ -43,8 +43,14 @@ from .labelled_rows import locate_labels
 from .signal_classifier import SignalClassifier
 
 _ORDERS = itemgetter("cage", "spin", "inner", "outer")
+_ROW_METADATA = {"rpm": True, "bearing": True}
 #: Why there is no verdict on a row.
 _NO_COMBS = "combs need a plausible speed, and two revolutions of the shaft in a row"
+
+
+def _orders(bearings):
+    """Return the orders of bearings, of shape (n_bearings, 4)."""
+    return np.array([_ORDERS(bearing_orders(bearing)) for bearing in bearings])
 
 
 def _has_conditions(classifier):
@@ -95,6 +101,9 @@ class FaultOrderClassifier(SignalClassifier):
     If no condition is near, as after another mounting or load, combs decide the
     location. Spectra decide among conditions of one location, and alone in rows without
     `rpm` or of less than two revolutions.
+
+    Rows of another machine get its bearing with them: ``predict(X, rpm=900,
+    bearing="6203")``. Rows of shape (n_rows, 1, n_samples) have any length.
 
     Parameters
     ----------
@@ -181,6 +190,13 @@ class FaultOrderClassifier(SignalClassifier):
     array(['healthy', 'inner'], dtype='<U7')
     """
 
+    #: Metadata routing passes these without `set_predict_request` and its siblings.
+    __metadata_request__predict: ClassVar = _ROW_METADATA
+    __metadata_request__predict_proba: ClassVar = _ROW_METADATA
+    __metadata_request__predict_log_proba: ClassVar = _ROW_METADATA
+    __metadata_request__decision_function: ClassVar = _ROW_METADATA
+    __metadata_request__score: ClassVar = _ROW_METADATA
+
     bearing: BearingLike | Sequence[BearingLike] | None = None
     sampling_rate: float | None = None
     locations: Mapping[Any, str] | None = None
@@ -195,12 +211,10 @@ class FaultOrderClassifier(SignalClassifier):
 
     def _learn(self, X, y, rpm, sample_weight, specimen):
         of_one_model(X[:1])
-        self.orders_: NDArray[Any] = np.array(
-            [_ORDERS(bearing_orders(bearing)) for bearing in listed(self.bearing)]
-        )
+        self.orders_: NDArray[Any] = _orders(listed(self.bearing))
         self.conditions_: Any = None
         if y is None:
-            self._set_healthy(np.empty((0, len(FAULTS))), np.empty(0))
+            self._set_healthy(without_healthy(self.false_alarm_rate))
             classes, locations = np.unique(FAULT_LOCATIONS, return_index=True)
         else:
             located = self._locate(X, y, rpm, sample_weight)
@@ -228,23 +242,32 @@ class FaultOrderClassifier(SignalClassifier):
         matches = self._match(X[rows], speeds, with_contrasts=False)
         counted = np.repeat(np.arange(len(rows)), np.ceil(weights).astype(int))
         scores = matches.scores[counted]
-        limit = limit_of_healthy(np.empty(0), self.false_alarm_rate)
+        limit = without_healthy(self.false_alarm_rate).limit
         located = locate_labels(labels[counted], scores, self.locations, limit)
         is_healthy = located.is_healthy
-        self._set_healthy(scores[is_healthy], matches.rpm[counted][is_healthy])
+        speeds = matches.rpm[counted][is_healthy]
+        self._set_healthy(
+            healthy_combs(scores[is_healthy], speeds, self.false_alarm_rate)
+        )
         return located
 
-    def _set_healthy(self, scores, speeds):
-        """Store what the scores and speeds of healthy rows show."""
-        healthy = healthy_combs(scores, speeds, self.false_alarm_rate)
+    def _set_healthy(self, healthy):
+        """Store what the combs of healthy rows show."""
         self.reference_: NDArray[Any] = healthy.reference
         self.healthy_scores_: NDArray[Any] = healthy.best
         self.healthy_speeds_: NDArray[Any] = healthy.speeds
         self.limit_: float = healthy.limit
 
-    def _search(self):
+    def _bearings(self, bearing):
+        """Return the bearings of rows: another one, or those of `fit`."""
+        if bearing is not None:
+            return [bearing]
+        self._check_relations()
+        return listed(self.bearing)
+
+    def _search(self, bearing=None):
         return CombSearch(
-            orders=self.orders_,
+            orders=_orders(self._bearings(bearing)),
             sampling_rate=float(self.sampling_rate),
             gear_ratio=self.gear_ratio,
             speed_tolerance=self.speed_tolerance,
@@ -253,7 +276,12 @@ class FaultOrderClassifier(SignalClassifier):
         )
 
     @uses_fitted
-    def match(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
+    def match(
+        self,
+        X: ArrayLike,
+        rpm: ArrayLike | None = None,
+        bearing: BearingLike | None = None,
+    ) -> Bunch:
         """Compute the scores of all faults, and the factors on the speed that fit best.
 
         Parameters
@@ -264,6 +292,8 @@ class FaultOrderClassifier(SignalClassifier):
             Nominal speed; None only with `speed_range`. Rows of less than two
             revolutions, or without a plausible speed, get the score 0, and the speed
             NaN.
+        bearing : BearingLike or None, default=None
+            As in `diagnose`.
 
         Returns
         -------
@@ -277,28 +307,28 @@ class FaultOrderClassifier(SignalClassifier):
             at its true speed.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
-        return self._match(X, rpm)
+        return self._match(X, rpm, bearing)
 
-    def _match(self, X, rpm, *, with_contrasts=True):
+    def _match(self, X, rpm, bearing=None, *, with_contrasts=True):
         train_rpm = ()
         if self.conditions_ is not None:
             train_rpm = training_speeds(self.conditions_)
         elif self.speed_range is None:
             expected = "the speed of each row, or a speed_range"
             expect(rpm is not None, "rpm", rpm, expected)
-        return self._search().match(
+        return self._search(bearing).match(
             X, rpm, train_rpm, with_contrasts=with_contrasts, n_jobs=self.n_jobs
         )
 
-    def _diagnosed(self, X, rpm):
-        matches = self._match(X, rpm)
+    def _diagnosed(self, X, rpm, bearing=None):
+        matches = self._match(X, rpm, bearing)
         if self.conditions_ is None:
-            judged = self._judge(matches)
+            judged = self._judge(matches, bearing=bearing)
             has_no_combs = np.isnan(matches.rpm)
             judged.refusal = np.where(has_no_combs, _NO_COMBS, "").astype(object)
         else:
             learned = self.conditions_.diagnose(X, rpm)
-            judged = self._judge(matches, learned.log_probability)
+            judged = self._judge(matches, learned.log_probability, bearing=bearing)
             judged.update(recorded=learned.recorded, levels=learned.levels)
             # No row excludes a condition by its comb alone.
             by_combs = np.maximum(judged.pop("by_combs"), np.log(SMALLEST_PROBABILITY))
@@ -362,12 +392,14 @@ class FaultOrderClassifier(SignalClassifier):
         learned = self.conditions_.join(by_spectra[np.newaxis], n_joined)
         return self._judge(matches, learned.log_probability, n_rows)
 
-    def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
+    def p_values(
+        self, X: ArrayLike, rpm: ArrayLike | None = None, **params: Any
+    ) -> NDArray[Any]:
         """Compute the probability that a healthy row has a comb as strong.
 
         Parameters
         ----------
-        X, rpm : array-like
+        X, rpm, **params
             As in `diagnose`.
 
         Returns
@@ -376,22 +408,23 @@ class FaultOrderClassifier(SignalClassifier):
             In (0, 1]. With healthy rows in `fit`: the share of rows with a larger
             score, and an exponential tail above all of them.
         """
-        return self.diagnose(X, rpm).p_value
+        return self.diagnose(X, rpm, **params).p_value
 
     def _adaptive_part(self):
         return getattr(self, "conditions_", self.conditions)
 
-    def _judge(self, matches, spectra=None, n_rows=1):
+    def _judge(self, matches, spectra=None, n_rows=1, bearing=None):
         """Judge matched rows, with the log probabilities by spectra if conditions were learned."""
         healthy = HealthyCombs(
             self.reference_, self.healthy_scores_, self.healthy_speeds_, self.limit_
         )
+        if bearing is not None:
+            healthy = without_healthy(self.false_alarm_rate)
         gain = np.sqrt(effective_number(n_rows, COMB_CORRELATION))
         rates = self.false_alarm_rate, self.wrong_name_rate
         compared = compare_combs(matches.scores, matches.rpm, healthy, gain, *rates)
-        sentences = comb_sentences(
-            matches, compared, self.orders_, listed(self.bearing)
-        )
+        bearings = self._bearings(bearing)
+        sentences = comb_sentences(matches, compared, _orders(bearings), bearings)
         judged = Bunch(
             has_comb=compared.alarm, p_value=compared.p_value, evidence=sentences
         )
@@ -404,7 +437,7 @@ class FaultOrderClassifier(SignalClassifier):
                     has_combs,
                     self.classes_,
                     self.class_locations_,
-                    healthy_was_recorded=len(self.healthy_scores_) > 0,
+                    healthy_was_recorded=len(healthy.best) > 0,
                 )
             )
         else:
@@ -452,7 +485,7 @@ class FaultOrderClassifier(SignalClassifier):
         locations = self.class_locations_
         are_locations = np.isin(locations, range(OWN_LOCATION + 1))
         expect(are_locations, "class_locations_", locations, "0, 1, 2, 3 or 4")
-        self._check_array("orders_", (len(listed(self.bearing)), 4), "above 0")
+        self._check_array("orders_", (None, 4), "above 0")
         self._check_array("reference_", (len(FAULTS),))
         self._check_array("healthy_speeds_", (None,), "above 0")
         self._check_array("healthy_scores_", self.healthy_speeds_.shape)
@@ -461,6 +494,13 @@ class FaultOrderClassifier(SignalClassifier):
         self._check_number("limit_")
         if self.conditions_ is not None:
             self._check_part("conditions_")
+
+    def _check_relations(self):
+        if not np.array_equal(_orders(listed(self.bearing)), self.orders_):
+            raise ValueError(
+                f"orders_ are not of bearing {self.bearing!r}: parameters changed since fit: "
+                "call fit, or pass bearing= to predict."
+            )
 
     def _check_parameters(self):
         check_sampling_rate(self.sampling_rate)

@@ -79,7 +79,9 @@ class SignalClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         return self
 
     @uses_fitted
-    def diagnose(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
+    def diagnose(
+        self, X: ArrayLike, rpm: ArrayLike | None = None, **params: Any
+    ) -> Bunch:
         """Compute all that is known of each row from one set of measures.
 
         Parameters
@@ -89,6 +91,10 @@ class SignalClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
             Their nominal speeds, as in `fit`. None: not known; a `FaultOrderClassifier`
             without `conditions` needs them, or searches the speed.
+        **params
+            ``bearing``, only for `FaultOrderClassifier`: the bearing of all rows if
+            they are of another machine, by name, dimensions or orders. The limits are
+            then those of other machines. None: that of `fit`.
 
         Returns
         -------
@@ -118,7 +124,7 @@ class SignalClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             than two revolutions.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
-        return self._diagnosed(X, rpm)
+        return self._diagnosed(X, rpm, **params)
 
     @uses_fitted
     def join(self, evidence: ArrayLike, n_rows: ArrayLike = 1.0) -> Bunch:

@@ -10,6 +10,7 @@ from skarxlag import (
     ARXLaguerre,
     BearingGeometry,
     DiagnosisPipeline,
+    bearing_orders,
     load_diagnoser,
     make_diagnoser,
     save_diagnoser,
@@ -364,6 +365,65 @@ def test_behind_a_model(pipeline, rows):
     assert can.takes_rpm and can.needs_rpm and can.alarm
     assert can.healthy == "healthy"
     assert can.conditions == ("ball", "healthy", "inner", "outer")
+
+
+def of_bearing(name, location, seed=0):
+    """A second at 900 rpm with the impacts of another bearing than 6205."""
+    return row(
+        location, 900 * bearing_orders(name)[location] / ORDERS[location], seed=seed
+    )
+
+
+def test_bearing_of_another_machine(pipeline):
+    X = np.stack([of_bearing("6203", "outer", seed) for seed in range(3)])
+    assert "outer" not in pipeline.predict(X, rpm=900)
+    for bearing in ("6203", bearing_orders("6203")):
+        assert pipeline.predict(X, rpm=900, bearing=bearing).tolist() == ["outer"] * 3
+    stated = {"rpm": [900] * 3, "bearing": "6203"}
+    found = pipeline.diagnose(X, **stated)
+    assert found.evidence[0].startswith("impacts at 3.0")
+    assert "the outer race of 6203" in found.evidence[0]
+    probability = pipeline.predict_proba(X, **stated)
+    np.testing.assert_array_equal(found.probability, probability)
+    np.testing.assert_array_equal(found.p_value, pipeline.p_values(X, **stated))
+    assert pipeline.score(X, ["outer"] * 3, **stated) == 1
+
+
+def test_rows_of_another_machine_have_any_length(pipeline):
+    X = np.concatenate([of_bearing("6203", "inner", seed) for seed in range(2)])
+    for length in (15_000, 20_000):
+        rows = X[np.newaxis, np.newaxis, :length]
+        for of_type in (rows, rows.astype(np.float32), rows.tolist()):
+            assert pipeline.predict(of_type, rpm=900, bearing="6203") == ["inner"]
+    with pytest.raises(ValueError, match="NaN"):
+        pipeline.predict(np.full((1, 1, 20_000), np.nan), rpm=900)
+
+
+def test_healthy_rows_of_one_machine_set_no_limit_of_another(healthy):
+    fitted = classifier().fit(healthy[:10], ["good"] * 10, rpm=900)
+    rows = [of_bearing("6203", "outer"), healthy[10]]
+    found = fitted.diagnose(rows, rpm=900, bearing="6203")
+    assert found.named.tolist() == ["outer", NO_FINDING]
+    assert fitted.match(rows, 900, "6203").scores[0].argmax() == 2
+    assert (
+        found.p_value[1] == classifier(bearing="6203").fit(rows).p_values(rows, 900)[1]
+    )
+
+
+def test_combs_of_another_machine_decide_beside_spectra(joint):
+    X = np.array([of_bearing("6203", "outer", 3)])
+    assert joint.diagnose(X, rpm=900).comb < 0.6
+    assert joint.diagnose(X, rpm=900, bearing="6203").comb > 0.9
+
+
+def test_another_bearing_needs_fit_or_metadata(rows):
+    fitted = classifier().fit(rows).set_params(bearing="6203")
+    message = "parameters changed since fit: call fit, or pass bearing= to predict"
+    with pytest.raises(ValueError, match=message):
+        fitted.predict(rows, rpm=900)
+    assert fitted.predict(rows, rpm=900, bearing="6205").tolist() == NAMES
+    with pytest.raises(ValueError, match="bearing '6205x' is not known"):
+        fitted.predict(rows, rpm=900, bearing="6205x")
 
 
 @pytest.mark.parametrize(
