@@ -19,7 +19,7 @@ from ..measures.spectra import LogSpectra
 from .comparison import SpectralDistance
 from .orders import OrderResidual
 
-#: Weight of the orders, see ``python -m benchmarks.recipe constants``.
+#: Weight of the orders, chosen on the six rigs of docs/cross_speed.md together.
 ORDER_WEIGHT = 0.5
 #: Assumed speed of the shaft in revolutions per minute if `fit` is not given the speeds
 #: of rows. It decides whether rows are long enough for orders.
