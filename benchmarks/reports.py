@@ -141,8 +141,8 @@ def stretches(lines):
     table = _of_length(lines, "1 s")
     wrong = [name for name in table["method"] if name.startswith("make_diagnoser")]
     return (
-        "Rows of a second, trained at one speed. The speeds in `predict` are nominal, or wrong "
-        f"by a share.\n\n{markdown(_shown(table, wrong))}"
+        "Rows of a second, trained at one speed. The speeds in `predict` are nominal unless the "
+        f"name of a row states an error.\n\n{markdown(_shown(table, wrong))}"
     )
 
 
@@ -216,6 +216,8 @@ def bearing_variants(lines):
     """Fewer bearings in the training, and other priors."""
     names = [*bearing.OURS[:1], *bearing.VARIANTS]
     lines = lines[lines["method"].isin(names)]
+    if not lines["method"].isin(bearing.VARIANTS).any():
+        return "The variants were not computed with this version of the package."
     shown = (bearing.ANOTHER_SPEED, bearing.SAME)
     parts = [
         calibrated(_chosen(lines, protocol=protocol), ["method"]).assign(
