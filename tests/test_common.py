@@ -47,6 +47,7 @@ pytestmark = [
         "rpm is not given",
         "The names of the conditions .* state no fault location",
         "y has .* labels .* but all rows count as healthy",
+        "The names of the conditions .* state no fault location",
     )
 ]
 
