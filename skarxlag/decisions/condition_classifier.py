@@ -40,7 +40,7 @@ class ConditionClassifier(SignalClassifier):
     - A row that resembles one answer much more than any other is probably of a specimen
       that was recorded. Its nearest answer is then right.
     - Otherwise, it may be another specimen of a known condition. Its residuals count
-      with the exponent 6.
+      with the exponent 8.
     - Or its condition is unknown.
 
     `fit` probes the comparison with noise, which carries no condition. A row must
@@ -111,7 +111,7 @@ class ConditionClassifier(SignalClassifier):
     array(['healthy', 'inner'], dtype='<U7')
     >>> found = classifier.diagnose(np.stack([X[39], noise[40]]))
     >>> np.exp(found.log_probability[:, -1]).round(2)  # of an unknown condition
-    array([0. , 0.2])
+    array([0.04, 0.2 ])
     """
 
     residual: Any = None

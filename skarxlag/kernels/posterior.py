@@ -4,7 +4,7 @@ Residuals separate the conditions best for the specimens that were recorded. Ano
 specimen of the same fault resembles the recorded one less, and it resembles other
 faults nearly as much. So each answer is certain as far as its row is one of a recorded
 specimen, and for the rest it follows from residuals with a small exponent. The constants
-are chosen by leaving rigs out, see ``python -m benchmarks.another_bearing constants``.
+were chosen by leaving rigs out, as the page on another bearing describes.
 """
 
 from typing import NamedTuple
@@ -18,15 +18,15 @@ from .arrays import Array
 #: Log odds of a recorded specimen for each neper by which the gap of the residuals
 #: exceeds that of noise. The gap is the logarithm of the second smallest residual over
 #: the smallest.
-GAP_ODDS = 12.0
+GAP_ODDS = 6.0
 #: Log odds at the gap of noise, and the largest ones: a gap is never proof.
-ODDS_OF_NOISE = -0.5
+ODDS_OF_NOISE = -1.5
 LARGEST_ODDS = 8.0
 #: Log odds against a recorded specimen for each neper of the smallest residual above 1.
 FAR_ODDS = 4.0
 #: Exponents of the residuals: of the answers for another specimen, and of the
 #: conditions of one location, which differ by specimen.
-ANOTHER_EXPONENT = 6.0
+ANOTHER_EXPONENT = 8.0
 CONDITION_EXPONENT = 32.0
 #: Probability of an unknown condition in rows that are of no recorded specimen.
 UNKNOWN_SHARE = 0.2
@@ -79,12 +79,12 @@ def answer_log_probabilities(
 
     .. math::
 
-        z = \min\Bigl(8,\; \ln\frac{\pi}{1 - \pi} - 0.5 + 12\,(g - g_0)
+        z = \min\Bigl(8,\; \ln\frac{\pi}{1 - \pi} - 1.5 + 6\,(g - g_0)
         - 4 \max(\ln r_1, 0)\Bigr).
 
     With :math:`q = 1 / (1 + e^{-z})`, answer a has the probability
 
-    .. math:: p_a = q\,[a \text{ is nearest}] + (1 - q)\,\frac{r_a^{-6}}{\sum_b r_b^{-6}}.
+    .. math:: p_a = q\,[a \text{ is nearest}] + (1 - q)\,\frac{r_a^{-8}}{\sum_b r_b^{-8}}.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def answer_log_probabilities(
     >>> logs, odds = answer_log_probabilities(np.log([[1.0, 2.0], [1.0, 1.1]]), 0.2)
     >>> np.exp(logs).round(2), odds.round(1)
     (array([[1.  , 0.  ],
-           [0.69, 0.31]]), array([ 5.4, -1.8]))
+           [0.72, 0.28]]), array([ 1.5, -2.1]))
     """
     if residuals.shape[1] < 2:
         return np.zeros(residuals.shape), np.full(len(residuals), -np.inf)
@@ -258,7 +258,7 @@ def condition_log_probabilities(
     >>> residuals = np.log([[1.0, 0.5, 0.6, 0.9]])
     >>> found = condition_log_probabilities(residuals, np.array([0, 1, 1, 2]), 0, (0.4, 0.2))
     >>> np.exp(found.log_probability).round(2), found.recorded.round(2)
-    (array([[0.  , 0.99, 0.  , 0.  , 0.  ]]), array([0.98]))
+    (array([[0.  , 0.92, 0.  , 0.  , 0.07]]), array([0.7]))
     """
     left = np.sqrt(COMMON_GAP + (1 - COMMON_GAP) / np.maximum(n_rows, 1.0))
     of_questions = question_residuals(residuals, locations, healthy)

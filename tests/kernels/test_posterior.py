@@ -21,13 +21,13 @@ def literal(residuals, places, healthy, gaps, prior, n_rows):
             return values and [1.0], 0.0
         first, second, *_ = sorted(values)
         noise *= math.sqrt(0.3 + 0.7 / max(n_rows, 1))
-        odds = math.log(prior / (1 - prior)) - 0.5
-        odds += 12 * (math.log(second / first) - noise) - 4 * max(math.log(first), 0)
+        odds = math.log(prior / (1 - prior)) - 1.5
+        odds += 6 * (math.log(second / first) - noise) - 4 * max(math.log(first), 0)
         q = 1 / (1 + math.exp(-min(odds, 8)))
-        total = sum(value**-6 for value in values)
+        total = sum(value**-8 for value in values)
         ties = values.count(first)
         of_values = [
-            q * (value == first) / ties + (1 - q) * value**-6 / total
+            q * (value == first) / ties + (1 - q) * value**-8 / total
             for value in values
         ]
         return of_values, q
