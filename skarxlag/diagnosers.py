@@ -97,7 +97,7 @@ def make_diagnoser(
     *,
     sampling_rate: float | None = None,
     bearing: BearingLike | Sequence[BearingLike] | None = None,
-    locations: Mapping[Any, str] | None = None,
+    locations: Mapping[Any, str | None] | None = None,
     healthy: Any = None,
     n_jobs: int | None = None,
     **pipeline: Any,
@@ -137,7 +137,7 @@ def make_diagnoser(
         The bearing, as in `FaultOrderClassifier`. It requires a sampling rate.
     locations : mapping of label to str or None, default=None
         Place of each condition, if its name does not say it: "healthy", "inner",
-        "outer" or "ball".
+        "outer" or "ball"; None for a location of its own, without a warning.
     healthy : label or None, default=None
         The healthy condition, for the detection threshold.
     n_jobs : int or None, default=None

@@ -59,8 +59,8 @@ def location_of_label(label: Any) -> str | None:
     return locations[0] if len(locations) == 1 else None
 
 
-def check_locations(locations: Mapping[Any, str] | None) -> None:
-    """Refuse a mapping of labels to anything but fault locations.
+def check_locations(locations: Mapping[Any, str | None] | None) -> None:
+    """Refuse a mapping of labels to anything but fault locations, or None.
 
     Examples
     --------
@@ -71,5 +71,5 @@ def check_locations(locations: Mapping[Any, str] | None) -> None:
     """
     expected = f"one of {FAULT_LOCATIONS}"
     for label, location in (locations or {}).items():
-        is_location = location in FAULT_LOCATIONS
+        is_location = location is None or location in FAULT_LOCATIONS
         expect(is_location, f"locations[{label!r}]", location, expected)

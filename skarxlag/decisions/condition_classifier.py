@@ -20,7 +20,12 @@ from ..core.validation import check_rate, warn_of_lost_speeds, weighted_windows
 from ..distances.stretches import StretchResidual
 from ..kernels import ladder, posterior
 from ..kernels.coloured_noises import coloured_noises
-from .condition_locations import locate_conditions, location_answers, location_names
+from .condition_locations import (
+    locate_conditions,
+    location_answers,
+    location_names,
+    warn_of_own_locations,
+)
 from .signal_classifier import SignalClassifier
 
 #: Log probability of an unknown condition in rows that name none.
@@ -58,7 +63,9 @@ class ConditionClassifier(SignalClassifier):
         alarm.
     locations : mapping of label to str or None, default=None
         Location of each condition if its name does not say it: "healthy", "inner", "outer"
-        or "ball". Any other condition is a location of its own.
+        or "ball". Any other condition is a location of its own. A warning names it if
+        other conditions state the location of a fault. The location None, as
+        in ``{"cage": None}``, states that a condition is a location of its own.
     recorded_prior : float, default=0.5
         Probability in (0, 1) that a row is of a specimen that was recorded for
         training. Raise it for a machine whose bearings are never exchanged. Lower it
@@ -116,7 +123,7 @@ class ConditionClassifier(SignalClassifier):
 
     residual: Any = None
     healthy: Any = None
-    locations: Mapping[Any, str] | None = None
+    locations: Mapping[Any, str | None] | None = None
     recorded_prior: float = 0.5
     false_alarm_rate: float = 0.01
 
@@ -124,6 +131,7 @@ class ConditionClassifier(SignalClassifier):
         rows, labels, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         classes, target = np.unique(labels, return_inverse=True)
         located = locate_conditions(classes.tolist(), self.locations, self.healthy)
+        warn_of_own_locations(classes.tolist(), located.numbers, self.locations)
         healthy = located.healthy_index
         n_specimens = _count_specimens(specimen, rows, target, len(X))
         residual = clone(self._residual())

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..core.fault_locations import FAULT_LOCATIONS, HEALTHY, location_of_label
 from ..core.state import expect
+from ..core.validation import warn_user
 
 
 class LocatedConditions(NamedTuple):
@@ -30,7 +31,9 @@ class LocatedConditions(NamedTuple):
 
 
 def locate_conditions(
-    conditions: Sequence[Any], locations: Mapping[Any, str] | None, healthy: Any
+    conditions: Sequence[Any],
+    locations: Mapping[Any, str | None] | None,
+    healthy: Any,
 ) -> LocatedConditions:
     """Return the locations of conditions, and the healthy condition.
 
@@ -38,8 +41,9 @@ def locate_conditions(
     ----------
     conditions : sequence of label
         Conditions.
-    locations : mapping of label to str or None
-        Locations of conditions whose names do not say them.
+    locations : mapping of label to str or None, or None
+        Locations of conditions whose names do not say them; None for a location of its
+        own.
     healthy : label or None
         The healthy condition. None: the conditions whose names say that they are
         healthy, of which the first counts for the alarm.
@@ -75,6 +79,39 @@ def locate_conditions(
     if healthy is not None:
         healthy_index = conditions.index(healthy)
     return LocatedConditions(location_numbers(names), healthy_index)
+
+
+def warn_of_own_locations(
+    conditions: Sequence[Any],
+    numbers: NDArray[np.int64],
+    locations: Mapping[Any, str | None] | None,
+) -> None:
+    """Warn of conditions whose location is not stated, next to faults whose location is.
+
+    If no label states the location of a fault, the conditions need not be of bearings.
+
+    Parameters
+    ----------
+    conditions : sequence of label
+        Conditions.
+    numbers : ndarray of int of shape (n_conditions,)
+        Numbers of their locations, as in `LocatedConditions`.
+    locations : mapping of label to str or None, or None
+        As in `locate_conditions`. Conditions in it are not named.
+    """
+    is_own = numbers >= len(FAULT_LOCATIONS)
+    own = [
+        name
+        for name, has_own in zip(conditions, is_own, strict=True)
+        if has_own and name not in (locations or {})
+    ]
+    if not own or not (numbers < FAULT_LOCATIONS.index(HEALTHY)).any():
+        return
+    warn_user(
+        f"The names of the conditions {own} state no fault location. Each counts as a "
+        "location of its own, which is neither healthy nor a fault of a race or an "
+        f'element. State it, for example locations={{{own[0]!r}: "outer"}}.'
+    )
 
 
 def location_numbers(names: Sequence[str | None]) -> NDArray[np.int64]:

@@ -116,8 +116,8 @@ class FaultOrderClassifier(SignalClassifier):
         Fault location of each label in `y`: "healthy", "inner", "outer" or "ball".
         Other labels get the location that their name states, such as "IR7" or "outer
         race", or else the one that their rows show: that of the largest mean score. If
-        it is below the limit, the label has a location of its own, and a warning states
-        it.
+        it is below the limit, the label has a location of its own. A warning names it
+        unless `locations` maps it to None.
     conditions : ConditionClassifier or None, default=None
         Learns the spectra of conditions if `y` has several, as in `make_diagnoser`.
         None: combs decide alone.
@@ -199,7 +199,7 @@ class FaultOrderClassifier(SignalClassifier):
 
     bearing: BearingLike | Sequence[BearingLike] | None = None
     sampling_rate: float | None = None
-    locations: Mapping[Any, str] | None = None
+    locations: Mapping[Any, str | None] | None = None
     conditions: Any = None
     gear_ratio: float = 1.0
     false_alarm_rate: float = 0.02

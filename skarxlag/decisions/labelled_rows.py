@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -16,6 +15,7 @@ from ..core.fault_locations import (
     OWN_LOCATION,
     location_of_label,
 )
+from ..core.validation import warn_user
 
 _HEALTHY = FAULT_LOCATIONS.index(HEALTHY)
 
@@ -49,21 +49,21 @@ class LabelLocations(NamedTuple):
             return self.labels, self.locations
         return np.unique([*FAULTS, self.labels[0]], return_index=True)
 
-    def of_conditions(self) -> dict[Any, str]:
-        """Return the location of each label that has one."""
+    def of_conditions(self) -> dict[Any, str | None]:
+        """Return the location of each label, None for a location of its own."""
+        names = (*FAULT_LOCATIONS, None)
         return {
-            label: FAULT_LOCATIONS[location]
+            label: names[location]
             for label, location in zip(
                 self.labels.tolist(), self.locations, strict=True
             )
-            if location != OWN_LOCATION
         }
 
 
 def locate_labels(
     labels: NDArray[Any],
     scores: NDArray[Any],
-    locations: Mapping[Any, str] | None,
+    locations: Mapping[Any, str | None] | None,
     limit: float,
 ) -> LabelLocations:
     """Return the fault location of each label.
@@ -74,7 +74,7 @@ def locate_labels(
         Label of each row.
     scores : ndarray of shape (n_rows, 3)
         Scores of ball, inner and outer race.
-    locations : mapping of label to str or None
+    locations : mapping of label to str or None, or None
         As in `FaultOrderClassifier`.
     limit : float
         Limit of the mean scores of healthy rows, which counts for labels whose location
@@ -97,14 +97,17 @@ def locate_labels(
             for number, location in enumerate(stated)
         ]
     )
-    own = names[indices == OWN_LOCATION].tolist()
+    own = [
+        name
+        for name in names[indices == OWN_LOCATION].tolist()
+        if name not in (locations or {})
+    ]
     if own:
-        warnings.warn(
+        warn_user(
             f"The names of the conditions {own} state no fault location, and their rows "
             "show no comb. They count as locations of their own, which are neither "
             "healthy nor a fault of the bearing. State them, for example "
-            f'locations={{{own[0]!r}: "healthy"}}.',
-            stacklevel=2,
+            f'locations={{{own[0]!r}: "healthy"}}.'
         )
     return LabelLocations(names, indices, indices[index] == _HEALTHY)
 

@@ -1,5 +1,7 @@
 """Classifier of conditions: what it learns of locations, noise and specimens."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -44,20 +46,41 @@ def test_locations_and_the_healthy_condition_follow_from_the_names(fitted):
 
 
 @pytest.mark.parametrize(
-    ("has_numbers", "options", "locations", "healthy"),
+    ("has_numbers", "options", "locations", "healthy", "warned"),
     [
-        (True, {}, [4, 5, 6, 7], -1),
-        (True, {"locations": {0: "ball", 1: "ball"}, "healthy": 2}, [0, 0, 3, 4], 2),
+        (True, {}, [4, 5, 6, 7], -1, []),
+        (True, {"locations": {0: "ball"}, "healthy": 2}, [0, 4, 3, 5], 2, [1, 3]),
         # A stated healthy condition is the only one, whatever other names say.
-        (False, {"healthy": "OR2"}, [1, 1, 4, 3], 3),
+        (False, {"healthy": "OR2"}, [1, 1, 4, 3], 3, ["Normal"]),
     ],
 )
-def test_locations_can_be_stated(data, has_numbers, options, locations, healthy):
+def test_locations_can_be_stated(
+    data, has_numbers, options, locations, healthy, warned
+):
     X, y = data
     labels = np.unique(y, return_inverse=True)[1] if has_numbers else y
-    fitted = classifier(**options).fit(X, labels)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        fitted = classifier(**options).fit(X, labels, rpm=900)
     assert fitted.class_locations_.tolist() == locations
     assert fitted.healthy_index_ == healthy
+    named = [f"{warned} state no fault location"] if warned else []
+    assert len(caught) == len(named)
+    for warning, message in zip(caught, named, strict=True):
+        assert message in str(warning.message) and "locations=" in str(warning.message)
+
+
+def test_conditions_next_to_no_located_fault_need_no_location(data):
+    X, y = data
+    names = {"Normal": "Normal", "OR2": "loose", "IR2": "worn", "IR5": "worn"}
+    fitted = classifier().fit(X, [names[label] for label in y])
+    assert fitted.class_locations_.tolist() == [3, 4, 5]
+
+
+def test_the_location_none_states_a_location_of_its_own(data):
+    X, y = data
+    fitted = classifier(locations={"IR2": None}).fit(X, y)
+    assert fitted.class_locations_.tolist() == [4, 1, 3, 2]
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from sklearn.base import clone
 from skarxlag import (
     ARXLaguerre,
     BearingGeometry,
+    ConditionClassifier,
     DiagnosisPipeline,
     bearing_orders,
     load_diagnoser,
@@ -182,8 +183,12 @@ def test_labels_stand_for_fault_locations(rows, labels, stated, locations):
 
 def test_a_name_without_a_location_is_not_healthy(rows):
     X = np.concatenate([rows, rows])
-    with pytest.warns(UserWarning, match=r"\['KA15'\] state no fault location"):
-        fitted = classifier().fit(X, ["KA15", "outer", "inner"] * 2, rpm=900)
+    labels = ["KA15", "outer", "inner"] * 2
+    learned = ConditionClassifier()
+    with pytest.warns(UserWarning) as caught:
+        classifier(conditions=learned).fit(X, labels, rpm=900)
+    assert len(caught) == 1 and "['KA15'] state no fault" in str(caught[0].message)
+    fitted = classifier(locations={"KA15": None}).fit(X, labels, rpm=900)
     assert fitted.class_locations_.tolist() == [4, 1, 2]
     assert fitted.healthy_scores_.size == 0
     assert fitted.diagnose(rows, rpm=900).named.tolist() == ["KA15", "outer", "inner"]

@@ -460,7 +460,7 @@ def test_missing_skops_is_named_with_its_command(monkeypatch):
 
 def test_skops_itself_loads_a_diagnoser_with_the_public_list():
     """So do programs that pass such a list on, MLflow for one."""
-    locations = {"worn": "outer", "broken": "inner"}
+    locations = {"worn": "outer", "broken": None}
     with_bearing = make_diagnoser(
         sampling_rate=2_000.0, bearing="6205", locations=locations
     )
