@@ -133,7 +133,8 @@ def test_diagnosers_fail_no_check_that_a_pipeline_can_pass(make, of_any_pipeline
     failed, n_checks = failures(make())
     assert failed <= inevitable
     assert len(inevitable) <= 2
-    assert n_checks >= 50 and n_checks == number
+    # The weights of windows, which a plain pipeline does not show, have checks of their own.
+    assert n_checks > number >= 50
 
 
 # These checks transform arrays after a fit on tables, and the other way round, on

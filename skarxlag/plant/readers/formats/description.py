@@ -212,7 +212,7 @@ def signal_blocks(
         Of the file.
     description : Description
         Its facts.
-    channel : str, int, sequence of these, or None
+    channel : object
         As in `read_recording`.
     n_samples : int or None
         Samples in a block at most, if the format can be read in parts.
