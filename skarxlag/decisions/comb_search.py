@@ -13,7 +13,9 @@ from sklearn.utils import Bunch
 from ..core.parallel import map_rows
 from ..kernels.fault_orders import (
     FAULTS,
+    N_MULTIPLES,
     N_ORDERS,
+    ORDER_STEP,
     Comb,
     at_true_speed,
     fault_comb,
@@ -27,6 +29,15 @@ from ..measures.envelope_spectra import (
     samples_per_revolution_of_rows,
 )
 from ..measures.mains_hum import MAINS
+
+#: First multiples of the shaft, and of half of it.
+_SHAFT_LINES = np.outer([1.0, 0.5], np.arange(1, N_MULTIPLES + 1))
+
+
+def _shaft_score(contrast, factor=1.0):
+    """Return the mean contrast at the lines of the shaft, at a factor on their orders."""
+    cells = np.rint(_SHAFT_LINES * factor / ORDER_STEP).astype(int)
+    return contrast[cells].mean(axis=1).max()
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +120,9 @@ class CombSearch:
             rpm = 60 * self.sampling_rate / (mean_period * self.gear_ratio)
             rpm *= np.exp(error)
             fields = self.combs(contrast, turns, rpm)
+            # The signal itself shows lines that are too narrow for envelopes.
+            of_signal = _shaft_score(contrasts[2], np.exp(error))
+            fields["shaft_scores"] = max(fields["shaft_scores"], of_signal)
             fields["rpm"] = rpm
             fields["speed_errors"] = np.exp(error)
             if with_contrasts:
@@ -152,7 +166,8 @@ class CombSearch:
         -------
         dict
             "scores", "factors" and "bearings" of each fault; "other_orders" and
-            "other_scores" of the strongest other comb.
+            "other_scores" of the strongest other comb; "shaft_scores", the mean
+            contrast at the first multiples of the shaft, or of half of it.
         """
         n_bearings = len(self.orders)
         if np.isnan(n_revolutions):
@@ -173,6 +188,7 @@ class CombSearch:
         # A comb that belongs to one of the bearings is no other comb.
         other = min(found, key=lambda comb: comb.other_score)
         return {
+            "shaft_scores": _shaft_score(contrast),
             "scores": scores[best, fault],
             "factors": factors[best, fault],
             "bearings": best,

@@ -62,8 +62,15 @@ def comb_sentences(
             f"impacts of {NEPER_IN_DB * other:.0f} dB at "
             f"{matches.other_orders[row]:.2f} orders, which is no order of this bearing"
         )
-        limit = f"{NEPER_IN_DB * compared.score_limits[row]:.0f} dB"
-        if not compared.alarm[row] and other > compared.score_limits[row]:
+        of_shaft = matches.shaft_scores[row]
+        score_limit = compared.score_limits[row]
+        limit = f"{NEPER_IN_DB * score_limit:.0f} dB"
+        if not compared.alarm[row] and of_shaft > max(other, score_limit):
+            sentence = (
+                f"lines of {NEPER_IN_DB * of_shaft:.0f} dB at multiples of the shaft: "
+                "imbalance, misalignment or looseness"
+            )
+        elif not compared.alarm[row] and other > score_limit:
             sentence = other_train
         elif not compared.alarm[row]:
             sentence = (

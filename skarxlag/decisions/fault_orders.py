@@ -301,7 +301,8 @@ class FaultOrderClassifier(SignalClassifier):
             ``scores``, in nepers, ``factors``, true over nominal order, and
             ``bearings``, the index of the bearing that fits best, all of shape (n_rows,
             3) for ball, inner and outer race; ``other_orders`` and ``other_scores`` of
-            the strongest comb at another order; ``rpm``, the true mean speed of each
+            the strongest comb at another order; ``shaft_scores`` of the lines at
+            multiples of the shaft; ``rpm``, the true mean speed of each
             row, and ``speed_errors``, its ratio to the stated speed; and ``contrasts``
             of shape (n_rows, 4001), at the orders 0, .01, ... 40 of the bearing's shaft
             at its true speed.

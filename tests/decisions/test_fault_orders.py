@@ -271,6 +271,30 @@ def test_evidence_states_impacts_at_no_order_of_the_bearing(rows):
     assert evidence.endswith("orders, which is no order of this bearing")
 
 
+@pytest.mark.parametrize("bearing", ["6205", "6203", {"outer": 3.0, "inner": 5.0}])
+@pytest.mark.parametrize("step", [1.0, 0.5])
+def test_multiples_of_the_shaft_are_no_fault_of_the_bearing(bearing, step):
+    turns = 15 * np.arange(4 * RATE) / RATE
+    signal = np.random.default_rng(3).normal(size=len(turns))
+    for multiple in step * np.arange(1, 5):
+        signal += 3 * np.sin(2 * np.pi * multiple * turns + multiple**2)
+    found = classifier(bearing=bearing).fit([signal]).diagnose([signal], rpm=900)
+    assert found.named.tolist() == [NO_FINDING]
+    assert "dB at multiples of the shaft: imbalance, misal" in found.evidence[0]
+
+
+def test_little_that_looks_like_impacts_is_not_named():
+    rng = np.random.default_rng(4)
+    blows = rng.normal(size=(20, int(RATE)))
+    blows[:, ::2000] += 10  # five blows
+    noise = np.fft.rfft(rng.normal(size=(20, int(RATE))))
+    pink = np.fft.irfft(noise / np.sqrt(np.maximum(np.arange(noise.shape[1]), 1)))
+    for rows in (blows, pink):
+        found = classifier().fit(rows).diagnose(rows, rpm=900)
+        is_sure = found.probability.max(axis=1) >= 0.9
+        assert not (found.has_comb & is_sure).any()
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
