@@ -18,14 +18,12 @@ from ..core.fault_locations import (
 )
 from .comb_limits import ComparedCombs
 
-#: Settings of `comb_evidence`, chosen by leaving rigs out, by `python -m
-#: benchmarks.fault_orders joint`: log odds for each neper, and probability that a fault
-#: shows its comb.
+#: Settings of `comb_evidence`, chosen by leaving rigs out: log odds for each neper, and
+#: probability that a fault shows its comb.
 ODDS = 8.0
 VISIBLE = 0.1
-#: Probability that a fault shows its comb, if combs decide alone, see `python -m
-#: benchmarks.fault_orders --visible`: of 7 values, .4 or .6 has the least log loss on
-#: recordings and stretches if one of six rigs is left out.
+#: Probability that a fault shows its comb, if combs decide alone: of 7 values, .4 or .6
+#: has the least log loss on recordings and stretches if one of six rigs is left out.
 VISIBLE_ALONE = 0.6
 _HEALTHY = FAULT_LOCATIONS.index(HEALTHY)
 

@@ -21,9 +21,8 @@ P_VALUE_CORRELATION = 0.8
 #: The same for the p-values of the nearest condition, whose limits move less with the
 #: speed: most unknown conditions are rejected at training speeds only.
 NEAREST_CORRELATION = 0.5
-#: The same for the combs of windows of one machine at one speed, chosen on the runs to
-#: failure of ``python -m benchmarks.fault_orders runs``: bearings change while they run
-#: in.
+#: The same for the combs of windows of one machine at one speed, chosen on runs to
+#: failure: bearings change while they run in.
 COMB_CORRELATION = 0.2
 #: Range of the p-values that are combined: beyond it they are not accurate.
 _ACCURATE_P = (1e-300, 0.999)
