@@ -120,14 +120,13 @@ def unknown_lines(home=None, rigs=RIGS[:3], lengths=LENGTHS):
     condition leaves out its p-value.
     """
     kept = list(read_rigs(rigs, home))
-    rng = np.random.default_rng(0)
     for position, rig in enumerate(kept):
         for length in lengths:
             samples = LENGTHS[length] or int(rig.sampling_rate)
             rows = rows_of(rig, samples)
             other = rows_of(kept[position - 1], samples).X
             other = other[:: max(len(other) // _OTHER_ROWS, 1)][:_OTHER_ROWS]
-            noise = rng.normal(size=(_OTHER_ROWS, samples))
+            noise = np.random.default_rng(0).normal(size=(_OTHER_ROWS, samples))
             foreign = {"white noise": noise, "another rig": other}
             for speed in np.unique(rows.rpm):
                 train = rows[~rows.is_late & (rows.rpm == speed)]

@@ -221,7 +221,7 @@ def print_table(name, selection):
         stored = stored.reindex(columns=lines.columns) if stored.empty else stored
         # A line that was computed again replaces the stored one.
         both = pd.concat([stored, lines], ignore_index=True)
-        lines = both[~both[keys].astype(str).duplicated(keep="last")]
+        lines = both[~both[keys].fillna("").astype(str).duplicated(keep="last")]
         lines = lines.sort_values(keys, key=lambda column: column.astype(str))
     lines.to_csv(csv_of(name), index=False)
     write_pages(name)
