@@ -38,7 +38,7 @@ def blocks_of(text):
 
     Examples
     --------
-    >>> blocks_of("a\\n<!-- x: begin -->\\nold\\n<!-- x: end -->\\nb")
+    >>> blocks_of("a\n<!-- x: begin -->\nold\n<!-- x: end -->\nb")
     {'x': 'old'}
     """
     return {match[1]: match[2] for match in _BLOCK.finditer(text)}

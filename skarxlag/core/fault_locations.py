@@ -50,13 +50,24 @@ def location_of_label(label: Any) -> str | None:
     >>> [location_of_label(name) for name in ("normal_0", "abnormal", "not healthy", "H1")]
     ['healthy', None, None, 'healthy']
     """
+    locations = stated_locations(label)
+    return locations[0] if len(locations) == 1 else None
+
+
+def stated_locations(label: Any) -> list[str]:
+    """Return all fault locations that the name of a condition states.
+
+    Examples
+    --------
+    >>> [stated_locations(name) for name in ("OR5", "IR-OR", "KA15", 3)]
+    [['outer'], ['inner', 'outer'], [], []]
+    """
     if not isinstance(label, str):
-        return None
+        return []
     name = label.strip().lower()
-    locations = [
+    return [
         location for location, pattern in _NAMES.items() if re.search(pattern, name)
     ]
-    return locations[0] if len(locations) == 1 else None
 
 
 def check_locations(locations: Mapping[Any, str | None] | None) -> None:

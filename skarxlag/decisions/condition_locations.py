@@ -9,7 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.fault_locations import FAULT_LOCATIONS, HEALTHY, location_of_label
+from ..core.fault_locations import (
+    FAULT_LOCATIONS,
+    HEALTHY,
+    location_of_label,
+    stated_locations,
+)
 from ..core.state import expect
 from ..core.validation import warn_user
 
@@ -89,6 +94,7 @@ def warn_of_own_locations(
     """Warn of conditions whose location is not stated, next to faults whose location is.
 
     If no label states the location of a fault, the conditions need not be of bearings.
+    Compound faults, whose names state several locations, are locations of their own.
 
     Parameters
     ----------
@@ -103,7 +109,7 @@ def warn_of_own_locations(
     own = [
         name
         for name, has_own in zip(conditions, is_own, strict=True)
-        if has_own and name not in (locations or {})
+        if has_own and name not in (locations or {}) and len(stated_locations(name)) < 2
     ]
     if not own or not (numbers < FAULT_LOCATIONS.index(HEALTHY)).any():
         return

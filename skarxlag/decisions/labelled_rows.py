@@ -14,6 +14,7 @@ from ..core.fault_locations import (
     HEALTHY,
     OWN_LOCATION,
     location_of_label,
+    stated_locations,
 )
 from ..core.validation import warn_user
 
@@ -100,7 +101,7 @@ def locate_labels(
     own = [
         name
         for name in names[indices == OWN_LOCATION].tolist()
-        if name not in (locations or {})
+        if name not in (locations or {}) and len(stated_locations(name)) < 2
     ]
     if own:
         warn_user(

@@ -118,8 +118,8 @@ class ConditionMonitor:
     >>> monitor = ConditionMonitor(diagnoser, 20e3, half_life=1.0)
     >>> for block in np.array_split(smooth[24_000:], 7):
     ...     verdicts = monitor.update(block)
-    >>> verdicts[-1].window_verdict, verdicts[-1].alarm, verdicts[-1].time
-    ('good', False, 1.2)
+    >>> verdicts[-1].window_verdict, verdicts[-1].time
+    ('good', 1.2)
     >>> for block in np.array_split(rough[24_000:], 7):
     ...     verdicts = monitor.update(block)
     >>> verdicts[-1].window_verdict, verdicts[-1].alarm

@@ -18,7 +18,12 @@ CELLS = {
     "most_splits": 1,
 }
 METHODS = ["make_diagnoser", "log spectrum + shrinkage LDA"]
-PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+#: The site writes copies of some pages into the folder ``project``.
+PAGES = sorted(
+    page
+    for page in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+    if page.parent.name != "project"
+)
 
 
 def pages_of(name):

@@ -91,6 +91,8 @@ class Journal:
         self._database.close()
         if kind is None or is_empty:
             self.path.unlink()
+            # A run that was killed at its start leaves the log of its transaction.
+            Path(f"{self.path}-journal").unlink(missing_ok=True)
         else:
             print(
                 f"{self.path}: The results so far are saved. Run the same command again "

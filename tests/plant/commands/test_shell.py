@@ -169,7 +169,12 @@ def test_fit_and_info_of_any_table(run, plant, text, chosen):
         assert code == 0 and "Limits" in out
         code, out, err = run("diagnose", model, plant / "good.npy", "-q", "--n-jobs", 1)
         check(code, out, err)
-        assert len(out.splitlines()) == 2
+        assert len(rows_of(out)) == 2
+
+
+def rows_of(out):
+    """Return the lines of the table; the remarks behind it are sentences."""
+    return [line for line in out.splitlines() if not line.endswith(".")]
 
 
 @pytest.mark.slow
@@ -208,7 +213,7 @@ def test_diagnose_gives_each_recording_a_verdict(
         n_listed = 0 if text is None else len(text.splitlines()) - 1
         is_recording = model is not None and model.suffix != ".skops"
         n_recordings = len(files) + n_listed + (is_recording and "--bearing" in chosen)
-        assert len(out.splitlines()) == 1 + n_recordings
+        assert len(rows_of(out)) == 1 + n_recordings
     else:
         assert code in (1, 2)
 
