@@ -8,7 +8,7 @@ import pytest
 
 import skarxlag
 
-from .weight import exceeded, weigh
+from .weight import LIMITS, exceeded, weigh, weights
 
 PACKAGE = Path(skarxlag.__file__).parent
 #: The starting point of the shell, and the lazy names of the package.
@@ -41,6 +41,11 @@ def test_the_library_does_not_import_the_plant(path):
 def test_imports_of_the_plant_would_be_seen():
     of_commands = set(imported(PACKAGE / "__main__.py"))
     assert any(name.startswith("skarxlag.plant") for name in of_commands)
+
+
+def test_no_wing_grows():
+    sums = weights().groupby("wing")["tokens"].sum()
+    assert {wing: n for wing, n in sums.items() if n > LIMITS[wing]} == {}
 
 
 def test_tokens_are_counted_without_docstrings_comments_and_layout():
