@@ -91,7 +91,7 @@ def test_an_extended_observer_at_the_edge_is_finite_or_refused(saturation):
 def test_windows_of_one_channel_may_have_three_axes():
     """Arrays of aeon have the shape (n, 1, T); further channels are inputs."""
     X = np.random.default_rng(0).normal(size=(20, 300))
-    y = np.repeat(["a", "b"], 10)
+    y = np.repeat(["good", "worn"], 10)
     X[10:] = X[10:].cumsum(axis=1)
     flat = make_diagnoser().fit(X, y).predict_proba(X)
     of_channels = make_diagnoser().fit(X[:, np.newaxis], y)

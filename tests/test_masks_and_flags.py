@@ -114,7 +114,7 @@ def test_a_masked_speed_is_unknown(diagnoser):
         ),
         (
             "y",
-            np.ma.array(np.repeat(["a", "b"], 20), mask=np.arange(40) == 3),
+            np.ma.array(np.repeat(["good", "worn"], 20), mask=np.arange(40) == 3),
             "Masked labels in y: 1, expected none",
         ),
         ("X", np.full((40, 400), np.datetime64("2026-01-01", "s")), "X.dtype"),
@@ -123,6 +123,6 @@ def test_a_masked_speed_is_unknown(diagnoser):
 )
 def test_values_that_are_no_real_numbers_are_refused_in_fit(name, values, message):
     rows = np.random.default_rng(0).normal(size=(40, 400))
-    given = {"X": rows, "y": np.repeat(["a", "b"], 20), name: values}
+    given = {"X": rows, "y": np.repeat(["good", "worn"], 20), name: values}
     with pytest.raises(ValueError, match=message):
         make_diagnoser().fit(given.pop("X"), given.pop("y"), **given)

@@ -439,7 +439,8 @@ def test_what_save_diagnoser_wrote_is_accepted(run, workshop):
     )
     y = np.repeat(list(COLOURS), 20)
     path = workshop / "mine.skops"
-    save_diagnoser(make_diagnoser(healthy="inner").fit(X, y), path, sampling_rate=50e3)
+    diagnoser = make_diagnoser(healthy="inner", locations={"good": None}).fit(X, y)
+    save_diagnoser(diagnoser, path, sampling_rate=50e3)
     code, out, _ = run("diagnose", path, "--table", workshop / "table.csv")
     assert code == 0
     assert (
