@@ -41,7 +41,7 @@ class Interruption:
 )
 def test_an_interrupted_refit_changes_nothing(estimator, shape):
     rng = np.random.default_rng(0)
-    y = np.repeat(["a", "b"], 12)
+    y = np.repeat(["good", "worn"], 12)
     first, second = rng.normal(size=(2, *shape))
     first[12:] = first[12:].cumsum(axis=1)
     second[:12] = second[:12].cumsum(axis=1)

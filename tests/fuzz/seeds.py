@@ -83,7 +83,7 @@ WRITERS = {
 def write_models(folder):
     """Write a small model of each diagnoser, and return the paths."""
     X = np.random.default_rng(0).normal(size=(12, 80))
-    y = np.repeat(["a", "b"], 6)
+    y = np.repeat(["good", "worn"], 6)
     for make in (make_alpio, make_diagnoser, make_extended_state_pio):
         path = folder / f"{make.__name__}.skops"
         save_diagnoser(make().fit(X, y), path, sampling_rate=1e3)
