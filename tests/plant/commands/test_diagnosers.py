@@ -8,7 +8,7 @@ from skarxlag import ARXLaguerre, make_diagnoser, window_verdicts
 
 def test_threads_do_the_work_of_verdicts(monkeypatch):
     X = np.random.default_rng(0).normal(size=(4000, 300))
-    diagnoser = make_diagnoser().fit(X[:20], np.repeat(["a", "b"], 10))
+    diagnoser = make_diagnoser().fit(X[:20], np.repeat(["good", "worn"], 10))
     original, seen, meeting = ARXLaguerre.transform, [], threading.Barrier(2)
 
     def transform(self, X):
