@@ -133,7 +133,10 @@ def test_diagnosers_fail_no_check_that_a_pipeline_can_pass(make, of_any_pipeline
     failed, n_checks = failures(make())
     # On windows of two samples, this check compares the ranks of rounded numbers. With
     # scikit-learn 1.6, scores that are equal up to 1e-11 have probabilities that round apart.
-    assert failed - {"check_decision_proba_consistency"} <= inevitable
+    rounded = {"check_decision_proba_consistency"}
+    assert (
+        failed - (rounded if make is make_extended_state_pio else set()) <= inevitable
+    )
     assert len(inevitable) <= 2
     # The weights of windows, which a plain pipeline does not show, have checks of their own.
     assert n_checks > number >= 50
