@@ -364,34 +364,53 @@ def unknown(lines):
 
 
 def published(lines):
-    """What was printed, what differs, and what is computed here."""
+    """What was printed, what is computed here, what differs, and who is ahead."""
     rows = []
-    for table, (printed, same, differs) in PRINTED.items():
+    for table, printed in PRINTED.items():
         here = _chosen(lines, table=table)
-        line = {"table": table, "printed": printed}
-        for method, group in here.groupby("method", sort=False):
-            line |= _published_cells(method, group)
-        rows.append(line | {"the same": same, "differs": differs})
+        rows.append(
+            {"table": table, "printed": printed.figures}
+            | _published_cells(here, printed.best)
+            | {"the same": printed.same, "differs": printed.differs}
+        )
     return markdown(pd.DataFrame(rows).fillna(""))
 
 
-def _published_cells(method, group):
-    ours = method.startswith("make_")
-    column = "ours" if ours else "peer, computed here"
-    if group["AUROC"].notna().any():
-        mean = f"{group['AUROC'].mean():.3f}"
-        return {column: f"{method}: {mean}, mean of {len(group)} of 100 runs"}
-    return {column: f"{method}: {int(group['right'].sum())} of {len(group)}"}
+def _published_cells(lines, best):
+    """Return ours and the best peer of one table, and what ours is ahead of."""
+    texts = {}
+    shares_of = {}
+    for method, group in lines.groupby("method", sort=False):
+        if group["AUROC"].notna().any():
+            shares_of[method] = group["AUROC"].mean()
+            worst = f"least {group['AUROC'].min():.3f}, {len(group)} runs"
+            texts[method] = f"{method} {shares_of[method]:.3f} ({worst})"
+        else:
+            right, rows = int(group["right"].sum()), int(group["rows"].sum())
+            shares_of[method] = right / rows
+            texts[method] = f"{method} {right / rows:.3f} ({right} of {rows})"
+    ours = [method for method in texts if method.startswith("make_")]
+    peers = [method for method in texts if method not in ours]
+    if not texts:
+        return {}
+    highest = max(ours, key=shares_of.get)
+    peer = max(peers, key=shares_of.get)
+    rivals = {"the printed figure": best, "the peer": shares_of[peer]}
+    lost = [name for name, share in rivals.items() if share > shares_of[highest]]
+    return {
+        "ours": "; ".join(texts[method] for method in ours),
+        "best peer, computed here": texts[peer],
+        "ours is behind": " and ".join(lost) or "none",
+    }
 
 
 def published_overview(lines):
-    """The same without the column of what is the same."""
-    rows = []
-    for table, (printed, _, _) in PRINTED.items():
-        line = {"table": table, "printed": printed}
-        for method, group in _chosen(lines, table=table).groupby("method", sort=False):
-            line |= _published_cells(method, group)
-        rows.append(line)
+    """The same without the columns of what is the same and what differs."""
+    rows = [
+        {"table": table, "printed": printed.figures}
+        | _published_cells(_chosen(lines, table=table), printed.best)
+        for table, printed in PRINTED.items()
+    ]
     return markdown(pd.DataFrame(rows).fillna(""))
 
 

@@ -54,8 +54,8 @@ def test_every_generated_block_and_csv_has_its_table():
 
 def test_recomputed_cells_of_the_simulated_rig_are_those_that_are_printed():
     methods = list(cross_speed.SIMULATED_METHODS)
-    wrong, n_compared, n_cells = tables.check_cells(
-        "cross_speed", **CELLS, methods=methods
+    wrong, n_compared, n_cells, _ = tables.check_cells(
+        "cross_speed", cells=(CELLS | {"methods": methods},)
     )
     assert [text for text in wrong if "no cell of the method" not in text] == []
     assert 40 < n_compared < n_cells
@@ -66,16 +66,17 @@ def printed(tmp_path, monkeypatch):
     """Lines of a small table and the page that shows them, in a folder of their own."""
     monkeypatch.setattr(tables, "csv_of", lambda name: tmp_path / f"{name}.csv")
     block = {"page.md: cells": lambda lines: f"A sentence.\n\n{len(lines)} lines"}
-    table = tables.Table(cross_speed.lines, block, CELLS | {"methods": METHODS})
+    cells = CELLS | {"methods": METHODS}
+    table = tables.Table(cross_speed.lines, block, (cells,))
     monkeypatch.setitem(tables.TABLES, "small", table)
-    lines = pd.DataFrame(cross_speed.lines(**table.cells)).assign(made="2026-01-01")
+    lines = pd.DataFrame(cross_speed.lines(**cells)).assign(made="2026-01-01")
     lines.to_csv(tmp_path / "small.csv", index=False)
     text = tables.block_text("small", "page.md", block["page.md: cells"], lines)
     return tmp_path / "small.csv", text
 
 
 def check(text):
-    cells, _, _ = tables.check_cells("small")
+    cells, *_ = tables.check_cells("small")
     return cells + tables.check_blocks("small", {"page.md": {"cells": text}})
 
 
@@ -93,12 +94,31 @@ def test_a_number_or_a_sentence_edited_in_a_page_is_seen(printed, before, after)
     assert tables.check_blocks("small", pages)
 
 
-def test_a_number_edited_in_a_csv_is_seen(printed):
+def test_a_number_that_no_block_shows_is_seen_in_the_csv(printed):
     path, text = printed
+    path.write_text(path.read_text("utf-8").replace("2026-01-01", "2026-01-02"))
+    assert tables.check_blocks("small", {"page.md": {"cells": text}})
+
+
+def test_a_peer_that_is_not_installed_is_named(printed, monkeypatch):
+    def missing():
+        raise ModuleNotFoundError(name="aeon")
+
+    slow = cross_speed.partial(cross_speed.peer, make=missing)
+    monkeypatch.setitem(cross_speed.SIMULATED_METHODS, METHODS[1], slow)
+    kept = tables.TABLES["small"]._replace(kept=METHODS[1:])
+    cells = tuple(CELLS | {"methods": [method]} for method in METHODS)
+    monkeypatch.setitem(tables.TABLES, "small", kept._replace(cells=cells))
+    wrong, n_compared, _, absent = tables.check_cells("small")
+    assert (wrong, absent) == ([], ["aeon"]) and n_compared > 0
+
+
+def test_a_number_edited_in_a_csv_is_seen(printed):
+    path, _ = printed
     lines = tables.read_lines("small")
     lines.loc[0, "right"] += 1
     lines.to_csv(path, index=False)
-    (wrong,) = check(text)
+    (wrong,), *_ = tables.check_cells("small")
     assert ("right is" in wrong and METHODS[0] in wrong) or METHODS[1] in wrong
 
 
@@ -145,7 +165,7 @@ def test_printing_replaces_the_lines_that_are_computed_and_keeps_the_others(
 
 
 def test_a_run_without_rigs_has_no_cells(tmp_path):
-    wrong, n_compared, n_cells = tables.check_cells("detection", home=tmp_path)
+    wrong, n_compared, n_cells, _ = tables.check_cells("detection", home=tmp_path)
     assert (wrong, n_compared) == ([], 0) and n_cells > 0
 
 
