@@ -16,7 +16,6 @@ from .state import CheckedEstimator, expect, uses_fitted
 from .validation import (
     check_input_names,
     validate_innovations,
-    warn_of_lost_speeds,
     weighted_windows,
 )
 
@@ -313,8 +312,6 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         """
         X, _ = self._validate(X)
         self._check_rpm_is_taken(rpm)
-        if rpm is None and self._trained_speeds() is not None:
-            warn_of_lost_speeds(self)
         rpm, is_plausible = with_plausible_speeds(
             rpm, len(X), self._trained_speeds() or ()
         )

@@ -21,7 +21,7 @@ from .capabilities import offers, training_speeds, unfolded_steps
 from .metadata import metadata_routing, requested_by_steps
 from .parallel import map_batches
 from .state import expect
-from .validation import is_cross_validated, warn_of_lost_speeds
+from .validation import warn_user
 
 #: Bytes of the rows of a batch: so many that the calls around the loops take little
 #: time, and so few that the results of several models for them are soon used again.
@@ -42,6 +42,13 @@ _LAZY = (
     "X is a dask array, expected windows in memory or mapped from a file. Diagnose it block by "
     "block, with one chunk along all axes but the first: X.map_blocks(diagnoser.predict, "
     "dtype=diagnoser.classes_.dtype, drop_axis=1), for several channels drop_axis=[1, 2]."
+)
+#: `sklearn.model_selection` hands metadata to `fit` alone if routing is switched off.
+_SCORED_WITHOUT_SPEEDS = (
+    "The pipeline was fitted with rpm and is scored without, so the score is that for unknown "
+    "speeds. Pass rpm. For scikit-learn's model selection, call "
+    "sklearn.set_config(enable_metadata_routing=True), pass params={'rpm': rpm}, and leave scoring "
+    "at its default or use skarxlag.model_selection.SpeedScorer."
 )
 
 
@@ -389,18 +396,19 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         -------
         float
             The score.
+
+        Warns
+        -----
+        UserWarning
+            If `fit` was given ``rpm`` and this method is not: the score is then that
+            for unknown speeds.
         """
-        self._notice_lost_speeds(params)
+        if params.get("rpm") is None and training_speeds(self):
+            warn_user(_SCORED_WITHOUT_SPEEDS)
         with metadata_routing(params.keys() - {"sample_weight"}):
             return super().score(X, y, **params)
 
-    def _notice_lost_speeds(self, params):
-        """Warn if model selection drops the speeds. Threads of batches do not show who calls."""
-        if params.get("rpm") is None and is_cross_validated() and training_speeds(self):
-            warn_of_lost_speeds(self)
-
     def _in_batches(self, method, X, params):
-        self._notice_lost_speeds(params)
         if type(X).__module__.partition(".")[0] == "dask":
             raise TypeError(_LAZY)
         # Arrays and tables of other libraries are cut as they are.

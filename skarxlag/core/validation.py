@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import OneToOneFeatureMixin
-from sklearn.pipeline import Pipeline
 from sklearn.utils import check_array, check_scalar, get_tags
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
@@ -117,7 +116,8 @@ def as_samples(values: Any, name: str) -> Any:
             else values.data
         )
     dtype = np.asarray(values).dtype
-    expect(dtype.kind not in "bmM", f"{name}.dtype", str(dtype), "real numbers")
+    if dtype.kind in "bmM":
+        expect(False, f"{name}.dtype", str(dtype), "real numbers")
     return values
 
 
@@ -352,47 +352,6 @@ def warn_user(text: str) -> None:
         if name.split(".")[0] in ("skarxlag", "sklearn")
     ]
     warnings.warn(text, stacklevel=ours[-1] + 1)
-
-
-def is_cross_validated() -> bool:
-    """Return whether scikit-learn's cross-validation or a search has called this package."""
-    return "sklearn.model_selection._validation" in _calling_modules()
-
-
-def _calling_modules():
-    """Return the names of the modules whose functions are running."""
-    modules = set()
-    frame = sys._getframe()
-    while frame is not None:
-        modules.add(frame.f_globals.get("__name__"))
-        frame = frame.f_back
-    return modules
-
-
-def warn_of_lost_speeds(estimator: Any) -> None:
-    """Warn if cross-validation calls an estimator without the speeds that `fit` was given.
-
-    Without metadata routing, `sklearn.model_selection` hands speeds to `fit` alone.
-    With routing, `cross_val_predict` does so, too, and scorers that call `predict`.
-    Outside cross-validation, a call without speeds is intended.
-
-    Parameters
-    ----------
-    estimator : estimator
-        It was fitted with speeds, and is called without.
-    """
-    # A pipeline of this package has warned for its steps.
-    is_step = "skarxlag.core.pipelines" in _calling_modules() and not isinstance(
-        estimator, Pipeline
-    )
-    if is_cross_validated() and not is_step:
-        warn_user(
-            f"{type(estimator).__name__} was fitted with rpm, but sklearn.model_selection calls it "
-            "without rpm, so the scores are those for unknown speeds. Switch metadata routing on "
-            "by sklearn.set_config(enable_metadata_routing=True), pass params={'rpm': rpm}, and "
-            "leave scoring at its default: other scorers, and cross_val_predict, hand no metadata "
-            "to predict."
-        )
 
 
 def check_rate(value: float, name: str) -> None:

@@ -16,7 +16,7 @@ from ..core.capabilities import capabilities, requests, training_speeds
 from ..core.fault_locations import FAULT_LOCATIONS, check_locations
 from ..core.speeds import log_speeds, with_plausible_speeds
 from ..core.state import expect, uses_fitted
-from ..core.validation import check_rate, warn_of_lost_speeds, weighted_windows
+from ..core.validation import check_rate, weighted_windows
 from ..distances.stretches import StretchResidual
 from ..kernels import ladder, posterior
 from ..kernels.coloured_noises import coloured_noises
@@ -178,8 +178,6 @@ class ConditionClassifier(SignalClassifier):
         train_rpm = training_speeds(self.residual_)
         if len(train_rpm) > 0:
             rpm, is_plausible = with_plausible_speeds(rpm, len(X), train_rpm)
-            if rpm is None:
-                warn_of_lost_speeds(self)
         levels = _levels(self.residual_, X, rpm)
         # Equal residuals name no condition.
         levels[~is_plausible] = 1.0

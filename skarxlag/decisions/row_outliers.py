@@ -16,7 +16,6 @@ from ..core.state import uses_fitted
 from ..core.validation import (
     of_one_model,
     validate_innovations,
-    warn_of_lost_speeds,
     warn_user,
     weighted_windows,
 )
@@ -239,8 +238,6 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
     def _log_speeds(self, rpm, X, train_rpm):
         """Return log speeds, or None if `fit` had none, and which of them are plausible."""
         has_speeds = len(train_rpm) > 0
-        if rpm is None and has_speeds:
-            warn_of_lost_speeds(self)
         rpm, is_plausible = with_plausible_speeds(rpm, len(X), train_rpm)
         log_speed = log_speeds(rpm if has_speeds else None, len(X), X.shape[-1])
         return log_speed, is_plausible

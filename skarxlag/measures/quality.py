@@ -62,8 +62,8 @@ _LEAST_AT_ENDS = 1e-3
 _SEGMENT = 512
 #: Samples whose segments are transformed at a time, or those of one window.
 _SAMPLES_AT_A_TIME = 2**16
-#: Side lobes of this Kaiser window are 130 dB below a line.
-_KAISER = 18
+#: Kaiser window of a segment. Its side lobes are 130 dB below a line.
+_TAPER = np.kaiser(_SEGMENT, 18)
 #: A band is empty if its density is this much below the mean of all bands: the model of
 #: a window that `LogSpectra` identifies has a ridge of this size, and does not see such
 #: bands.
@@ -389,12 +389,11 @@ def _wrapped(windows, leaps):
 
 def _empty_bands(windows):
     """Return the share of the bands of each window that hold no power."""
-    taper = np.kaiser(_SEGMENT, _KAISER)
     empty = np.zeros(len(windows))
     n_rows = max(_SAMPLES_AT_A_TIME // windows.shape[1], 1)
     for first in range(0, len(windows), n_rows):
         rows = slice(first, first + n_rows)
-        spectra = fft.rfft(windowed_segments(windows[rows], taper, _SEGMENT))[..., 1:]
+        spectra = fft.rfft(windowed_segments(windows[rows], _TAPER, _SEGMENT))[..., 1:]
         density = np.mean(spectra.real**2 + spectra.imag**2, axis=1)
         is_empty = density < _EMPTY * density.mean(axis=1, keepdims=True)
         empty[rows] = is_empty.mean(axis=1)
