@@ -20,6 +20,7 @@ from ..core.validation import check_rate, weighted_windows
 from ..distances.stretches import StretchResidual
 from ..kernels import ladder, posterior
 from ..kernels.coloured_noises import coloured_noises
+from ..kernels.speed_references import group_speeds
 from .condition_locations import (
     locate_conditions,
     location_answers,
@@ -28,6 +29,8 @@ from .condition_locations import (
 )
 from .signal_classifier import SignalClassifier
 
+#: Most groups of specimens that are left out of the limits in turn.
+_MOST_GROUPS = 5
 #: Log probability of an unknown condition in rows that name none.
 _NEVER = -700.0
 
@@ -85,7 +88,9 @@ class ConditionClassifier(SignalClassifier):
     healthy_index_ : int
         Index of the healthy condition in `classes_`; -1 if there is none.
     detection_threshold_ : float
-        Limit of the residual of the healthy condition; 0 if there is none.
+        Limit of the residual of the healthy condition; 0 if there is none. It is that of
+        healthy rows that were left out: of one specimen at a time if `fit` had several
+        healthy ones, otherwise of half the rows of each condition and speed.
     n_healthy_ : int
         Number of rows of the healthy condition; 0 if there is none.
     noise_gaps_ : ndarray of shape (2,)
@@ -133,15 +138,21 @@ class ConditionClassifier(SignalClassifier):
         located = locate_conditions(classes.tolist(), self.locations, self.healthy)
         warn_of_own_locations(classes.tolist(), located.numbers, self.locations)
         healthy = located.healthy_index
-        n_specimens = _count_specimens(specimen, rows, target, len(X))
+        names = _specimens(specimen, rows, len(X))
         residual = clone(self._residual())
         residual.fit(X, y, **self._metadata(rpm, sample_weight))
         threshold = 0.0
         is_healthy = target == healthy
         if healthy >= 0:
-            of_healthy = _levels(residual, X, rpm)[rows][is_healthy, healthy]
+            groups = np.full(len(X), -1)
+            groups[rows] = _left_out_groups(
+                target, is_healthy, _chosen(rpm, rows), names
+            )
+            levels = self._left_out_levels(X, y, rpm, sample_weight, groups, residual)
             threshold = ladder.false_alarm_threshold(
-                of_healthy, weights[is_healthy], self.false_alarm_rate
+                levels[rows][is_healthy, healthy],
+                weights[is_healthy],
+                self.false_alarm_rate,
             )
         probes, speeds = _probes(X, rpm)
         noise_gaps = posterior.noise_gaps(
@@ -151,7 +162,8 @@ class ConditionClassifier(SignalClassifier):
         self.classes_: NDArray[Any] = classes
         self.class_locations_: NDArray[Any] = located.numbers
         self.healthy_index_: int = healthy
-        self.n_specimens_: NDArray[Any] = n_specimens
+        of_classes = pd.Series(names).groupby(target)
+        self.n_specimens_: NDArray[Any] = of_classes.nunique().to_numpy()
         self.residual_: Any = residual
         self.detection_threshold_: float = threshold
         self.n_healthy_: int = int(is_healthy.sum())
@@ -168,6 +180,23 @@ class ConditionClassifier(SignalClassifier):
             for name, value in metadata.items()
             if value is not None and requests(self._residual(), "fit", name)
         }
+
+    def _left_out_levels(self, X, y, rpm, sample_weight, groups, residual):
+        """Return the residuals of rows that were left out of the fit, one group at a time.
+
+        Rows of the fit are nearer to the mean of their condition than new ones. Rows of
+        the group -1 are never left out.
+        """
+        levels = _levels(residual, X, rpm)
+        for number in range(groups.max() + 1):
+            is_other = groups != number
+            metadata = self._metadata(
+                _chosen(rpm, is_other), _chosen(sample_weight, is_other)
+            )
+            fitted = clone(residual).fit(X[is_other], y[is_other], **metadata)
+            speeds = _chosen(rpm, ~is_other)
+            levels[~is_other] = _levels(fitted, X[~is_other], speeds)
+        return levels
 
     def questions(self) -> tuple[NDArray[Any], int]:
         """Return the number of the location of each class, and that of the healthy one."""
@@ -301,14 +330,44 @@ class ConditionClassifier(SignalClassifier):
         check_locations(self.locations)
 
 
-def _count_specimens(specimen, rows, target, n_rows):
-    """Return the number of specimens of each condition, 1 if specimens are not stated."""
+def _specimens(specimen, rows, n_rows):
+    """Return the names of the specimens of rows, one name if they are not stated."""
     if specimen is None:
-        return np.ones(target.max() + 1, dtype=int)
+        return np.zeros(len(rows), dtype=int)
     names = column_or_1d(np.asarray(specimen, dtype=object)).astype(str)
     expected = f"{n_rows}, as X has rows"
     expect(len(names) == n_rows, "Length of specimen", len(names), expected)
-    return pd.Series(names[rows]).groupby(target).nunique().to_numpy()
+    return names[rows]
+
+
+def _chosen(values, is_chosen):
+    """Return values of some rows; one value stands for all rows, and None for none."""
+    if values is None:
+        return None
+    values = np.asarray(values)
+    return values if values.ndim == 0 else values[is_chosen]
+
+
+def _left_out_groups(target, is_healthy, rpm, specimen):
+    """Return the group of each row, of which each is left out once; -1 for rows that stay.
+
+    If the healthy rows are of several specimens, these are left out. Otherwise, the first
+    and the second halves of all conditions are, in time and at each speed: smaller groups
+    gave limits that were too low on most rigs.
+    """
+    names, number = np.unique(specimen[is_healthy], return_inverse=True)
+    if len(names) > 1:
+        groups = np.full(len(target), -1)
+        groups[is_healthy] = number * min(len(names), _MOST_GROUPS) // len(names)
+        return groups
+    at = np.zeros(len(target), dtype=int)
+    if rpm is not None:
+        at = group_speeds(log_speeds(rpm, len(target)))[1]
+    cells = pd.Series(at).groupby([target, at])
+    size = cells.transform("size")
+    half = np.where(size > 1, 2 * cells.cumcount() // size, at % 2)
+    has_both = pd.Series(half).groupby(target).transform("nunique") > 1
+    return np.where(has_both, half, -1)
 
 
 def _levels(residual, X, rpm):

@@ -109,9 +109,36 @@ def test_without_a_healthy_condition_there_is_no_alarm(data):
     message = "healthy_index_ == -1, expected a healthy condition"
     with pytest.raises(ValueError, match=message):
         without.detect(X)
-    assert fitted.detect(X[faulty]).mean() > 0.8
+    assert fitted.detect(rows(0.8, 12, 80)).all()
     strict = classifier(false_alarm_rate=0.3).fit(X, y)
     assert strict.detection_threshold_ < fitted.detection_threshold_
+
+
+@pytest.mark.parametrize("rpm", [None, 900.0, np.repeat([700.0, 900.0], 10)])
+def test_few_healthy_rows_hold_the_stated_rate_for_new_ones(rpm):
+    X = np.concatenate([rows(0.0, 20, 60, spread=0.02), rows(0.8, 20, 61)])
+    y = np.repeat(["Normal", "IR2"], 20)
+    fitted = classifier(false_alarm_rate=0.1)
+    fitted.fit(X, y, rpm=np.tile(rpm, 2) if np.ndim(rpm) else rpm)
+    new = rows(0.0, 40, 62, spread=0.02)
+    stated = None if rpm is None else 900.0
+    in_fit = fitted.diagnose(X[:20], stated).levels[:, 1].max()
+    assert in_fit < fitted.detection_threshold_
+    assert fitted.detect(new, stated).mean() <= 0.2
+    assert fitted.detect(rows(0.8, 12, 63), stated).all()
+
+
+def test_limits_hold_for_new_specimens_if_several_healthy_ones_are_stated():
+    X = np.stack([rows(-0.6, 16, 0), rows(0.6, 16, 1)], axis=1).reshape(32, LENGTH)
+    y = np.full(32, "Normal")
+    alone, two, many = (
+        classifier().fit(X, y, rpm=900.0, specimen=specimen)
+        for specimen in (None, np.tile(["a", "b"], 16), np.arange(32))
+    )
+    new = rows(0.9, 20, 5)
+    assert alone.detect(new, 900.0).all() and not two.detect(new, 900.0).any()
+    # More than five specimens are left out in five groups, each with others of both kinds.
+    assert many.detection_threshold_ < alone.detection_threshold_
 
 
 def of_kernel(fitted, logs, **options):
