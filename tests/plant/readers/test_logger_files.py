@@ -100,6 +100,34 @@ READ = {
     "signs of thousands between quotes": "time,acc\n"
     + lines(T, 1000 * Y, form=("{:.6f}", '"{:,.1f}"')),
     "sep=": "sep=;\ntime;acc\n" + SEMICOLONS,
+    "an oscilloscope that states its increment": "X,acc,Start,Increment,\n"
+    "Sequence,Volt,-1.0e-01,5.0e-04\n" + lines(range(N), Y, form=("{}", "{},")),
+    "an increment after the names": "Time(s),acc,t0 = -0.1s, tInc = 0.0005,\n"
+    + lines(T - 0.1, Y, form=("{:.6e}", "{},")),
+    "an increment after the only name": "acc,t0 = -0.1s, tInc = 0.0005,\n"
+    + lines(Y, form="{},,"),
+    "facts next to the samples": lines(
+        ["Record Length,300,", "Sample Interval,5e-4,", *[",,"] * (N - 2)],
+        T,
+        Y,
+        form=("{}", "{:.6f}", "{},"),
+    ),
+    "lines without a name": '"TraceName","acc"\n"BlockSize",300\n"VUnit","V"\n'
+    '"SampleRate",2000\n"Date","2024/03/05"\n\n' + lines([""] * N, Y),
+    "tags before names and units": "logger 7\nKanal\tZeit 1\tacc\nEinheit\ts\tg\n"
+    + commas(lines(T, Y, separator="\t")),
+    "a rate in a sentence": "# Sample Rate: 2000 Hz. Values on linear scale.\n"
+    + lines(Y),
+    "a date and a time of day of a controller": "sep=;\nDatum;Uhrzeit;acc [mm/s];n [1/min]\n"
+    + commas(
+        lines(
+            ["05/03/2024"] * N,
+            [f"10:11:{t:09.6f}" for t in T],
+            Y,
+            [1490] * N,
+            separator=";",
+        )
+    ),
     "minus of typesetters": "time,acc\n" + PLAIN.replace("-", "\u2212"),
 }
 #: Rows of another number than 300, and rates of another number than 2000.
@@ -121,7 +149,8 @@ def test_read(tmp_path, kind):
     n, rate = OTHERS.get(kind, (N, RATE))
     path = write(tmp_path, READ[kind])
     names = list_channels(path)["channel"].tolist()
-    channel = 0 if len(names) == 1 or names[0] == "acc" else 1
+    channel = 4 if "next to" in kind else min(1, len(names) - 1)
+    channel = next((name for name in names if name.startswith("acc")), channel)
     signal, stated = read_recording(path, channel=channel)
     expected = Y.repeat(10) if n > N else Y[-n:]
     scale = 1000 if "thousands" in kind else 1
@@ -316,7 +345,8 @@ def test_counts_of_a_converter_are_no_overflow(tmp_path):
         ("acc\n" + "1\n" * 500 + "9" * 400 + "\n", "infinite values, .* sample 500"),
         ("time,acc\n" + PLAIN + "0.15,\n", "missing, NaN .* sample 300"),
         ("acc;n\n" + "0,5;1\n" * 9 + ";1\n", "missing, NaN .* sample 9"),
-        ("acc;n\n" + "0,5;1\n" * 9 + "OL;1\n", "line 11: 'OL' in column 'acc'"),
+        ("acc;n\n" + "0,5;1\n" * 9 + "OL;1\n", "is 9.9e.37 at sample 9, which inst"),
+        ("acc;n\n" + "0,5;1\n" * 9 + "err;1\n", "line 11: 'err' in column 'acc'"),
     ],
 )
 def test_values_that_are_none(tmp_path, text, message):

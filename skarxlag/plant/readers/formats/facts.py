@@ -12,9 +12,12 @@ import numpy as np
 _SAMPLE = "sampl(?:e|ing)"
 _RATES = rf"fs|sr|f{_SAMPLE}|{_SAMPLE}(?:rate|freq|frequency)"
 _RATE_NAME = re.compile(rf"(?:{_RATES})(?:(?:in)?(k?hz))?")
-_STEPS = rf"dt|deltat|deltax|timestep|wfincrement|{_SAMPLE}(?:interval|period)"
+_STEPS = (
+    rf"dt|delta[tx]|timestep|(?:wf|t|x)?inc(?:rement)?|{_SAMPLE}(?:interval|period)"
+)
 _STEP_NAME = re.compile(rf"(?:{_STEPS})(?:(?:in)?([mu]?s))?")
-_TIMES = "times?|t|zeit|timestamps?|datetime|date|datum|zeitstempel|xvalues?|elapsed(?:time)?"
+_TIMES = "times?|t|timestamps?|datetime|date|xvalues?|elapsed(?:time)?"
+_TIMES += "|(?:uhr)?zeit|datum|zeitstempel|temps|heure|dateheure|horodatage"
 _TIME_UNITS = (
     "millis|micros|[mun]s|[mu]?secs?|(?:milli|micro|nano)?seconds?|minutes|hours|days"
 )
@@ -25,7 +28,7 @@ UNIT_NAMES = ("unitstring", "unit", "units", "niunitdescription")
 #: Name of a text with the unit of a number, which begins with the name of the number.
 UNIT_OF_NUMBER = re.compile("(.+?)units?")
 SPEED_NAME = re.compile(r"(.*?)[ _(\[]*(?:rpm|drehzahl)[ )\]]*", re.IGNORECASE)
-_SPEED_UNITS = {"rpm", "rev/min", "r/min", "1/min", "min-1", "u/min"}
+_SPEED_UNITS = {"rpm", "rev/min", "r/min", "1/min", "min-1", "u/min", "tr/min"}
 SECONDS = dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0)
 SECONDS |= dict.fromkeys(("ms", "msec", "millis", "milliseconds"), 1e-3)
 SECONDS |= dict.fromkeys(("us", "µs", "μs", "usec", "micros", "microseconds"), 1e-6)
@@ -41,6 +44,9 @@ UNITS = SECONDS.keys() - {"min", "h", "d"} | {
 }
 #: Fields without a value, in lower case.
 MISSING = {"", "nan", "-nan", "na", "n/a", "#n/a", "null", "none", "nat", "<na>"}
+#: Number that instruments write for an overflow, and texts in place of it.
+OVERFLOW = 9.9e37
+OVERFLOWS = {"ol", "over", "overflow", "overload"}
 #: Units of sampling rates, in lower case.
 HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6}
 HERTZ |= {"1/s": 1.0, "s/s": 1.0, "ks/s": 1e3, "ms/s": 1e6}

@@ -19,21 +19,19 @@ from .facts import (
     unit_in_name,
 )
 
-#: First fields of a line of names that are no name.
-_NAME_TAGS = ("header", "headers", "names", "columns", "fields", "channels")
+#: First fields of a line of names or units that are none of a column.
+_TAGS = ("header", "headers", "names", "columns", "fields", "channels", "kanal")
+_TAGS += ("unit", "units", "einheit")
 #: Name and value in one field of the head, as in ``Rate: 2000 Hz``.
-_NAME_AND_VALUE = re.compile(r"\s*([^:=]+?)\s*[:=]\s*(\S+)\s*(\S*)")
+_NAME_AND_VALUE = re.compile(r"\s*([^:=]+?)\s*[:=]\s*(\S+)\s*([^\s.,;]*)")
 
 
 def kind_of(text: str) -> str:
     """Return the kind of a field: number, date (also a time of day), text, or empty."""
     if not text:
         return ""
-    if (
-        is_number(text, ",")
-        or is_number(text, ".")
-        or is_number(text.replace(",", ""), ".")
-    ):
+    forms = ((text, ","), (text, "."), (text.replace(",", ""), "."))
+    if any(is_number(*form) for form in forms):
         return "number"
     seconds = seconds_of_date(text)
     return "text" if np.isnan(seconds) and np.isnan(seconds_of_day(text)) else "date"
@@ -46,39 +44,42 @@ def are_texts(kinds: Iterable[str]) -> bool:
 
 def header_of(
     above: list[list[str]], n_fields: int, n_filled: int
-) -> tuple[list[str] | None, list[str], int]:
-    """Return names, None if there are none; units; and the number of lines with them."""
+) -> tuple[list[str] | None, list[str]]:
+    """Return the names of columns, None if there are none, and their units.
+
+    Parameters
+    ----------
+    above : list of list of str
+        Fields of the lines above the samples.
+    n_fields, n_filled : int
+        Fields of a sample, and fields up to the last one with values.
+    """
     n_texts = 0
     while n_texts < len(above) and _may_be_names(above[-1 - n_texts]):
         n_texts += 1
-    header = above[len(above) - n_texts :]
-    fitted = [names_of(fields, n_fields, n_filled) for fields in header]
-    if not header or fitted[-1] is None:
-        last = above[-1] if above else []
+    first = len(above) - n_texts
+    fitted = [names_of(fields, n_fields, n_filled) for fields in above]
+    last = above[-1] if above else []
+    if n_texts == 0 or fitted[-1] is None:
         if len(last) > 1 and are_texts(map(kind_of, last)):
             raise ContentError(
                 f"{len(last)} names for the {n_fields} fields of a sample"
             )
-        names = last and names_of(last, n_fields, n_filled)
-        has_names = names and {*map(kind_of, last)} > {"number"}
-        return (names, [], 1) if has_names else (None, [], 0)
-    above_header = above[len(above) - n_texts - 1] if n_texts < len(above) else []
-    names = names_of(above_header, n_fields, n_filled)
-    if names and _are_units(fitted[0]) and all_letters(header[0][0]) in SECONDS:
-        # Names of an oscilloscope may be numbers, if the unit of the first is of time.
-        return names, fitted[0], n_texts + 1
-    pairs = [(i, fitted[i - 1], fitted[i]) for i in range(1, len(header))]
-    for i, names, units in pairs:
-        if names and units and _are_units(units):
-            return names, units, len(header) - i + 1
-    if pairs and pairs[-1][1] and _may_be_units(fitted[-1], len(above) == 2):
-        return pairs[-1][1], fitted[-1], 2
-    return fitted[-1], [], 1
+        return (fitted[-1] if {*map(kind_of, last)} > {"number"} else None), []
+    # Names of an oscilloscope may be numbers, if the unit of the first is of time.
+    is_of_time = _are_units(fitted[first]) and all_letters(above[first][0]) in SECONDS
+    for i in range(first if is_of_time else first + 1, len(above)):
+        names = fitted[i - 1] if i else None
+        if names and _are_units(fitted[i]):
+            return names, fitted[i]
+    if n_texts > 1 and fitted[-2] and _may_be_units(fitted[-1], len(above) == 2):
+        return fitted[-2], fitted[-1]
+    return fitted[-1], []
 
 
 def _may_be_names(fields):
     """Return whether a line above the samples holds no number, and states no value."""
-    is_value = len(fields) == 1 and _NAME_AND_VALUE.fullmatch(fields[0])
+    is_value = len(fields) == 1 and _NAME_AND_VALUE.match(fields[0])
     return not is_value and "number" not in map(kind_of, fields)
 
 
@@ -89,9 +90,8 @@ def _are_units(fields):
 
 def _may_be_units(fields, is_second_of_two):
     """Return whether the last line below a line of names may hold their units."""
-    if any(map(names_times, fields)):
-        return False
-    return is_second_of_two or any(map(_is_unit, fields))
+    is_any = is_second_of_two or any(map(_is_unit, fields))
+    return is_any and not any(map(names_times, fields))
 
 
 def _is_unit(text):
@@ -106,32 +106,51 @@ def names_of(
     Lines of names and of samples may end with separators. The names may follow a tag,
     and one for comments may come last.
     """
-    if len(fields) == n_fields + 1 and are_texts(map(kind_of, fields)):
-        if is_tagged or all_letters(fields[0]) in _NAME_TAGS:
-            return fields[1:]
-        return fields
+    kinds = {*map(kind_of, fields)}
+    if len(fields) == n_fields + 1 and are_texts(kinds):
+        has_tag = is_tagged or all_letters(fields[0]) in _TAGS
+        return fields[1:] if has_tag else fields
     is_short = len(fields) < max(n_fields if is_tagged else n_filled, 1)
-    are_numbers = {*map(kind_of, fields)} <= {"number", ""}
-    if is_short or any(fields[n_fields:]) or are_numbers:
+    if is_short or any(fields[n_fields:]) or kinds <= {"number", ""}:
         return None
     return [*fields, *[""] * n_fields][:n_fields]
 
 
-def stated_rates(rows: list[list[str]]) -> dict[str, float]:
-    """Return the sampling rates that lines of the head state, by their names."""
+def split_facts(
+    above: list[list[str]], n_filled: int
+) -> tuple[list[list[str]], list[list[str]]]:
+    """Return the lines above samples without the facts that oscilloscopes append, and these.
+
+    >>> split_facts([["t(s)", "CH1(V)", "t0 = -1s", "tInc = 5e-4", ""]], 2)
+    ([['t(s)', 'CH1(V)']], [['t0 = -1s'], ['tInc = 5e-4']])
+    >>> split_facts([["X", "CH1", "Increment"], ["Sequence", "V", "5e-4"]], 2)
+    ([['X', 'CH1'], ['Sequence', 'V']], [['Increment', '5e-4']])
+    """
+    surplus = [[text for text in fields[n_filled:] if text] for fields in above[-2:]]
+    if not surplus or not surplus[-1]:
+        return above, []
+    if all("=" in text for text in surplus[-1]):
+        return [*above[:-1], above[-1][:n_filled]], [[text] for text in surplus[-1]]
+    if {*map(kind_of, surplus[-1])} == {"number"} and len(surplus) == 2:
+        cut = [fields[:n_filled] for fields in above[-2:]]
+        return [*above[:-2], *cut], [[*pair] for pair in zip(*surplus, strict=False)]
+    return above, []
+
+
+def stated_rates(rows: Iterable[list[str]]) -> dict[str, float]:
+    """Return the sampling rates that lines state, by their names."""
     rates = {}
     for fields in rows:
-        match = _NAME_AND_VALUE.fullmatch(" ".join(fields[:3]))
         parts = [*fields, "", ""][:3]
-        if number(parts[1]) != number(parts[1]) and match:
-            parts = list(match.groups())
+        match = _NAME_AND_VALUE.match(" ".join(fields[:3]))
+        if np.isnan(number(parts[1])) and match:
+            parts = match.groups()
         name, text, unit = parts
         # Values of further channels follow that of the first.
         unit = unit_in_name(name) or (unit if unit.strip(" []()").isalpha() else "")
+        plain = all_letters(re.split(r"[(\[]", name)[0])
         value = number(text)
         if np.isfinite(value) and value > 0:
-            unit = unit.strip(" []()").lower() or None
-            plain = all_letters(re.split(r"[(\[]", name)[0])
-            if rate := stated_rate(plain, value, unit):
-                rates[name.strip()] = rate
+            rate = stated_rate(plain, value, unit.strip(" []()").lower() or None)
+            rates |= {name.strip(): rate} if rate else {}
     return rates

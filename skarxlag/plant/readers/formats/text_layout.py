@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import chain, islice
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from .contents import ContentError
 from .facts import (
     MISSING,
+    OVERFLOWS,
     distinct,
     is_ambiguous,
     meanings,
@@ -22,7 +23,14 @@ from .facts import (
     number,
     unit_in_name,
 )
-from .text_header import are_texts, header_of, kind_of, names_of, stated_rates
+from .text_header import (
+    are_texts,
+    header_of,
+    kind_of,
+    names_of,
+    split_facts,
+    stated_rates,
+)
 
 #: Lines of the head that are looked at.
 _LINES = 400
@@ -38,7 +46,7 @@ _COMMENT_SIGNS = ("#", "%", "!", "//", ";")
 _WITH_COMMA = re.compile(r"([+-]?)(\d*),(\d+)")
 _INTEGER = re.compile(r"[+-]?\d+")
 #: Texts of instruments in place of a number.
-_NO_WORDS = {*MISSING, "ol", "over", "overflow", "overload", "err", "error", "inf"}
+_NO_WORDS = {*MISSING, *OVERFLOWS, "err", "error"}
 #: Roles of the comma in lines that hold one comma each.
 _SEPARATOR = "separator"
 _DECIMAL = "decimal sign"
@@ -64,8 +72,6 @@ class TextLayout:
         Whether the columns have names.
     n_head_lines : int
         Lines before the first sample: comments, preamble, names, units.
-    n_ignored : int
-        Lines of the preamble: lines before the names that are not comments.
     names : list of str
         Of the columns; their positions if there is no header.
     kinds : list of str
@@ -94,7 +100,6 @@ class TextLayout:
     thousands: str
     has_header: bool
     n_head_lines: int
-    n_ignored: int
     names: list[str]
     kinds: list[str]
     units: dict[str, str]
@@ -156,20 +161,19 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     if not is_whole or len(lines) > _LINES:
         lines = lines[:-1]
     body, comments, separator, comma = _split_comments(lines)
-    n_lines_before, rows = zip(*split_rows(body, separator), strict=True)
+    n_before, rows = zip(*split_rows(body, separator), strict=True)
     kinds = [[kind_of(text) for text in fields] for fields in rows]
-    n_fields, usual, first = _first_sample(kinds, may_be_cut)
-    n_above = n_lines_before[first] if first < len(rows) else len(body)
-    samples = {
-        n_before + 1: fields
-        for n_before, fields in zip(n_lines_before[first:], rows[first:], strict=True)
-        if any(fields)
-    }
-    n_blank = max(samples, default=0) - min(samples, default=1) + 1 - len(samples)
-    decimal, thousands = _signs(samples, n_fields)
-    above = [fields for fields in rows[:first] if fields]
+    n_fields, usual, first = _first_sample(rows, kinds, may_be_cut)
+    n_above = n_before[first] if first < len(rows) else len(body)
+    is_filled = [any(fields) for fields in rows]
+    places = [i for i in range(first, len(rows)) if is_filled[i]]
+    samples = {n_before[i] + 1: rows[i] for i in places}
+    n_blank = max(places, default=0) - min(places, default=1) + 1 - len(places)
+    decimal, thousands = _signs(samples, [kinds[i] for i in places], n_fields)
     n_filled = max((i + 1 for i, kind in enumerate(usual) if kind), default=1)
-    names, unit_line, n_header = header_of(above, n_fields, n_filled)
+    above = [fields for fields in rows[:first] if fields]
+    above, facts = split_facts(above, n_filled)
+    names, unit_line = header_of(above, n_fields, n_filled)
     comments = [_fields(line, separator) for i, line in comments.items() if i < n_above]
     if not above and comments:
         names = names_of(comments[-1], n_fields, n_filled, is_tagged=True)
@@ -177,6 +181,10 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     names = distinct(names) if has_header else [str(i) for i in range(n_fields)]
     unit_fields = unit_line or [unit_in_name(name) or "" for name in names]
     units = [text.strip("[]() ") for text in unit_fields]
+    last_digits = {
+        name: n_decimals(fields[i] for fields in samples.values() if len(fields) > i)
+        for i, name in enumerate(names[:n_fields])
+    }
     return TextLayout(
         encoding,
         separator,
@@ -184,7 +192,6 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
         thousands,
         has_header,
         n_head_lines=n_above,
-        n_ignored=len(above) - n_header,
         names=names,
         kinds=[*usual, *[""] * (len(names) - n_fields)],
         units={name: unit for name, unit in zip(names, units, strict=False) if unit},
@@ -192,12 +199,10 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
         n_rows=len(samples),
         skips_blank=n_fields > 1 or n_blank > max(0.9 * len(samples) - 2, 3),
         last_digits={
-            name: 10.0**-n
-            for i, name in enumerate(names[:n_fields])
-            if (n := n_decimals(row[i] for row in samples.values() if len(row) > i))
-            is not None
+            name: 10.0**-n for name, n in last_digits.items() if n is not None
         },
-        rates=stated_rates([*comments, *above[: len(above) - n_header]]),
+        # Some instruments state facts in columns next to the samples.
+        rates=stated_rates([*comments, *above, *facts, *samples.values()]),
         advice=_AMBIGUOUS if comma == _UNCLEAR and not has_header else "",
     )
 
@@ -238,50 +243,40 @@ def stream_head(lines: Sequence[str]) -> int | None:
     return None
 
 
-def footer_start(tail: str, layout: TextLayout) -> int:
-    r"""Return where the lines begin that follow the last sample and are none.
+def n_sample_lines(lines: Sequence[str], layout: TextLayout) -> int:
+    r"""Return how many of the last lines of a text come before its footer.
 
-    Parameters
-    ----------
-    tail : str
-        The end of the text, from the beginning of a line.
-    layout : TextLayout
-        Of the text.
-
-    Returns
-    -------
-    int
-        Position in `tail`. It is the end if the lines after the last sample do not
-        begin with a word or a comment: these are damaged samples.
+    Lines after the last sample are a footer if they begin with a word or a comment.
+    Others are damaged samples.
 
     Examples
     --------
     >>> layout = text_layout(b"time,acc\n0.0,1.5\n0.1,-2\n", True)
-    >>> tail = "0.1,-2\n\nMaximum,1.5\n"
-    >>> tail[: footer_start(tail, layout)]
-    '0.1,-2\n'
+    >>> n_sample_lines(["0.1,-2\n", "\n", "Maximum,1.5\n"], layout)
+    1
     """
-    lines = tail.splitlines(keepends=True)
     rows = [_fields(line, layout.separator) for line in lines]
-    is_sample = [_is_sample(fields, layout.kinds[: layout.n_fields]) for fields in rows]
-    n_samples = len(rows) - next(
-        (i for i, is_one in enumerate(is_sample[::-1]) if is_one), 0
-    )
-    end = len("".join(lines[:n_samples]))
-    first = next((i for i in range(n_samples, len(rows)) if any(rows[i])), None)
+    usual = layout.kinds[: layout.n_fields]
+    end = len(rows)
+    while end and not _is_sample([*map(kind_of, rows[end - 1])], usual):
+        end -= 1
+    first = next((i for i in range(end, len(rows)) if any(rows[i])), None)
     if first is None:
         return end
-    word = "".join(rows[first][:1]).lower()
-    is_word = re.match(r"[^\d\W]{2}|[-=*_]{2}", word) and word not in _NO_WORDS
-    is_footer = is_word or _is_comment(lines[first], layout.separator)
-    return end if is_footer else len(tail)
+    is_footer = _is_word(rows[first][0]) or _is_comment(lines[first], layout.separator)
+    return end if is_footer else len(lines)
 
 
-def _is_sample(fields, usual):
+def _is_word(text):
+    """Return whether a field begins a remark or a line of signs, and is no missing number."""
+    is_one = re.match(r"[^\d\W]{2}|[-=*_]{2}", text)
+    return bool(is_one) and text.lower() not in _NO_WORDS
+
+
+def _is_sample(kinds, usual):
     """Return whether the fields of a line have the usual kinds, and one is a number."""
-    kinds = [kind_of(text) for text in fields]
     is_usual = [
-        kind in ("", expected) or expected in ("text", "")
+        kind in ("", expected) or expected == "text"
         for kind, expected in zip(kinds, usual, strict=False)
     ]
     return len(kinds) >= len(usual) and all(is_usual) and not are_texts(kinds)
@@ -334,48 +329,42 @@ def _is_no_pair_of_integers(match):
     return is_signed or not before or (after[0] == "0" and len(after) > 1)
 
 
-def _first_sample(kinds, may_be_cut):
+def _first_sample(rows, kinds, may_be_cut):
     """Return the number of fields of a sample, the usual kinds, and the first row."""
     tail = [row for row in kinds[len(kinds) // 2 :] if any(row)]
     n_fields = Counter(map(len, tail)).most_common(1)[0][0]
-    columns = [*zip(*(row for row in tail if len(row) == n_fields), strict=True)]
+    columns = zip(*(row for row in tail if len(row) == n_fields), strict=True)
     filled = [[kind for kind in column if kind] or [""] for column in columns]
     usual = [Counter(column).most_common(1)[0][0] for column in filled]
-    if set(usual) <= {"text", ""}:
+    if are_texts(usual):
         # Without numbers, the first line holds the names.
         return n_fields, usual, next(i for i, row in enumerate(kinds) if row) + 1
-
-    def is_usual(row):
-        return len(row) == n_fields and all(
-            kind in ("", expected) or expected in ("text", "")
-            for kind, expected in zip(row, usual, strict=True)
-        )
-
-    first = next(i for i, row in enumerate(kinds) if is_usual(row) and any(row))
-    above = kinds[:first]
-    headers = [i for i, row in enumerate(above) if row and are_texts(row)]
-    headers = headers or [i for i, row in enumerate(above) if "text" in row]
-    if headers:
-        first = headers[-1] + 1
-        # Blank lines after the names belong to the head.
-        first = next((i for i in range(first, len(kinds)) if kinds[i]), first)
-    elif not may_be_cut:
+    is_sample = [len(row) == n_fields and _is_sample(row, usual) for row in kinds]
+    above = range(is_sample.index(True))
+    # Comments may stand in a column that is empty otherwise.
+    lenient = [kind or "text" for kind in usual]
+    others = [i for i in above if rows[i] and not _is_sample(kinds[i], lenient)]
+    heads = [i for i in others if are_texts(kinds[i]) or _is_word(rows[i][0])]
+    heads = heads or [i for i in others if "text" in kinds[i]]
+    if not heads and not may_be_cut:
         # A row of more fields is a preamble. Any other may be a damaged sample: the
         # reader refuses it.
-        samples = (i for i, row in enumerate(above) if row and not any(row[n_fields:]))
-        first = next(samples, first)
-    return n_fields, usual, first
+        samples = (i for i in above if rows[i] and not any(rows[i][n_fields:]))
+        return n_fields, usual, next(samples, len(above))
+    # Blank lines after the names belong to the head.
+    after = range(heads[-1] + 1, len(rows)) if heads else [len(above)]
+    return n_fields, usual, next(i for i in after if any(rows[i]))
 
 
-def _signs(samples, n_fields):
+def _signs(samples, kinds, n_fields):
     """Return the decimal sign, and the sign of thousands, empty if neither is shown."""
     columns: list[dict[int, str]] = [{} for _ in range(n_fields)]
-    for line, fields in samples.items():
-        for column, text in zip(columns, fields, strict=False):
-            if kind_of(text) == "number":
+    for (line, fields), of_fields in zip(samples.items(), kinds, strict=True):
+        for column, text, kind in zip(columns, fields, of_fields, strict=False):
+            if kind == "number":
                 column[line] = text
-    texts = chain.from_iterable(column.values() for column in columns)
-    decimals = {sign for sign in map(_decimal_sign, texts) if sign}
+    decimals = {_decimal_sign(text) for column in columns for text in column.values()}
+    decimals.discard(None)
     if decimals:
         decimal = "," if "," in decimals else "."
         others = ",." if len(decimals) == 1 else ""
