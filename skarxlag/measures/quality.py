@@ -18,6 +18,10 @@ from ..kernels.scaling import ROUNDING, largest
 from ..kernels.short_time import windowed_segments
 from . import mains_hum
 
+#: Sizes that instruments write for an overflow or a missing value. They count if all
+#: other samples are smaller by this ratio, because counts of a converter are signals.
+_SENTINELS = np.array([[999.25, 9999.0, 99999.0, 9.9e37, 9.91e37]])
+_OUTSTANDING = 3.0
 #: Share of samples that may repeat the sample before, and of those that may do so in
 #: one run.
 _HELD = 0.5
@@ -90,6 +94,9 @@ def signal_quality(
 
     - ``"not finite"``: some sample is NaN or infinite, in any channel. All estimators
       refuse such a window. Its share counts these samples.
+    - ``"overflow"``: some samples of the output are of a size that instruments write for
+      an overflow or a missing value, such as -9999 or 9.9e37, and more than three times
+      as large as all others. Its share counts these samples.
     - ``"constant"``: the output does not move by more than rounding (8 times the
       resolution of double precision) of its largest value. The sensor is dead or not
       connected.
@@ -204,6 +211,39 @@ def signal_quality(
     return (quality, share) if return_share else quality
 
 
+def is_overflow(signals: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return which samples are written by instruments for an overflow or a missing value.
+
+    Parameters
+    ----------
+    signals : ndarray of shape (n_signals, n_samples)
+        Signals.
+
+    Returns
+    -------
+    ndarray of bool of shape (n_signals, n_samples)
+        True for samples of such a size, if all other samples of the signal are less than
+        a third of it.
+
+    Examples
+    --------
+    >>> is_overflow(np.array([[1.0, -9999.0, 2.0], [9998.0, -9999.0, 2.0]]))
+    array([[False,  True, False],
+           [False, False, False]])
+    """
+    peak = largest(signals)
+    overflow = np.zeros(signals.shape, dtype=bool)
+    # Seven digits are left in single precision.
+    has_size = np.isclose(peak, _SENTINELS, rtol=1e-6, atol=0).any(axis=1)
+    for row in np.flatnonzero(has_size):
+        share = np.abs(signals[row]) / peak[row]
+        is_written = share > 1 - 1e-6
+        others = share[~is_written]
+        overflow[row] = is_written & (others.max(initial=0) * _OUTSTANDING < 1)
+        overflow[row] &= others.size > 0
+    return overflow
+
+
 def quality_of_outputs(
     X: NDArray[Any], outputs: Sequence[str], **options: Any
 ) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -269,9 +309,11 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
         coarse = np.nan_to_num(step / span, posinf=0.0)
     held = stays.sum(axis=1) / n_samples
     run = _longest_runs(stays)
+    overflow = is_overflow(output).mean(axis=1)
     saturates, clipped = _clipped(scaled, highest, lowest, coarse)
     checks = {
         "not finite": (not_finite > 0, not_finite),
+        "overflow": (overflow > 0, overflow),
         "constant": (span <= ROUNDING, np.ones(n_windows)),
         "held": (held > _HELD, held),
         "stuck": (

@@ -306,9 +306,22 @@ def test_shares_of_the_other_kinds():
     windows[1] = 4.0
     windows[2, :3] = np.nan
     windows[3].reshape(-1, 10)[:, :7] = 0.0
+    windows[4, :6] = -9999.0
     quality, share = signal_quality(windows, return_share=True)
-    assert quality[:4].tolist() == ["good", "constant", "not finite", "held"]
-    assert_allclose(share[:4], [0, 1, 3 / 1200, 0.6], atol=1e-3)
+    kinds = ["good", "constant", "not finite", "held", "overflow"]
+    assert quality[:5].tolist() == kinds
+    assert_allclose(share[:5], [0, 1, 3 / 1200, 0.6, 6 / 1200], atol=1e-3)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("size", [999.25, -9999, 99999, 9.9e37, -9.91e37])
+def test_only_outstanding_samples_are_an_overflow(size, dtype):
+    window = NOISE[0].astype(dtype)
+    window[500] = size
+    assert one(window) == "overflow"
+    window[700] = size / 2.9
+    assert one(window) != "overflow"
+    assert one(np.full(1200, size, dtype)) == "constant"
 
 
 def test_what_is_wrong_reaches_verdicts_with_its_share():

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...measures.quality import is_overflow
 from .formats.facts import RATE_TOLERANCE, SECONDS
 
 #: Largest factor by which a signal is interpolated on the way to its new rate.
@@ -105,8 +106,15 @@ def resampled_blocks(
             f"a recording of unknown rate cannot be resampled to {sampling_rate:g} Hz"
         )
     if not rates_agree(old_rate, sampling_rate):
+        signals = map(_without_overflow, signals)
         signals = _resampled(signals, _ratio(old_rate, sampling_rate))
     return (signal for signal in signals if signal.shape[-1])
+
+
+def _without_overflow(signal):
+    """Return a signal with NaN for an overflow, which a filter would spread unseen."""
+    of_channels = np.atleast_2d(signal)
+    return np.where(is_overflow(of_channels), np.nan, of_channels).reshape(signal.shape)
 
 
 def _resampled(signals, ratio):
@@ -124,7 +132,7 @@ def _resampled(signals, ratio):
     n_before = 0
     for signal in signals:
         if offset is None:
-            offset = signal[..., :1]
+            offset = np.nan_to_num(signal[..., :1])
             held = signal[..., :0]
         held = np.concatenate([held, signal - offset], axis=-1)
         n_new = (held.shape[-1] - n_before - reach) // q * q

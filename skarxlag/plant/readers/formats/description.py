@@ -14,11 +14,6 @@ from .contents import Channel, ContentError, Contents, choose_channels, listed
 from .facts import RATE_TOLERANCE, names_speed, names_times
 from .times import EvenTimes, TimeAxis, find_time_axis
 
-#: Magnitudes that instruments write for an overflow or a missing value, and the ratio
-#: to all other values from which they are taken for that.
-_SENTINELS = (9.9e37, 9.91e37, 999.25, 9999.0, 99999.0)
-_OUTSTANDING = 3.0
-
 
 @dataclass(frozen=True)
 class Description:
@@ -264,16 +259,6 @@ def _as_signal(name, values, start):
         )
     with np.errstate(invalid="ignore"):
         signal = np.array(values, dtype=np.float64)
-    is_missing = np.isin(np.abs(signal), _SENTINELS)
-    if is_missing.any() and not is_missing.all():
-        i = int(np.argmax(is_missing))
-        largest = float(np.max(np.abs(signal[~is_missing])))
-        if abs(signal[i]) > _OUTSTANDING * largest:
-            raise ContentError(
-                f"channel {name!r} is {signal[i]:g} at sample {start + i}, which instruments "
-                f"write for an overflow or a missing value (all others are below "
-                f"{largest:.3g}); cut the recording there"
-            )
     bad = np.flatnonzero(~np.isfinite(signal))
     if bad.size:
         raise ContentError(
