@@ -157,16 +157,9 @@ METHODS = {
 OURS = tuple(METHODS)[:3]
 WITH_BEARING = tuple(METHODS)[:1] + tuple(METHODS)[2:5]
 #: Variants of make_diagnoser with the bearing: fewer specimens, and another prior.
+ONE_SPECIMEN = "one bearing of each location"
 VARIANTS = {
-    "one bearing of each location": partial(
-        diagnoser, with_bearing=True, n_specimens=1
-    ),
-    "two bearings of each location": partial(
-        diagnoser, with_bearing=True, n_specimens=2
-    ),
-    "recorded_prior=0.1": partial(
-        diagnoser, with_bearing=True, decide__conditions__recorded_prior=0.1
-    ),
+    ONE_SPECIMEN: partial(diagnoser, with_bearing=True, n_specimens=1),
     "recorded_prior=0.9": partial(
         diagnoser, with_bearing=True, decide__conditions__recorded_prior=0.9
     ),
@@ -187,7 +180,7 @@ def lines(
             if folds_kept is not None and number not in folds_kept:
                 continue
             for method in methods:
-                if method in VARIANTS and ANOTHER_SPEED not in tests:
+                if method == ONE_SPECIMEN and SAME in tests:
                     continue
                 judge = known[method](rig, train)
                 for protocol, rows in tests.items():

@@ -155,6 +155,7 @@ TABLES = {
     "detection": Table(
         detection.lines,
         {
+            "README.md: detection overview": reports.detection_overview,
             f"{_DETECTION}": reports.detection,
             f"{_DETECTION} families": reports.missed_families,
         },
