@@ -4,8 +4,22 @@ from functools import partial
 
 from sklearn.pipeline import Pipeline
 
-from skarxlag import ARXLaguerre, ExtendedStatePIObserver, PIObserver, ThresholdLadder
-from skarxlag.plant.commands.models import DIAGNOSERS
+from skarxlag import (
+    ARXLaguerre,
+    ExtendedStatePIObserver,
+    PIObserver,
+    ThresholdLadder,
+    make_alpio,
+    make_diagnoser,
+    make_extended_state_pio,
+)
+
+#: Titles and makers of the diagnosers, in the order of the tables.
+DIAGNOSERS = {
+    "alpio": ("ALPIO", make_alpio),
+    "extended-state": ("Extended state", make_extended_state_pio),
+    "diagnoser": ("Diagnoser", make_diagnoser),
+}
 
 
 def make_single_ladder(observer, *, healthy, n_jobs=None):

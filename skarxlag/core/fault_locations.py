@@ -84,3 +84,22 @@ def check_locations(locations: Mapping[Any, str | None] | None) -> None:
     for label, location in (locations or {}).items():
         is_location = location is None or location in FAULT_LOCATIONS
         expect(is_location, f"locations[{label!r}]", location, expected)
+
+
+def expect_condition(healthy: Any, conditions: list[Any]) -> None:
+    """Refuse a healthy condition that is none of those of the training.
+
+    Examples
+    --------
+    >>> expect_condition("ok", [0, 1])
+    Traceback (most recent call last):
+        ...
+    ValueError: healthy == 'ok', expected one of the conditions in y: [0, 1]. Ensembles of
+    scikit-learn number the sorted conditions: pass the number.
+    """
+    expected = f"one of the conditions in y: {conditions}"
+    if isinstance(healthy, str) and conditions == [*range(len(conditions))]:
+        expected += (
+            ". Ensembles of scikit-learn number the sorted conditions: pass the number"
+        )
+    expect(healthy in conditions, "healthy", healthy, expected)

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from ..core.fault_locations import (
     FAULT_LOCATIONS,
     HEALTHY,
+    expect_condition,
     location_of_label,
     stated_locations,
 )
-from ..core.state import expect
 from ..core.validation import warn_user
 
 
@@ -71,8 +71,7 @@ def locate_conditions(
     stated = dict(locations or {})
     by_name = {condition: location_of_label(condition) for condition in conditions}
     if healthy is not None:
-        expected = f"one of the conditions in y: {conditions}"
-        expect(healthy in conditions, "healthy", healthy, expected)
+        expect_condition(healthy, conditions)
         stated[healthy] = HEALTHY
         # A stated healthy condition is the only one, whatever other names say.
         by_name = {

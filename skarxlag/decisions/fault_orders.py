@@ -336,7 +336,9 @@ class FaultOrderClassifier(SignalClassifier):
             judged.row_evidence = np.hstack([learned.row_evidence, by_combs])
             if "alarm" in learned:
                 judged.alarm = learned.alarm
-        judged.update(contrasts=matches.contrasts, rpm=matches.rpm)
+        judged.update(
+            contrasts=matches.contrasts, rpm=matches.rpm, comb_scores=matches.scores
+        )
         return judged
 
     join: ClassVar[Callable[..., Bunch]] = available_if(_has_conditions)(

@@ -12,7 +12,7 @@ from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
 
 from ..core.base import DocumentedEstimator
-from ..core.fault_locations import HEALTHY, location_of_label
+from ..core.fault_locations import HEALTHY, expect_condition, location_of_label
 from ..core.speeds import log_speeds
 from ..core.state import CheckedEstimator, expect, uses_fitted
 from ..core.validation import (
@@ -160,8 +160,7 @@ class ThresholdLadder(
         self.rungs_: NDArray[Any] = classes[order]
         names = classes.tolist()
         healthy = names[order[0]] if self.healthy is None else self.healthy
-        expected = f"one of the conditions in y: {names}"
-        expect(healthy in names, "healthy", healthy, expected)
+        expect_condition(healthy, names)
         self.healthy_index_: int = names.index(healthy)
         rate = self.false_alarm_rate
         is_healthy = rows_of_classes[self.healthy_index_]

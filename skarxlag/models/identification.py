@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import Bunch, check_scalar
 
 from ..core.base import ArrayTransformer, SignalEstimator
+from ..core.fault_locations import expect_condition
 from ..core.parallel import map_batches
 from ..core.state import SQUARABLE, expect, is_fitted, uses_fitted
 from ..core.validation import (
@@ -415,8 +416,7 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         """Return the windows to identify on, the name of each one's model, and the weights."""
         if self.healthy is not None:
             is_healthy = y == self.healthy
-            expected = f"one of the conditions in y: {np.unique(y)}"
-            expect(np.any(is_healthy), "healthy", self.healthy, expected)
+            expect_condition(self.healthy, np.unique(y).tolist())
             return windows[is_healthy], y[is_healthy], weights[is_healthy]
         if y is None or not self.bank:
             return windows, np.full(len(windows), _OF_ALL), weights

@@ -95,10 +95,18 @@ def save_diagnoser(
     >>> facts["sampling_rate"], bool(np.all(loaded.predict(X) == diagnoser.predict(X)))
     (20000.0, True)
     """
+    models = {"known_conditions": known_conditions, "detector": detector}
+    write_atomically(path, packed_diagnoser(diagnoser, models, facts))
+
+
+def packed_diagnoser(
+    diagnoser: Any, companions: dict[str, Any], facts: dict[str, Any]
+) -> bytes:
+    """Return the content of the file that `save_diagnoser` writes."""
     skops_io = _import_skops()
     facts |= {"skarxlag": __version__, "scikit-learn": sklearn.__version__}
     content = {"format": _FORMAT, "diagnoser": diagnoser, "facts": facts}
-    content |= {"known_conditions": known_conditions, "detector": detector}
+    content |= companions
     _check_content(content)
     content = {
         name: copy.deepcopy(value)
@@ -108,7 +116,7 @@ def save_diagnoser(
     _remove_surroundings(content)
     archive = skops_io.dumps(content)
     checked_schema(read_members(archive)[0])
-    write_atomically(path, sealed(archive))
+    return sealed(archive)
 
 
 def _import_skops():

@@ -47,6 +47,8 @@ class Judge:
         In Hz, to find mains hum. None: that of the models, if they state it.
     outputs : sequence of str, default=None
         Names of the outputs. None: "output 1" and so on.
+    bearing : BearingLike, default=None
+        Bearing of the rows, if it is not that of the diagnoser.
 
     Attributes
     ----------
@@ -87,6 +89,7 @@ class Judge:
         same_speed: bool = False,
         sampling_rate: float | None = None,
         outputs: Sequence[str] | None = None,
+        bearing: Any = None,
     ) -> None:
         self._classifier: Classifier | None = None
         self._detector: Detector | None = None
@@ -121,7 +124,10 @@ class Judge:
         healthy = healthy if conditions is None else self.conditions[0]
         self.healthy: Any = healthy if has_healthy else None
         if described is not None:
-            self._classifier = Classifier(diagnoser, self.conditions, self.healthy)
+            metadata = {} if bearing is None else {"bearing": bearing}
+            self._classifier = Classifier(
+                diagnoser, self.conditions, self.healthy, **metadata
+            )
         if known is not None:
             self._known = KnownConditions(known)
         members = (self._classifier, self._detector, self._known)

@@ -24,6 +24,7 @@ from ..kernels.evidence import (
     combined_p_value,
     effective_number,
 )
+from ..kernels.fault_orders import FAULTS, NEPER_IN_DB
 from .limits import MOST_WINDOWS, RECORDED
 from .names import UNKNOWN, Named, VerdictNames
 from .windows import WindowResults, WindowStatus
@@ -79,6 +80,8 @@ class Member:
     ----------
     model : estimator
         The model.
+    **metadata
+        Metadata of all rows, beside their speed.
 
     Attributes
     ----------
@@ -86,16 +89,18 @@ class Member:
         Description of the model.
     """
 
-    def __init__(self, model: Any) -> None:
+    def __init__(self, model: Any, **metadata: Any) -> None:
         self.described: Capabilities = capabilities(model)
         self._pipeline = as_diagnosis_pipeline(model)
+        self._metadata = metadata
 
     def _diagnose(self, X, rpm, rows):
         """Return the results of the model for some windows."""
         chosen = X if rows.all() else np.asarray(X)[rows]
-        if rpm is None or not self.described.takes_rpm:
-            return self._pipeline.diagnose(chosen)
-        return self._pipeline.diagnose(chosen, rpm=rpm[rows])
+        metadata = dict(self._metadata)
+        if rpm is not None and self.described.takes_rpm:
+            metadata["rpm"] = rpm[rows]
+        return self._pipeline.diagnose(chosen, **metadata)
 
 
 class Detector(Member):
@@ -133,6 +138,8 @@ class Classifier(Member):
         Its conditions, in the order of the columns.
     healthy : label or None
         The healthy one.
+    **metadata
+        As in `Member`.
 
     Attributes
     ----------
@@ -144,8 +151,10 @@ class Classifier(Member):
         Whether it is a classifier by combs, which `gathered` takes the mean of.
     """
 
-    def __init__(self, model: Any, conditions: list[Any], healthy: Any) -> None:
-        super().__init__(model)
+    def __init__(
+        self, model: Any, conditions: list[Any], healthy: Any, **metadata: Any
+    ) -> None:
+        super().__init__(model, **metadata)
         self.names: VerdictNames = VerdictNames(conditions, healthy, self.described)
         self.possible: list[Any] = list(conditions)
         if self.described.states_unknown:
@@ -222,6 +231,10 @@ class Classifier(Member):
         for name, title in _COLUMNS.items():
             if name in diagnosed:
                 columns[title] = for_all_windows(diagnosed[name], usable)
+        if "comb_scores" in diagnosed:
+            levels = NEPER_IN_DB * diagnosed.comb_scores
+            for fault, column in zip(FAULTS, levels.T, strict=True):
+                columns[f"dB of {fault}"] = for_all_windows(column, usable)
         self._fill_evidence(results, diagnosed, logs, usable)
         if "verdict_of_outputs" in diagnosed:
             of_outputs = for_all_windows(diagnosed.verdict_of_outputs, usable)

@@ -65,7 +65,8 @@ def window_verdicts(
         ``p-value of nearest`` condition. Of a diagnoser that has a bearing,
         ``evidence``: a sentence on the combs, and the verdict can be ``"not
         identifiable"`` or ``"no fault pattern found"``, see
-        `FaultOrderClassifier.diagnose`; if it learned conditions, too, ``probability of
+        `FaultOrderClassifier.diagnose`; ``dB of`` each fault location, the contrast of
+        its comb; if it learned conditions, too, ``probability of
         a comb``: that of a fault by combs alone, else ``p-value``, that of the
         strongest comb.
 

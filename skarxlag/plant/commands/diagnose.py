@@ -3,26 +3,20 @@
 import argparse
 import sys
 from collections.abc import Sequence
-from contextlib import nullcontext
-from dataclasses import replace
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
+from joblib import Parallel, delayed, effective_n_jobs
 
-from ..._version import __version__
 from ...core.fault_locations import NO_FINDING
 from ...core.files import write_atomically
 from ..readers.entries import ListedRecording
 from . import results
-from .arguments import refuse
+from .arguments import keywords, refuse
 from .diagnosis import Diagnosis, diagnose_file
 from .files import is_report, result_paths
-from .journal import Journal
 from .messages import Reporter, as_command_error, counted, printable, show
 from .models import RecordingModel, SavedModel, bearing_model
-from .workers import executors, run_tasks
 
 _ALARM = 3
 #: Recordings that are listed before a remark.
@@ -32,18 +26,9 @@ _MOST_NAMES = 5
 def run(args: argparse.Namespace) -> int:
     """Run the command with parsed arguments."""
     model = _model(args)
-    rows, diagnoses = diagnose(
-        args.listed,
-        model,
-        output=args.output,
-        bearing=args.bearing,
-        unit=args.unit,
-        resample=args.resample,
-        n_jobs=args.n_jobs,
-        processes=args.processes,
-        dask=args.dask,
-        reporter=Reporter(args.quiet, args.verbose),
-    )
+    reporter = Reporter(args.quiet, args.verbose)
+    options = keywords(diagnose, args) | {"model": model, "reporter": reporter}
+    rows, diagnoses = diagnose(**options | {"recordings": args.listed})
     table = results.verdict_table(rows)
     if not args.quiet:
         show(model.heading)
@@ -70,8 +55,6 @@ def diagnose(
     unit: str | None = None,
     resample: bool = False,
     n_jobs: int | None = None,
-    processes: bool = False,
-    dask: str | None = None,
     reporter: Reporter | None = None,
 ) -> tuple[pd.DataFrame, list[Diagnosis]]:
     """Diagnose recordings, and write the results.
@@ -90,8 +73,9 @@ def diagnose(
         Unit of signals whose files state none.
     resample : bool, default=False
         Whether recordings are brought to the sampling rate of the model.
-    n_jobs, processes, dask
-        As `executors` takes them.
+    n_jobs : int or None, default=None
+        Recordings that are diagnosed at a time, as in `joblib.Parallel`: by threads,
+        or within ``joblib.parallel_config`` by its workers, such as those of Dask.
     reporter : Reporter or None, default=None
         Counts the recordings. None: nobody.
 
@@ -105,24 +89,12 @@ def diagnose(
     Raises
     ------
     CommandError
-        If the results cannot be written, or no worker is left.
+        If the results cannot be written.
     """
-    settings = [model.identity, __version__, resample, unit]
-    kept = nullcontext() if output is None else Journal(output, settings)
-    with as_command_error(), kept as journal:
-        with executors(n_jobs, processes=processes, dask=dask) as workers:
-            # Each of a few recordings gets several threads.
-            n_threads = max(workers.count() // max(len(recordings), 1), 1)
-            task = partial(
-                diagnose_file,
-                load=model.load,
-                resample=resample,
-                n_threads=1 if dask or processes else n_threads,
-                unit=unit,
-            )
-            diagnoses = _diagnoses(
-                recordings, task, workers, journal, reporter or Reporter()
-            )
+    with as_command_error():
+        diagnoses = _diagnoses(
+            recordings, model, resample, unit, n_jobs, reporter or Reporter()
+        )
         rows = results.recording_rows(recordings, diagnoses, model)
         if is_report(output):
             # Other outputs do not need what draws.
@@ -136,55 +108,35 @@ def diagnose(
     return rows, diagnoses
 
 
-def _diagnoses(recordings, task, workers, journal, reporter):
-    """Return the results of a task for recordings; a journal keeps them as they come."""
-    diagnoses: list[Any] = [None] * len(recordings)
-    waiting = []
+def _diagnoses(recordings, model, resample, unit, n_jobs, reporter):
+    """Return the results of recordings; their lines are printed as they come."""
     reporter.start(len(recordings))
-
-    def finish(place, diagnosis, note=""):
-        diagnoses[place] = diagnosis
+    # Each of a few recordings gets several threads.
+    n_threads = max(effective_n_jobs(n_jobs) // max(len(recordings), 1), 1)
+    results = Parallel(n_jobs, prefer="threads", return_as="generator")(
+        delayed(diagnose_file)(recording, model.load, resample, n_threads, unit)
+        for recording in recordings
+    )
+    diagnoses = []
+    for recording, diagnosis in zip(recordings, results, strict=True):
+        diagnoses.append(diagnosis)
         verdict = diagnosis.error or diagnosis.verdict["verdict"]
-        reporter.step(f"{recordings[place].name}: {verdict}{note}", diagnosis.details())
-
-    # Missing files are reported before the first file is read.
-    for place, recording in enumerate(recordings):
-        if not recording.path.is_file():
-            finish(place, Diagnosis.failed(recording, "no such file"))
-            continue
-        earlier = None if journal is None else journal.result(recording)
-        if earlier is None:
-            waiting.append(place)
-        else:
-            finish(place, earlier, " (from an earlier run)")
-    # A worker of a cluster may run in another folder.
-    tasks = [
-        partial(task, replace(recordings[i], path=recordings[i].path.absolute()))
-        for i in waiting
-    ]
-    for number, outcome in run_tasks(tasks, workers):
-        place = waiting[number]
-        diagnosis = _checked(recordings[place], outcome)
-        if journal is not None:
-            journal.add(recordings[place], diagnosis)
-        finish(place, diagnosis)
+        reporter.step(f"{recording.name}: {verdict}", diagnosis.details())
     return diagnoses
-
-
-def _checked(recording, outcome):
-    """Return the result of a worker, or that the recording failed if it is none."""
-    if isinstance(outcome, Diagnosis) and outcome.is_whole:
-        return outcome
-    if not isinstance(outcome, Exception):
-        outcome = f"a worker returned a {type(outcome).__name__} that is no result"
-    return Diagnosis.failed(recording, outcome)
 
 
 def _model(args):
     """Load the model and check that the other arguments fit it."""
     if args.model is None:
         return bearing_model(args.bearing)
-    model = SavedModel(args.model)
+    model = SavedModel(args.model, args.bearing)
+    if not model.takes_bearing and not is_report(args.output):
+        refuse(
+            args,
+            ["bearing"],
+            f"{args.model} was fitted without one, so it can only mark lines in a "
+            "report, -o FILE.html",
+        )
     if model.healthy is None:
         refuse(
             args, ["fail_on"], f"{args.model} does not state which condition is healthy"
@@ -195,16 +147,19 @@ def _model(args):
 
 
 def _remarks(rows, diagnoses):
-    """Yield each remark once, with the recordings that it is about."""
+    """Yield the remarks, each once, behind the recordings that they are about."""
     remarks = [diagnosis.remarks for diagnosis in diagnoses]
     remarks = pd.Series(remarks, rows["recording"]).explode().dropna()
+    of_recordings: dict[str, list[str]] = {}
     for remark, about in remarks.groupby(remarks, sort=False):
         recordings = ", ".join(about.index)
         if 1 < len(rows) == len(about):
             recordings = "All recordings"
         elif len(about) > _MOST_NAMES:
             recordings = f"{len(about)} recordings"
-        yield f"{recordings}: {remark}"
+        of_recordings.setdefault(recordings, []).append(remark)
+    for recordings, sentences in of_recordings.items():
+        yield f"{recordings}: {' '.join(sentences)}"
 
 
 def _agreement(rows, model):

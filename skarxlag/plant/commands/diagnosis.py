@@ -25,10 +25,7 @@ from .models import RecordingModel
 from .remarks import recording_remarks
 from .stated_speeds import speed_remark
 from .training_facts import why_no_limits
-from .workers import cancelled
 
-#: Entries of the verdict on a recording that the commands need.
-_ENTRIES = {"verdict", "probability", "alarm", "windows"}
 #: Entry of the column ``alarm`` if a stated fact differs from all training.
 NOT_VALID = "not valid here"
 #: Units of acceleration, in m/s2.
@@ -79,18 +76,6 @@ class Diagnosis:
             {"verdict": no_verdict(reason)}, None, error=" ".join(reason.split())
         )
 
-    @property
-    def is_whole(self) -> bool:
-        """Return whether it holds an error, or a verdict and its windows."""
-        if self.error is not None:
-            return isinstance(self.error, str)
-        is_table = isinstance(self.windows, pd.DataFrame) and not self.windows.empty
-        return (
-            is_table
-            and isinstance(self.verdict, dict)
-            and self.verdict.keys() >= _ENTRIES
-        )
-
     def details(self) -> str:
         """Return details for --verbose: windows, alarm, and verdicts of several outputs."""
         shown = [
@@ -113,6 +98,8 @@ def diagnose_file(
     Errors are stored in the result, not raised.
     """
     try:
+        if not recording.path.is_file():
+            return Diagnosis.failed(recording, "no such file")
         before = file_state(recording)
         with parallel_config("threading", n_jobs=n_threads):
             diagnosis = diagnose_recording(load(), recording, resample, unit)
@@ -182,8 +169,6 @@ def diagnose_recording(
     levels = []
     velocities = []
     for block in row_blocks(model, opened):
-        if cancelled.is_set():
-            raise KeyboardInterrupt
         if judge is None:
             judge = model.judge_of(block.X[0], block.rpm, opened.sampling_rate)
         starts.append(block.start)
@@ -203,13 +188,15 @@ def diagnose_recording(
         windows.insert(1, "rpm", np.concatenate(mean_speeds))
     for name in ("rms", "peak", "crest_factor"):
         windows[name] = np.concatenate([getattr(each, name) for each in levels])
-    reason = why_no_limits(model.facts, recording)
+    reason = why_no_limits(model.facts, recording, model.other_bearing)
     if reason:
         _remove_alarms(windows, reason, model)
     verdict = judge.recording(windows, evidence)
     if reason and judge.limits.exist:
         verdict["alarm"] = NOT_VALID
     verdict |= _levels_of_recording(windows, velocities, unit)
+    combs = windows.filter(like="dB of ").mean()
+    verdict |= {f"{name} comb": level for name, level in combs.items()}
     remarks = [remark] if remark else []
     remarks += recording_remarks(model, opened, recording, windows, verdict)
     return Diagnosis(verdict, windows, opened.sampling_rate, remarks)

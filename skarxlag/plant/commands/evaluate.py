@@ -19,7 +19,6 @@ from sklearn.preprocessing import FunctionTransformer, scale
 from ... import diagnosers
 from ...core.validation import output_of_windows
 from ...datasets import load_public_rig, simulate_rig
-from ...datasets.frames import FACTS
 from ...decisions.fusion import SensorFusion
 from ...kernels.speed_references import group_speeds
 from ...model_selection import (
@@ -30,10 +29,10 @@ from ...model_selection import (
     protocol_splits,
 )
 from ..readers.entries import ListedRecording
-from ..readers.rows import speeds_of_samples
+from .arguments import keywords
 from .evaluation_report import save_results, summary_text
-from .fit_rows import training_rows
 from .messages import Reporter, UsageError, as_command_error, listed
+from .training_rows import training_rows
 
 #: Crack sizes of the simulated rig, and the speed of its calibration.
 _CRACKS_MM = (3.0, 6.0)
@@ -89,38 +88,15 @@ class Case:
 def run(args: argparse.Namespace) -> int:
     """Run the command with parsed arguments."""
     with as_command_error():
-        if args.table is not None:
-            cases = [
-                table_case(
-                    args.table,
-                    args.listed,
-                    bearing=args.bearing,
-                    window_length=args.window_length,
-                    outputs=args.outputs,
-                    quiet=args.quiet,
-                )
-            ]
-        elif args.dataset is not None:
-            cases = [
-                public_case(
-                    args.dataset,
-                    data_home=args.data_home,
-                    channel=args.channel,
-                    where=args.where,
-                    train_rpm=args.train_rpm,
-                    window_length=args.window_length,
-                )
-            ]
-        else:
-            cases = list(
-                simulated_cases(
-                    n_samples=args.n_samples,
-                    train_rpm=args.train_rpm,
-                    window_length=args.window_length,
-                )
-            )
-        n_fits = sum(len(case.methods) * len(case.splits) for case in cases)
         reporter = Reporter(quiet=args.quiet)
+        if args.table is not None:
+            options = keywords(table_case, args) | {"reporter": reporter}
+            cases = [table_case(recordings=args.listed, **options)]
+        elif args.dataset is not None:
+            cases = [public_case(args.dataset, **keywords(public_case, args))]
+        else:
+            cases = list(simulated_cases(**keywords(simulated_cases, args)))
+        n_fits = sum(len(case.methods) * len(case.splits) for case in cases)
         done = 0
 
         def note(name, n_rows):
@@ -299,7 +275,7 @@ def table_case(
     bearing: str | None = None,
     window_length: int | None = None,
     outputs: int | None = None,
-    quiet: bool = False,
+    reporter: Reporter | None = None,
 ) -> Case:
     """Return the case of the recordings of a table: what ``skarxlag fit`` would save.
 
@@ -319,39 +295,33 @@ def table_case(
         Samples in a window. None: rows as long as the recordings allow.
     outputs : int or None, default=None
         Channels that are sensors.
-    quiet : bool, default=False
-        Whether to print no progress.
+    reporter : Reporter or None, default=None
+        Counts the recordings that are read.
 
     Raises
     ------
     UsageError
         If the table lacks speeds or conditions, or if none can be left out.
     """
-    rig, unit = training_rows(
-        recordings, table, window_length=window_length, reporter=Reporter(quiet=quiet)
+    rows = training_rows(
+        recordings, table, window_length=window_length, reporter=reporter
     )
-    if rig.target is None or rig.rpm is None:
+    facts = rows.facts
+    if not {"condition", "rpm"} <= {*facts}:
         raise UsageError(f"{table}: needs the columns condition and rpm")
-    speeds, errors = speeds_of_samples(rig)
-    facts = pd.DataFrame(
-        {name: rig[name] for name in FACTS if rig.get(name) is not None}
-    )
-    if rig.profiles:
-        # Recordings of varying speed are left out by their mean speed.
-        mean = facts["rpm"].groupby(facts["recording"]).transform("mean")
-        log_speeds, group = group_speeds(np.log(mean.to_numpy()))
-        facts["rpm"] = np.exp(log_speeds).round(1)[group]
+    rows = rows.with_signal(table, outputs or 1)
+    facts = rows.facts
+    # Recordings of varying speed are left out by their mean speed.
+    rpm = facts.get("mean_rpm", facts["rpm"])
+    log_speeds, group = group_speeds(np.log(rpm.to_numpy()))
+    facts = facts.assign(rpm=np.exp(log_speeds).round(1)[group])
     sentences = []
-    if "campaign" in rig.further:
-        facts["campaign"] = rig.further["campaign"].loc[rig.recording].to_numpy(str)
-    else:
+    if "campaign" not in facts:
         sentences.append(
             "The table has no column campaign. If nothing was remounted between "
             "training and test, the shares may be too high."
         )
-    is_usable = errors == ""
-    X, y, speeds = rig.data[is_usable], rig.target[is_usable], speeds[is_usable]
-    facts = facts[is_usable].reset_index(drop=True)
+    X, y = rows.X, rows.y
     splits, unmeasured = protocol_splits(y, facts, window_length=X.shape[-1])
     if not splits or len(set(y)) < 2:
         conditions = ", ".join(map(str, sorted(set(y))))
@@ -360,8 +330,8 @@ def table_case(
             f"{table}: conditions {conditions} at {listed(np.unique(facts['rpm']))} rpm; "
             f"expected at least two of each, and that one can be left out. {why}"
         )
-    rate = float(rig.sampling_rate)
-    options = {"sampling_rate": rate} if unit == "stretches" else {}
+    rate = rows.sampling_rate
+    options = {"sampling_rate": rate} if rows.word == "stretches" else {}
     if bearing is not None:
         options = {"sampling_rate": rate, "bearing": bearing}
     diagnoser = diagnosers.make_diagnoser(**options)
@@ -372,7 +342,7 @@ def table_case(
         RECOMMENDED: diagnoser,
         PEER: make_pipeline(spectra, LinearDiscriminantAnalysis()),
     }
-    params = {"rpm": speeds, "specimen": facts.get("specimen", pd.Series(y)).to_numpy()}
+    params = {"specimen": y} | rows.metadata
     return Case(
         str(table),
         "",

@@ -1,7 +1,6 @@
-"""Results of `evaluate`: a summary in a few lines, tables, and matrices as a picture."""
+"""Results of `evaluate`: a summary in a few lines, and tables."""
 
 import re
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +61,7 @@ def summary_text(results: list[Result], recommended: str) -> str:
         table.rename_axis(None).to_string(),
         "",
         _advice(shares, recommended),
+        *_error_rates(results, recommended),
         *dict.fromkeys(text for each, _, _ in results for text in each.sentences),
     ]
     return "\n".join(lines)
@@ -92,6 +92,23 @@ def _advice(shares, recommended):
     )
 
 
+def _error_rates(results, recommended):
+    """Yield the false alarms and the missed faults of a method in each protocol."""
+    for case, _, summary in results:
+        hours = case.X.shape[-1] / case.sampling_rate / 3600
+        for protocol in summary.index.unique("protocol"):
+            rates = summary.loc[(protocol, recommended), ["false alarms", "missed"]]
+            if rates.isna().any():
+                continue
+            false, missed = rates
+            test = ", ".join(filter(None, [PROTOCOLS[protocol], case.part]))
+            yield (
+                f"{test}: {recommended} calls {false:.1f} % of healthy rows faulty "
+                f"({false / 100 / hours:.3g} an hour), and misses {missed:.1f} % of the "
+                "rows of faults."
+            )
+
+
 def save_results(results: list[Result], text: str, folder: Path) -> str:
     """Write verdicts, summaries and matrices of all cases, and return a sentence on them.
 
@@ -105,18 +122,13 @@ def save_results(results: list[Result], text: str, folder: Path) -> str:
     for case, verdicts, summary in results:
         stem = _stem(case)
         tables = {"verdicts": verdicts.set_index("row"), "summary": summary}
-        for name, matrix in _matrices(case, verdicts).items():
+        for name, matrix in _matrices(case, verdicts):
             tables[f"confusion_{_plain(name)}"] = matrix
         for name, table in tables.items():
             content = csv_of(table, index=True, float_format="%.6g").encode()
             write_atomically(folder / f"{stem}_{name}.csv", content)
-        if find_spec("matplotlib") is not None:
-            _draw(case, verdicts, folder / f"{stem}_confusion.png")
     write_atomically(folder / "report.txt", (text + "\n").encode())
-    where = f"Tables are in {folder.resolve()}"
-    if find_spec("matplotlib") is None:
-        return f"{where}. Pictures need matplotlib: pip install 'skarxlag[plot]'."
-    return f"{where}, with the confusion matrices as pictures."
+    return f"Tables are in {folder.resolve()}."
 
 
 def _stem(case):
@@ -128,44 +140,10 @@ def _plain(name):
     return re.sub(r"[^a-z0-9]+", "_", name.partition(",")[0].lower()).strip("_")
 
 
-def _shown(case, verdicts):
-    """Return the verdicts of the first protocol, and the conditions."""
-    first = verdicts["protocol"].iloc[0]
-    return verdicts[verdicts["protocol"] == first], list(dict.fromkeys(case.y.tolist()))
-
-
 def _matrices(case, verdicts):
-    shown, conditions = _shown(case, verdicts)
-    matrices = {}
+    """Return the confusion matrix of each method, in the first protocol."""
+    conditions = list(dict.fromkeys(case.y.tolist()))
+    shown = verdicts[verdicts["protocol"] == verdicts["protocol"].iloc[0]]
     for name, of_method in shown.groupby("estimator"):
         counts = pd.crosstab(of_method["true"], of_method["predicted"])
-        matrices[name] = counts.reindex(conditions, fill_value=0).reindex(
-            conditions, axis=1, fill_value=0
-        )
-    return matrices
-
-
-def _draw(case, verdicts, path):
-    from matplotlib.figure import Figure
-    from sklearn.metrics import ConfusionMatrixDisplay
-
-    shown, conditions = _shown(case, verdicts)
-    figure = Figure(figsize=(4.6 * len(case.methods), 4.8), layout="constrained")
-    protocol = PROTOCOLS[shown["protocol"].iloc[0]]
-    figure.suptitle(" ".join([case.title, case.part]).strip() + f": {protocol}")
-    axes = figure.subplots(1, len(case.methods), sharey=True, squeeze=False)[0]
-    for ax, name in zip(axes, case.methods, strict=True):
-        of_method = shown[shown["estimator"] == name]
-        ConfusionMatrixDisplay.from_predictions(
-            of_method["true"],
-            of_method["predicted"],
-            labels=conditions,
-            normalize="true",
-            values_format=".0%",
-            xticks_rotation="vertical",
-            colorbar=False,
-            cmap="Blues",
-            ax=ax,
-        )
-        ax.set_title(name, fontsize="medium")
-    figure.savefig(path, dpi=120)
+        yield name, counts.reindex(conditions, columns=conditions, fill_value=0)

@@ -5,117 +5,42 @@ import warnings
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from joblib import parallel_config
-from numpy.typing import NDArray
-from sklearn.utils import Bunch
 
 from ...core.capabilities import capabilities, requests
-from ...core.speeds import LEAST_REVOLUTIONS
+from ...core.fault_locations import HEALTHY, location_of_label
+from ...core.files import write_atomically
 from ...decisions.fusion import SensorFusion
 from ...diagnosers import make_detector, make_diagnoser, make_known_conditions
-from ...persistence.models import save_diagnoser
+from ...kernels.speed_references import group_speeds
+from ...persistence.models import packed_diagnoser
 from ..readers.entries import ListedRecording
-from ..readers.rows import speeds_of_samples
+from .arguments import keywords
 from .channels import Channels, fitted_channels, units_of
-from .fit_conditions import (
-    healthy_condition,
-    kind_of,
-    recordings_at_speeds,
-    rows_at_speeds,
-    speeds_of_training,
+from .error_rates import ErrorRates
+from .messages import (
+    CommandError,
+    Reporter,
+    UsageError,
+    as_command_error,
+    listed,
+    show,
 )
-from .fit_rows import REVOLUTIONS, SECONDS, training_rows
-from .messages import Reporter, as_command_error, counted, show
-from .models import DIAGNOSERS
-from .refused_rows import (
-    check_speeds_of_recordings,
-    leave_out_silent,
-    why_no_orders,
-    why_windows,
-)
+from .remarks import why_no_orders
 from .results import file_name
-from .training_facts import (
-    facts_of_training,
-    false_alarm_events,
-    false_alarm_sentence,
-)
-
-
-class TrainingRows(NamedTuple):
-    """Rows of the recordings that are used for training.
-
-    Attributes
-    ----------
-    rig : Bunch
-        All rows, as `cut_recordings` returns them, without their samples.
-    chosen : ndarray of bool
-        Which of them are used.
-    X : ndarray of shape (n_rows, ...)
-        Samples of those.
-    y : ndarray of shape (n_rows,)
-        Their conditions.
-    metadata : dict
-        Their speeds and specimens, by the parameters of `fit`, if they are stated.
-    word : str
-        Word for the rows: windows or stretches.
-    kind : str
-        Kind of the diagnoser.
-    healthy : str or None
-        The healthy condition; None if there is none.
-    reason : str
-        Why it is that one.
-    notes : list of str
-        Reports of rows that cannot be used.
-    """
-
-    rig: Bunch
-    chosen: NDArray[np.bool_]
-    X: NDArray[Any]
-    y: NDArray[Any]
-    metadata: dict[str, Any]
-    word: str
-    kind: str
-    healthy: str | None
-    reason: str
-    notes: list[str]
-
-    @property
-    def slowest(self) -> float | None:
-        """Slowest speed; None if none is stated."""
-        rpm = self.metadata.get("rpm")
-        return None if rpm is None else rpm.min()
-
-    @property
-    def seconds(self) -> float:
-        """Length of a row."""
-        return self.X.shape[-1] / float(self.rig.sampling_rate)
+from .training_facts import facts_of_training
+from .training_rows import training_rows
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command with parsed arguments."""
-    lines = fit(
-        args.listed,
-        args.output,
-        source=args.table,
-        diagnoser=args.diagnoser,
-        bearing=args.bearing,
-        healthy=args.healthy,
-        train_rpm=args.train_rpm,
-        false_alarm_rate=args.false_alarm_rate,
-        outputs=args.outputs,
-        fixed_gain=args.fixed_gain,
-        window_length=args.window_length,
-        hop=args.hop,
-        max_windows=args.max_windows,
-        resample_to=args.resample_to,
-        n_jobs=args.n_jobs,
-        reporter=Reporter(args.quiet, args.verbose),
-    )
-    show(*lines)
+    reporter = Reporter(args.quiet, args.verbose)
+    options = keywords(fit, args)
+    show(*fit(args.listed, source=args.table, reporter=reporter, **options))
     return 0
 
 
@@ -132,8 +57,6 @@ def fit(
     outputs: int | None = None,
     fixed_gain: bool = False,
     window_length: int | None = None,
-    hop: int | None = None,
-    max_windows: int | None = None,
     resample_to: float | None = None,
     n_jobs: int | None = None,
     reporter: Reporter | None = None,
@@ -149,7 +72,7 @@ def fit(
     source : path-like, default="recordings"
         Named in messages.
     diagnoser, bearing, healthy, false_alarm_rate, outputs, fixed_gain, window_length, \
-hop, max_windows, resample_to, n_jobs
+resample_to, n_jobs
         As in ``skarxlag fit``.
     train_rpm : tuple of two floats or None, default=None
         Lowest and highest speed. None: all recordings.
@@ -167,124 +90,190 @@ hop, max_windows, resample_to, n_jobs
         If the recordings cannot be read or used.
     """
     reporter = reporter or Reporter()
-    kind = kind_of(list(recordings), diagnoser, bearing, healthy)
-    recordings = recordings_at_speeds(list(recordings), train_rpm)
-    rig, word = training_rows(
+    diagnoser = _kind(recordings, diagnoser, bearing, healthy)
+    recordings = _recordings_at_speeds(recordings, train_rpm)
+    rows = training_rows(
         recordings,
         source,
-        kind=kind,
+        kind=diagnoser,
         window_length=window_length,
-        hop=hop,
-        max_windows=max_windows,
         resample_to=resample_to,
         reporter=reporter,
     )
-    if not any(recording.specimen for recording in recordings):
-        rig.specimen = None
-    rows = _chosen_rows(rig, word, source, kind, bearing, healthy, train_rpm, outputs)
+    kind = diagnoser or ("stretches" if rows.word == "stretches" else "diagnoser")
+    rows = _rows_at_speeds(rows, source, train_rpm)
+    if bearing is not None and rows.speeds is None:
+        raise CommandError(
+            f"{source}: no speed is stated; expected a column rpm, or --rpm"
+        )
+    if "condition" not in rows.facts and (kind == "detector" or bearing is not None):
+        rows.facts["condition"] = HEALTHY
+    may_be_one = kind == "detector" or bearing is not None
+    healthy, reason = _healthy_condition(rows, source, kind, healthy, may_be_one)
+    if kind == "detector":
+        rows = rows.where(rows.y == healthy)
+    rows = rows.with_signal(source, outputs or 1)
     reporter.line(f"{len(rows.X)} {rows.word}: fitting")
     with as_command_error(), parallel_config("threading", n_jobs=n_jobs):
         detector = make_detector(
             false_alarm_rate=false_alarm_rate, fixed_gain=fixed_gain
         )
         main = detector
-        if rows.kind != "detector":
-            main = _diagnoser(rows, bearing, false_alarm_rate)
-        models, notes = _fitted(rows, main, detector, outputs)
+        if kind != "detector":
+            main = _diagnoser(rows, kind, bearing, healthy, false_alarm_rate)
+        models, notes = _fitted(rows, main, detector, healthy, outputs)
         # Locations of faults that no recording shows are conditions, too.
-        conditions = capabilities(models["diagnoser"]).conditions or [rows.healthy]
-        conditions = sorted(conditions, key=lambda name: name != rows.healthy)
+        fitted = models.pop("diagnoser")
+        conditions = capabilities(fitted).conditions or [healthy]
+        conditions = sorted(conditions, key=lambda name: name != healthy)
         counts = _counts(conditions, rows)
-        n_events = _events(rows, detector) if outputs is None else None
-        used = {*rows.rig.recording[rows.chosen]}
-        save_diagnoser(
-            models["diagnoser"],
-            output,
-            **{name: models[name] for name in models if name != "diagnoser"},
-            **fitted_channels(recordings, rows.rig.channels),
-            **facts_of_training(each for each in recordings if each.name in used),
-            diagnoser=rows.kind,
-            rows=rows.word,
-            conditions=conditions,
-            healthy=rows.healthy,
-            train_rpm=speeds_of_training(rows.rig, rows.chosen),
-            sampling_rate=float(rows.rig.sampling_rate),
-            n_channels=1 if rows.X.ndim == 2 else rows.X.shape[1],
-            window_length=rows.X.shape[-1],
-            n_windows=counts[rows.word].tolist(),
-            n_recordings=counts["recordings"].tolist(),
-            false_alarm_rate=false_alarm_rate,
-            false_alarm_events=n_events,
-            bearing=bearing,
-            training_files=sorted(
-                file_name(each, each.path.stat().st_size)
-                for each in recordings
-                if each.name in used
+        rates = None
+        if outputs is None and healthy is not None:
+            rates = ErrorRates.measured(detector, rows, healthy)
+        used = [
+            each for each in recordings if each.name in set(rows.facts["recording"])
+        ]
+        facts = {
+            **fitted_channels(recordings, rows.channels),
+            **facts_of_training(used),
+            "diagnoser": kind,
+            "rows": rows.word,
+            "conditions": conditions,
+            "healthy": healthy,
+            "train_rpm": _training_speeds(rows),
+            "sampling_rate": rows.sampling_rate,
+            "n_channels": 1 if rows.X.ndim == 2 else rows.X.shape[1],
+            "window_length": rows.X.shape[-1],
+            "n_windows": counts[rows.word].tolist(),
+            "n_recordings": counts["recordings"].tolist(),
+            "false_alarm_rate": false_alarm_rate,
+            "error_counts": None if rates is None else list(rates),
+            "bearing": bearing,
+            "training_files": sorted(
+                file_name(each, each.path.stat().st_size) for each in used
             ),
-            saved=datetime.now(UTC).strftime("%Y-%m-%d"),
-        )
-    has_options = window_length or hop or max_windows or diagnoser in DIAGNOSERS
-    return [
-        rows.rig.DESCR,
+            "saved": datetime.now(UTC).strftime("%Y-%m-%d"),
+        }
+        # The output is resolved and checked; a link that was made since is replaced.
+        content = packed_diagnoser(fitted, models, facts)
+        write_atomically(output, content, follows_links=False)
+    lines = [
         *rows.notes,
         _size(rows),
         counts.to_string(),
-        f"Healthy: {rows.healthy or 'none'} ({rows.reason})",
-        *_channel_notes(rows.rig.channels, outputs or 1),
+        f"Healthy: {healthy or 'none'} ({reason})",
+        *_channel_notes(rows.channels, outputs or 1),
         *dict.fromkeys(notes),
-        *_row_notes(rows, has_options),
-        *_limit_lines(rows, models, false_alarm_rate, n_events),
-        f"Saved {rows.kind} to {output}",
     ]
-
-
-def _chosen_rows(rig, word, source, kind, bearing, healthy, train_rpm, outputs):
-    """Choose the rows that can be used."""
-    check_speeds_of_recordings(source, rig)
-    kind = kind or ("stretches" if word == "stretches" else "diagnoser")
-    chosen = rows_at_speeds(rig, source, train_rpm)
-    least_revolutions = LEAST_REVOLUTIONS if word == "stretches" else 0
-    speeds, errors = speeds_of_samples(rig, least_revolutions)
-    chosen &= errors == ""
-    healthy, reason = healthy_condition(rig, chosen, source, kind, bearing, healthy)
-    if kind == "detector":
-        chosen &= rig.target == healthy
-    chosen, notes = leave_out_silent(source, rig, word, chosen, outputs or 1)
-    refused = errors[errors != ""]
-    if len(refused):
-        n_refused = counted(len(refused), word.removesuffix("s"))
-        notes = [f"{n_refused} left out: {refused[0]}", *notes]
-    # The windows may take half of the memory, so they are not copied without need.
-    X = rig.pop("data")
-    X = X if chosen.all() else X[chosen]
-    metadata = {}
-    if speeds is not None:
-        metadata["rpm"] = speeds[chosen]
-    if rig.specimen is not None:
-        metadata["specimen"] = rig.specimen[chosen]
-    y = rig.target[chosen]
-    return TrainingRows(rig, chosen, X, y, metadata, word, kind, healthy, reason, notes)
-
-
-def _diagnoser(rows, bearing, false_alarm_rate):
-    """Return a diagnoser that is not fitted yet."""
-    if rows.kind == "stretches":
-        rate = float(rows.rig.sampling_rate)
-        model = make_diagnoser(
-            sampling_rate=rate, bearing=bearing, healthy=rows.healthy
+    slowest = None if rows.speeds is None else rows.speeds.min()
+    too_short = why_no_orders(rows.X.shape[-1], rows.sampling_rate, slowest)
+    if kind == "stretches" and too_short:
+        lines.append(f"Note: {too_short}")
+    if healthy is not None:
+        limits = capabilities(models.get("detector", fitted)).limits
+        lines.append(
+            f"Limits for a false-alarm rate of {false_alarm_rate:g} from {limits}"
         )
-    else:
-        model = DIAGNOSERS[rows.kind][1](healthy=rows.healthy)
+    if rates is not None:
+        lines += rates.sentences(false_alarm_rate, rows.seconds, rows.word)
+    return [*lines, f"Saved {kind} to {output}"]
+
+
+def _kind(recordings, kind, bearing, healthy):
+    """Return the kind of diagnoser if it is stated, or the recordings determine it."""
+    present = {recording.condition for recording in recordings}
+    only = present.pop() if len(present) == 1 else None
+    if bearing is not None:
+        if kind not in (None, "stretches"):
+            raise UsageError(
+                "argument --bearing: belongs to --diagnoser stretches, not to "
+                f"--diagnoser {kind}"
+            )
+        return "stretches"
+    is_healthy = only == healthy
+    if healthy is None:
+        is_healthy = location_of_label(only) == HEALTHY
+    return "detector" if kind is None and only is not None and is_healthy else kind
+
+
+def _recordings_at_speeds(recordings, train_rpm):
+    """Leave out recordings with a stated speed outside a range, before they are read."""
+    low, high = train_rpm or (0.0, np.inf)
+    near = [each for each in recordings if low <= (each.rpm or low) <= high]
+    return near or recordings
+
+
+def _rows_at_speeds(rows, source, train_rpm):
+    """Return the rows within a range of speeds."""
+    if train_rpm is None:
+        return rows
+    low, high = train_rpm
+    rpm = rows.facts.get("rpm", pd.Series(np.nan, rows.facts.index))
+    is_near = rpm.between(low, high).to_numpy()
+    if not is_near.any():
+        is_known = rpm.notna().all()
+        stated = listed(np.unique(rpm)) if is_known else "no column rpm"
+        raise UsageError(
+            f"argument --train-rpm: {low:g} to {high:g} holds no speed of "
+            f"{source}: {stated}"
+        )
+    return rows.where(is_near)
+
+
+def _training_speeds(rows):
+    """Return the different speeds of rows; varying ones are grouped."""
+    if rows.speeds is None:
+        return None
+    rpm = np.unique(rows.facts["rpm"])
+    if "mean_rpm" in rows.facts:
+        rpm = np.exp(group_speeds(np.log(rpm))[0]).round(1)
+    return rpm.tolist()
+
+
+def _healthy_condition(rows, source, kind, healthy, may_be_one):
+    """Return the healthy condition, or None if there is none, and why it is that one."""
+    present = []
+    if "condition" in rows.facts:
+        present = rows.facts["condition"].unique().tolist()
+    if len(present) < 2 and not may_be_one:
+        raise CommandError(
+            f"{source}: conditions {', '.join(present) or 'not stated'}; expected "
+            "two or more, by a column condition or --pattern; with healthy recordings "
+            "only, use --diagnoser detector"
+        )
+    named_healthy = [name for name in present if location_of_label(name) == HEALTHY]
+    if healthy in present:
+        return healthy, "--healthy"
+    if healthy == "none" and kind != "detector":
+        return None, "--healthy"
+    if healthy is None and len(present) == 1:
+        return present[0], "the only condition"
+    if healthy is None and len(named_healthy) == 1:
+        return named_healthy[0], "by its name; --healthy names another"
+    problem = "needed, because the names do not show it"
+    if healthy:
+        problem = repr(healthy)
+    none = "" if kind == "detector" else "; or --healthy none"
+    raise UsageError(
+        f"argument --healthy: {problem}, expected a condition of {source}: "
+        f"{', '.join(present)}{none}"
+    )
+
+
+def _diagnoser(rows, kind, bearing, healthy, false_alarm_rate):
+    """Return a diagnoser that is not fitted yet."""
+    rate = rows.sampling_rate if kind == "stretches" else None
+    model = make_diagnoser(sampling_rate=rate, bearing=bearing, healthy=healthy)
     rates = [name for name in model.get_params() if name.endswith("__false_alarm_rate")]
     return model.set_params(**dict.fromkeys(rates, false_alarm_rate))
 
 
-def _fitted(rows, main, detector, outputs):
+def _fitted(rows, main, detector, healthy, outputs):
     """Return the fitted models by their names in the file, and notes on them."""
+    if main is detector:
+        main = _of_outputs(main, outputs)
+        return {"diagnoser": main}, _fit_quietly(main, rows.X, None, rows.metadata)
     main = _of_outputs(main, outputs)
-    if rows.kind == "detector":
-        notes = _fit_quietly(main, rows.X, None, rows.metadata)
-        return {"diagnoser": main}, notes
     notes = _fit_quietly(main, rows.X, rows.y, rows.metadata)
     models = {"diagnoser": main}
     if len(set(rows.y)) > 1:
@@ -298,11 +287,11 @@ def _fitted(rows, main, detector, outputs):
             models["known_conditions"] = known
         except ValueError as error:
             notes.append(f"The verdict 'unknown condition' is not possible: {error}")
-    if rows.healthy is not None:
+    if healthy is not None:
         companion = _of_outputs(detector, outputs)
-        X, _, metadata = _healthy_rows(rows)
+        of_healthy = rows.where(rows.y == healthy)
         try:
-            notes += _fit_quietly(companion, X, None, metadata)
+            notes += _fit_quietly(companion, of_healthy.X, None, of_healthy.metadata)
             models["detector"] = companion
         except ValueError as error:
             notes.append(f"No healthy limits: {error}")
@@ -314,13 +303,6 @@ def _of_outputs(model, outputs):
     if outputs is None:
         return model
     return SensorFusion(estimator=model, n_outputs=outputs)
-
-
-def _healthy_rows(rows):
-    """Return the healthy rows, their recordings and their metadata."""
-    is_healthy = rows.y == rows.healthy
-    metadata = {name: values[is_healthy] for name, values in rows.metadata.items()}
-    return rows.X[is_healthy], rows.rig.recording[rows.chosen][is_healthy], metadata
 
 
 def _fit_quietly(model, X, y, metadata):
@@ -337,90 +319,38 @@ def _fit_quietly(model, X, y, metadata):
     return [f"Note: {warning.message}" for warning in warned]
 
 
-def _events(rows, detector):
-    """Return the false alarms on left-out blocks of the healthy rows; None if they are too few."""
-    if rows.healthy is None:
-        return None
-    X, recording, metadata = _healthy_rows(rows)
-    speeds = {name: metadata[name] for name in metadata if name == "rpm"}
-    with warnings.catch_warnings(action="ignore"):
-        try:
-            return false_alarm_events(detector, X, recording, speeds)
-        except ValueError:
-            return None
-
-
 def _counts(conditions, rows):
     """Return a table of recordings and rows, and specimens if stated, of each condition."""
-    recording = pd.Series(rows.rig.recording[rows.chosen])
-    counts = recording.groupby(rows.y).agg(["nunique", "count"])
-    counts = counts.reindex(conditions, fill_value=0)
+    of_condition = rows.facts.groupby(rows.y)
+    counts = of_condition["recording"].agg(["nunique", "count"])
     counts = counts.set_axis(["recordings", rows.word], axis=1)
-    if "specimen" in rows.metadata:
-        specimen = pd.Series(rows.metadata["specimen"])
-        n_specimens = specimen.groupby(rows.y).nunique()
-        counts.insert(0, "specimens", n_specimens.reindex(conditions, fill_value=0))
-    return counts
+    if "specimen" in rows.facts:
+        counts.insert(0, "specimens", of_condition["specimen"].nunique())
+    return counts.reindex(conditions, fill_value=0)
 
 
 def _size(rows):
     """Describe a row in samples, seconds and, if a speed is stated, revolutions."""
     size = (
         f"{rows.word.capitalize()} of {rows.X.shape[-1]} samples, {rows.seconds:.3g} s "
-        f"at {float(rows.rig.sampling_rate):g} Hz"
+        f"at {rows.sampling_rate:g} Hz"
     )
-    slowest = rows.slowest
-    if slowest is None:
+    if rows.speeds is None:
         return size
+    slowest = rows.speeds.min()
     n_revolutions = rows.seconds * slowest / 60
     return f"{size}, {n_revolutions:.3g} revolutions at {slowest:g} rpm"
 
 
-def _row_notes(rows, has_options):
-    """Yield why orders are not compared, or why rows are windows."""
-    n_samples = rows.X.shape[-1]
-    reason = why_no_orders(n_samples, float(rows.rig.sampling_rate), rows.slowest)
-    if rows.kind == "stretches" and reason:
-        yield f"Note: {reason}"
-    if rows.word == "windows" and not has_options:
-        yield why_windows(rows.rig, n_samples, SECONDS, REVOLUTIONS)
-
-
-def _limit_lines(rows, models, false_alarm_rate, n_events):
-    """Yield the basis of the healthy limits, and their false alarms."""
-    if rows.healthy is None:
-        return
-    limits = capabilities(models.get("detector", models["diagnoser"])).limits
-    yield f"Limits for a false-alarm rate of {false_alarm_rate:g} from {limits}"
-    if n_events is not None:
-        n_healthy = int((rows.y == rows.healthy).sum())
-        yield false_alarm_sentence(
-            n_events,
-            n_healthy * rows.seconds,
-            false_alarm_rate,
-            rows.seconds,
-            rows.word,
-        )
-
-
 def _channel_notes(channels: Sequence[Channels], n_outputs: int) -> Iterator[str]:
-    """Yield which of several channels are outputs, and notes on their units."""
+    """Yield which of several channels are outputs, and that units differ."""
     names = [name for name, _ in channels[0]]
-    units = dict(channels[0])
-    outputs = names[:n_outputs]
-    inputs = names[n_outputs:]
     if len(names) > 1:
-        yield f"Outputs: {', '.join(outputs)}. Inputs: {', '.join(inputs) or 'none'}"
-        unit = units[outputs[0]]
-        alike = [name for name in inputs if unit is not None and units[name] == unit]
-        if alike:
-            yield (
-                f"Note: {', '.join([outputs[0], *alike])} have the unit {unit}. If the "
-                "inputs are sensors, use --outputs."
-            )
-    of_recordings = units_of(channels)
-    if len(of_recordings) > 1:
+        inputs = ", ".join(names[n_outputs:]) or "none"
+        yield f"Outputs: {', '.join(names[:n_outputs])}. Inputs: {inputs}"
+    units = units_of(channels)
+    if len(units) > 1:
         yield (
-            f"Note: the recordings have the units {', '.join(of_recordings)}. They must "
-            "be one quantity."
+            f"Note: the recordings have the units {', '.join(units)}. They must be one "
+            "quantity."
         )

@@ -11,11 +11,11 @@ from ...decisions.row_outliers import too_few_rows
 from ...verdicts.limits import LEAST_HEALTHY
 from ..readers.entries import ListedRecording
 from ..readers.files import list_channels
+from .error_rates import ErrorRates
 from .files import is_model_file
 from .messages import as_command_error, show
 from .models import SavedModel
 from .results import records
-from .training_facts import false_alarm_sentence
 
 #: Units of facts.
 _UNITS = {"train_rpm": "rpm", "sampling_rate": "Hz", "window_length": "samples"}
@@ -94,7 +94,10 @@ def limits(model: SavedModel) -> list[str]:
     }
     sentences = [sentence for sentence, holds in cases.items() if holds]
     sentences += _order_limits(model)
-    sentences += _false_alarms(model)
+    if facts.get("error_counts"):
+        seconds = model.window_length / model.sampling_rate
+        rates = ErrorRates(*facts["error_counts"])
+        sentences += rates.sentences(facts["false_alarm_rate"], seconds, facts["rows"])
     if facts.get("n_windows") and facts.get("false_alarm_rate"):
         n_healthy = facts["n_windows"][0]
         rate = facts["false_alarm_rate"]
@@ -102,20 +105,6 @@ def limits(model: SavedModel) -> list[str]:
             f"{n_healthy} healthy {model.rows}", n_healthy, rate / described.n_outputs
         )
     return sentences
-
-
-def _false_alarms(model):
-    """Yield the false alarms that `fit` measured, if it did."""
-    n_events = model.facts.get("false_alarm_events")
-    if n_events is not None and model.facts.get("n_windows"):
-        seconds = model.window_length / model.sampling_rate
-        yield false_alarm_sentence(
-            n_events,
-            model.facts["n_windows"][0] * seconds,
-            model.facts["false_alarm_rate"],
-            seconds,
-            model.facts.get("rows", model.rows),
-        )
 
 
 def _order_limits(model):

@@ -2,7 +2,7 @@
 
 import operator
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import lru_cache, partial
 from hashlib import sha256
 from pathlib import Path
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sklearn.base import clone
 
 from ... import diagnosers
-from ...core.capabilities import Capabilities, capabilities
+from ...core.capabilities import capabilities, requests
 from ...core.fault_locations import FAULTS, HEALTHY
 from ...persistence.models import load_diagnoser
 from ...verdicts.judge import Judge
@@ -22,14 +22,6 @@ from ..readers.rates import rates_agree, unit_advice
 from ..readers.windows import block_length, cut_blocks
 from .channels import channels_of_model
 from .messages import CommandError, as_command_error, counted, listed, printable
-
-#: Titles and makers of the diagnosers that `evaluate` compares, in the order of its
-#: tables.
-DIAGNOSERS = {
-    "alpio": ("ALPIO", diagnosers.make_alpio),
-    "extended-state": ("Extended state", diagnosers.make_extended_state_pio),
-    "diagnoser": ("Diagnoser", diagnosers.make_diagnoser),
-}
 
 
 class RecordingModel:
@@ -47,12 +39,8 @@ class RecordingModel:
         Whether it takes the speed of a recording.
     heading : str
         Description in one line.
-    identity : str
-        Text that differs between models.
     load : callable
         Returns the model in a worker.
-    training_files : sequence of str, default=()
-        Names and sizes of the files of the training, which results mark.
 
     Attributes
     ----------
@@ -70,6 +58,10 @@ class RecordingModel:
         Ways to state its channels, the best first.
     summary : dict
         The model and its facts, as results state them.
+    training_files : set of str
+        Names and sizes of the files of the training, which results mark.
+    other_bearing : str or None
+        Bearing of the recordings, if it is not that of the training.
     """
 
     def __init__(
@@ -80,27 +72,25 @@ class RecordingModel:
         *,
         takes_rpm: bool,
         heading: str,
-        identity: str,
         load: Callable[[], "RecordingModel"],
-        training_files: Sequence[str] = (),
     ) -> None:
-        self.diagnoser: Any = diagnoser
-        self.facts: dict[str, Any] = facts
-        self.judge: Judge | None = judge
-        self.takes_rpm: bool = takes_rpm
-        self.heading: str = heading
-        self.identity: str = identity
-        self.load: Callable[[], RecordingModel] = load
-        self.summary: dict[str, Any] = facts
+        self.diagnoser = diagnoser
+        self.facts = facts
+        self.judge = judge
+        self.takes_rpm = takes_rpm
+        self.heading = heading
+        self.load = load
+        self.summary = facts
         self.conditions: list[Any] = facts["conditions"]
         self.healthy: Any = facts["healthy"]
         self.train_rpm: list[float] = facts.get("train_rpm") or []
         self.sampling_rate: float | None = facts.get("sampling_rate")
         self.window_length: int | None = facts.get("window_length")
         #: Samples that are read at a time.
-        self._n_read: int = block_length(self.window_length or 1)
-        self.usual_channels: list[list[str]] = channels_of_model(facts)
-        self.training_files: set[str] = set(training_files)
+        self._n_read = block_length(self.window_length or 1)
+        self.usual_channels = channels_of_model(facts)
+        self.training_files: set[str] = set()
+        self.other_bearing: str | None = None
 
     @property
     def has_combs_alone(self) -> bool:
@@ -180,7 +170,6 @@ def bearing_model(bearing: str) -> RecordingModel:
             f"No model: fault locations by the orders of bearing {bearing}. Without "
             "healthy recordings of this machine, no recording is called healthy."
         ),
-        identity=f"bearing {bearing}",
         load=partial(bearing_model, bearing),
     )
 
@@ -195,6 +184,9 @@ class SavedModel(RecordingModel):
     ----------
     path : path-like
         The file.
+    bearing : str or None, default=None
+        Bearing of the recordings, if it is not that of the training. Healthy limits do
+        not hold then.
 
     Attributes
     ----------
@@ -204,21 +196,30 @@ class SavedModel(RecordingModel):
         Description of the diagnoser.
     known_conditions, detector : estimator or None
         The models that were saved with the diagnoser.
+    identity : str
+        SHA-256 of the file.
+    takes_bearing : bool
+        Whether the diagnoser can be asked about another bearing.
     n_channels : int
         Channels of a row.
     rows : str
         Word for the rows: windows or stretches.
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    def __init__(
+        self, path: str | os.PathLike[str], bearing: str | None = None
+    ) -> None:
         with as_command_error():
             diagnoser, stated = load_diagnoser(path)
             identity = sha256(Path(path).read_bytes()).hexdigest()
-        self.path: str | os.PathLike[str] = path
-        self.known_conditions: Any = stated.pop("known_conditions", None)
-        self.detector: Any = stated.pop("detector", None)
+        self.path = path
+        self.known_conditions = stated.pop("known_conditions", None)
+        self.detector = stated.pop("detector", None)
         training_files = stated.pop("training_files", None) or ()
-        self.capabilities: Capabilities = capabilities(diagnoser)
+        self.capabilities = capabilities(diagnoser)
+        self.takes_bearing = requests(diagnoser, "predict", "bearing")
+        if bearing == stated.get("bearing") or not self.takes_bearing:
+            bearing = None
         try:
             judge = Judge(
                 diagnoser,
@@ -226,24 +227,26 @@ class SavedModel(RecordingModel):
                 detector=self.detector,
                 has_healthy=stated.get("healthy", "") is not None,
                 outputs=stated.get("channels"),
+                bearing=bearing,
                 **_stated_training(stated, self.capabilities),
             )
         except ValueError as error:
             raise CommandError(f"{path}: {error}") from error
         facts = self._all_facts(diagnoser, judge, stated)
-        self.n_channels: int = facts["n_channels"]
-        self.rows: str = "stretches" if self.capabilities.is_stretch else "windows"
+        self.n_channels = facts["n_channels"]
+        self.rows = "stretches" if self.capabilities.is_stretch else "windows"
         changed = os.stat(path).st_mtime_ns
         super().__init__(
             diagnoser,
             facts,
             judge,
             takes_rpm=self.capabilities.takes_rpm,
-            heading=_heading(path, self.rows, facts),
-            identity=identity,
-            load=partial(_cached_model, os.path.abspath(path), changed),
-            training_files=training_files,
+            heading=_heading(path, self.rows, facts, bearing),
+            load=partial(_cached_model, os.path.abspath(path), changed, bearing),
         )
+        self.identity = identity
+        self.training_files = set(training_files)
+        self.other_bearing = bearing
         self.summary = {"file": printable(path)} | facts
 
     def _all_facts(self, diagnoser, judge, stated):
@@ -276,7 +279,7 @@ class SavedModel(RecordingModel):
         if n_channels != self.n_channels:
             raise CommandError(
                 f"{recording.name}: {counted(n_channels, 'channel')}, but {self.path} was "
-                f"fitted on {self.n_channels}"
+                f"fitted on {self.n_channels}; --channel chooses"
             )
         rate = opened.sampling_rate
         expected = self.sampling_rate
@@ -300,7 +303,7 @@ class SavedModel(RecordingModel):
             )
 
 
-def _heading(path, rows, facts):
+def _heading(path, rows, facts, bearing):
     """Describe a saved model in one line."""
     conditions = ", ".join(map(str, facts["conditions"]))
     speeds = f" at {listed(facts['train_rpm'])} rpm" if facts["train_rpm"] else ""
@@ -308,9 +311,10 @@ def _heading(path, rows, facts):
     rate = facts["sampling_rate"]
     if rate:
         size = f"{size}, {facts['window_length'] / rate:.3g} s at {rate:g} Hz"
+    asked = "" if bearing is None else f". Asked about bearing {bearing}"
     return (
         f"{path}: {facts['diagnoser']} calibrated on {conditions}{speeds}, {size}. "
-        f"Healthy: {facts['healthy'] or 'not known'}"
+        f"Healthy: {facts['healthy'] or 'not known'}{asked}"
     )
 
 
@@ -325,6 +329,6 @@ def _stated_training(stated, described):
 
 
 @lru_cache(maxsize=2)
-def _cached_model(path, changed):
+def _cached_model(path, changed, bearing):
     """Load a model file as it was at a time."""
-    return SavedModel(path)
+    return SavedModel(path, bearing)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from ...core.fault_locations import NO_FINDING
+from ...core.speeds import LEAST_REVOLUTIONS, REVOLUTIONS_LEFT
 from ...verdicts.limits import FEW_HEALTHY, HOLD_FOR_RECORDED, LEAST_HEALTHY
 from ...verdicts.names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
 from ...verdicts.windows import HOLD
 from ..readers.entries import ListedRecording, OpenRecording
 from .channels import are_compared, channel_remarks
-from .refused_rows import why_no_orders
 from .training_facts import unstated_facts
 
 if TYPE_CHECKING:
@@ -71,8 +71,9 @@ def recording_remarks(
     assumed = unstated_facts(model.facts, recording)
     if verdict["alarm"] in ("yes", "no") and assumed:
         yield f"The alarm assumes the {', '.join(assumed)} of the training."
-    if verdict["verdict"] == CHANGED and model.facts.get("bearing"):
-        yield f"No comb of bearing {model.facts['bearing']} shows a fault."
+    bearing = model.other_bearing or model.facts.get("bearing")
+    if verdict["verdict"] == CHANGED and bearing:
+        yield f"No comb of bearing {bearing} shows a fault."
     if opened.sampling_rate is None and model.sampling_rate is not None:
         yield f"No sampling rate is stated; {model.sampling_rate:g} Hz was assumed."
     rate = opened.sampling_rate or model.sampling_rate
@@ -117,3 +118,27 @@ def verdict_remarks(windows: pd.DataFrame, verdict: dict[str, Any]) -> Iterator[
         )
     elif verdict["limits"] not in ("", HOLD):
         yield f"No alarm: {verdict['limits']}."
+
+
+def why_no_orders(
+    n_samples: int, sampling_rate: float | None, rpm: float | None
+) -> str:
+    """Return why the order spectra of a stretch are not compared, or an empty text if they are.
+
+    Examples
+    --------
+    >>> why_no_orders(6000, 10_000.0, 900.0)
+    ''
+    >>> why_no_orders(6000, 10_000.0, 150.0)
+    'Order spectra are not compared: 0.6 s are 1.5 revolutions at 150 rpm, and it takes 3.'
+    """
+    if sampling_rate is None or rpm is None:
+        return ""
+    seconds = n_samples / sampling_rate
+    n_revolutions = seconds * rpm / 60
+    if not n_revolutions < REVOLUTIONS_LEFT:
+        return ""
+    return (
+        f"Order spectra are not compared: {seconds:.3g} s are {n_revolutions:.3g} "
+        f"revolutions at {rpm:g} rpm, and it takes {LEAST_REVOLUTIONS}."
+    )

@@ -105,7 +105,7 @@ def _pictures(view, bearing, healthy) -> list[Any]:
         for other in healthy
         if rates_agree(other.sampling_rate, view.stretch.sampling_rate)
     ]
-    return [*recording_pictures(view, bearing, alike, "stated healthy")]
+    return [*recording_pictures(view, bearing, alike)]
 
 
 def _facts(view):

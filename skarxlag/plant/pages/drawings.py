@@ -84,8 +84,7 @@ def _embedded(figure):
 def recording_pictures(
     view: Overview,
     bearing: str | None,
-    healthy: Sequence[Stretch],
-    reason: str,
+    healthy: Sequence[Stretch] = (),
 ) -> Iterator[Picture | str]:
     """Yield pictures of a recording, and sentences on those that cannot be drawn.
 
@@ -95,10 +94,8 @@ def recording_pictures(
         The recording.
     bearing : str or None
         Bearing whose lines are marked.
-    healthy : sequence of Stretch
+    healthy : sequence of Stretch, default=()
         Parts of healthy recordings, of the same sampling rate.
-    reason : str
-        Why they count as healthy.
     """
     yield signal_picture(view)
     stretch = view.stretch
@@ -111,7 +108,7 @@ def recording_pictures(
     yield envelope_picture(stretch, bearing)
     if stretch.sampling_rate is not None:
         yield low_frequency_picture(stretch)
-    yield spectrum_picture(stretch, healthy, reason)
+    yield spectrum_picture(stretch, healthy)
 
 
 def signal_picture(view: Overview) -> Picture:
@@ -160,9 +157,7 @@ def power_spectrum(
     return frequencies, level + 20 * np.log10(scale)
 
 
-def spectrum_picture(
-    stretch: Stretch, healthy: Sequence[Stretch], reason: str
-) -> Picture:
+def spectrum_picture(stretch: Stretch, healthy: Sequence[Stretch]) -> Picture:
     """Draw the spectrum of a stretch next to the range of healthy recordings."""
     frequencies, level = power_spectrum(stretch)
     references = [np.interp(frequencies, *power_spectrum(other)) for other in healthy]
@@ -177,7 +172,7 @@ def spectrum_picture(
         low = extremes(np.min(references, axis=0))[0]
         high = extremes(np.max(references, axis=0))[1]
         across = extremes(frequencies)[0]
-        label = f"{reason}: {counted(len(healthy), 'recording')}"
+        label = f"stated healthy: {counted(len(healthy), 'recording')}"
         colour = _COLOURS["healthy"]
         ax.fill_between(across, low, high, color=colour, alpha=0.4, label=label)
         ax.legend(loc="upper right", ncols=2, **LEGEND)

@@ -2,8 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from contextlib import suppress
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,25 +10,19 @@ import pandas as pd
 
 from ...bearings import bearing_orders
 from ...core.fault_locations import NO_FINDING
-from ...core.validation import output_of_windows
 from ...verdicts.names import NO_SIGNAL, NO_VERDICT
 from ..commands.diagnosis import Diagnosis
 from ..commands.messages import CommandError, counted, percent
 from ..commands.results import agreement, records
 from ..readers.listing import ListedRecording
-from ..readers.rates import rates_agree
 from .drawings import order_pictures, recording_pictures, windows_picture
 from .pages import render
-from .recording_overview import STRETCH, Stretch, overview
+from .recording_overview import overview
 
 #: Recordings with pictures, the most severe first.
 MOST_DRAWN = 20
-#: Healthy recordings next to whose spectra a spectrum is drawn: those of the nearest
-#: speeds.
-_MOST_HEALTHY = 5
 #: CSS classes of verdicts, the most severe first.
 _SEVERITIES = ("fault", "unclear", "open", "healthy")
-_READING_ERRORS = (OSError, ValueError, ImportError, CommandError)
 
 
 def html_report(
@@ -81,9 +74,11 @@ def html_report(
     )
     entries = records(ranked)
     n_drawn = min(len(entries), MOST_DRAWN)
-    drawing = RunPictures(model, recordings, diagnoses, rows, resample, bearing)
+    bearing = bearing or model.summary.get("bearing")
     for place, entry in zip(ranked.index[:n_drawn], entries, strict=False):
-        entry["figures"] = drawing.of_recording(place)
+        entry["figures"] = _figures(
+            model, recordings[place], diagnoses[place], resample, bearing
+        )
     counts = Counter((entry["label"], entry["severity"]) for entry in entries)
     return render(
         "report",
@@ -126,107 +121,41 @@ def verdict_style(verdict: str, healthy: str) -> str:
     return "unclear" if verdict in (NO_SIGNAL, NO_VERDICT) else "fault"
 
 
-class RunPictures:
-    """Pictures of the recordings of a run, next to the healthy ones of the same run.
+def _figures(model, recording, diagnosis, resample, bearing):
+    """Return pictures of a recording, and sentences on those that cannot be drawn.
 
-    Parameters
-    ----------
-    model, recordings, diagnoses, rows, resample, bearing
-        As in `html_report`.
+    There are none if the recording has no result, or cannot be read again.
     """
-
-    def __init__(
-        self,
-        model: Any,
-        recordings: Sequence[ListedRecording],
-        diagnoses: Sequence[Diagnosis],
-        rows: pd.DataFrame,
-        resample: bool,
-        bearing: str | None,
-    ) -> None:
-        self._model = model
-        self._recordings = recordings
-        self._diagnoses = diagnoses
-        self._resample = resample
-        self._bearing = bearing or model.summary.get("bearing")
-        healthy = str(model.healthy)
-        has_signal = (rows["error"] == "") & (rows["verdict"] != NO_SIGNAL)
-        is_stated = (rows["condition"] == healthy) & has_signal
-        is_healthy = is_stated if is_stated.any() else rows["verdict"] == healthy
-        self._healthy = np.flatnonzero(is_healthy)
-        self._reason = "stated healthy" if is_stated.any() else "healthy by verdict"
-        # A healthy recording is compared with several others.
-        self._healthy_stretch = lru_cache(MOST_DRAWN)(self._read_healthy_stretch)
-
-    def of_recording(self, place: int) -> list[Any]:
-        """Return pictures, and sentences on those that cannot be drawn.
-
-        There are none if the recording has no result, or cannot be read again.
-
-        Parameters
-        ----------
-        place : int
-            Position of the recording in the run.
-        """
-        windows = self._diagnoses[place].windows
-        if windows is None:
-            return []
-        with suppress(*_READING_ERRORS):
-            return self._pictures(place, windows)
+    windows = diagnosis.windows
+    if windows is None:
         return []
+    verdict = str(diagnosis.verdict["verdict"])
+    typical = np.flatnonzero(windows["verdict"].astype(str) == verdict)
+    middle = typical[len(typical) // 2] if len(typical) else 0
+    start = int(windows["start"].iloc[middle])
+    try:
+        view = _view(model, recording, resample, start)
+    except (OSError, ValueError, ImportError, CommandError):
+        return []
+    stretch = view.stretch
+    pictures = [*recording_pictures(view, bearing)]
+    if len(windows) > 1:
+        rate = stretch.sampling_rate
+        pictures.insert(1, windows_picture(windows, rate, model.healthy))
+    # A model that is fitted to the row itself learned nothing else.
+    if verdict != NO_SIGNAL and model.judge is not None:
+        speed = stretch.rpm
+        if np.ndim(speed) == 1:
+            speed = speed[start - view.first :][: view.row.shape[-1]]
+        orders = None if bearing is None else bearing_orders(bearing)
+        pictures += order_pictures(model.diagnoser, view.row, speed, orders)
+    return pictures
 
-    def _pictures(self, place: int, windows: pd.DataFrame) -> list[Any]:
-        model = self._model
-        verdict = str(self._diagnoses[place].verdict["verdict"])
-        typical = np.flatnonzero(windows["verdict"].astype(str) == verdict)
-        middle = typical[len(typical) // 2] if len(typical) else 0
-        start = int(windows["start"].iloc[middle])
-        view = self._read(place, start)
-        stretch = view.stretch
-        references = self._references(place, stretch)
-        pictures = [*recording_pictures(view, self._bearing, references, self._reason)]
-        if len(windows) > 1:
-            rate = stretch.sampling_rate
-            pictures.insert(1, windows_picture(windows, rate, model.healthy))
-        # A model that is fitted to the row itself learned nothing else.
-        if verdict != NO_SIGNAL and model.judge is not None:
-            speed = stretch.rpm
-            if np.ndim(speed) == 1:
-                speed = speed[start - view.first :][: view.row.shape[-1]]
-            orders = None if self._bearing is None else bearing_orders(self._bearing)
-            pictures += order_pictures(model.diagnoser, view.row, speed, orders)
-        return pictures
 
-    def _read(self, place, at):
-        """Read a recording as the model does, with a stretch around a sample."""
-        model = self._model
-        opened = model.open(self._recordings[place], self._resample)
-        if not model.takes_rpm:
-            opened = opened._replace(entry=opened.entry.with_speed())
-        rate = opened.sampling_rate or model.sampling_rate
-        return overview(opened, model.windows(opened), rate, at)
-
-    def _references(self, place, stretch):
-        """Return stretches of the healthy recordings of the nearest speeds."""
-        others = self._healthy[self._healthy != place]
-        if stretch.rpm is not None:
-            speeds = [self._recordings[other].rpm or np.inf for other in others]
-            distances = np.abs(np.log(np.array(speeds) / stretch.mean_rpm))
-            others = others[np.argsort(distances, kind="stable")]
-        return [
-            healthy
-            for healthy in map(self._healthy_stretch, others[:_MOST_HEALTHY])
-            if healthy is not None
-            and rates_agree(healthy.sampling_rate, stretch.sampling_rate)
-        ]
-
-    def _read_healthy_stretch(self, place):
-        """Return the first stretch of a healthy recording; None if it cannot be read again."""
-        recording = self._recordings[place]
-        with suppress(*_READING_ERRORS):
-            opened = self._model.open(recording, self._resample)
-            X = next(self._model.windows(opened))
-            samples = output_of_windows(X).ravel()[:STRETCH]
-            rate = opened.sampling_rate or self._model.sampling_rate
-            return Stretch(samples, rate, recording.rpm)
-        return None
+def _view(model, recording, resample, at):
+    """Read a recording as the model does, with a stretch around a sample."""
+    opened = model.open(recording, resample)
+    if not model.takes_rpm:
+        opened = opened._replace(entry=opened.entry.with_speed())
+    rate = opened.sampling_rate or model.sampling_rate
+    return overview(opened, model.windows(opened), rate, at)

@@ -18,7 +18,7 @@ from ..commands.arguments import refuse
 from ..commands.channels import channel_remarks
 from ..commands.messages import CommandError, UsageError, counted, listed
 from ..commands.models import SavedModel
-from ..commands.refused_rows import why_no_orders
+from ..commands.remarks import why_no_orders
 from ..readers.rates import rates_agree
 from ..readers.speeds import TACHO
 from ..readers.tacho import TachoStream

@@ -32,12 +32,6 @@ def run(capsys):
     return run_command
 
 
-@pytest.fixture
-def no_figures(monkeypatch):
-    """Evaluate as if matplotlib was not installed."""
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-
-
 @pytest.fixture(scope="session")
 def fitted():
     """A diagnoser and a detector of two colours of noise."""

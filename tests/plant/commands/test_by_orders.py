@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 from scipy.signal import lfilter
 
-from skarxlag import load_diagnoser
+from skarxlag import bearing_orders, load_diagnoser
 
 from ...bearing_rows import RATE, row
 from ..watch.watching import lines_of
@@ -39,9 +39,9 @@ def test_places_are_named_without_a_model(run, plant):
         assert f" {verdict} " in line
     assert "the inner race of 6205" in out and "No comb exceeds its limit" in out
     # A remark on the first recording, and on no other.
-    assert [line for line in lines if "ball faults" in line] == [
-        f"{files[0]}: No fault pattern was found. Most ball faults show none."
-    ]
+    [line] = [line for line in lines if "ball faults" in line]
+    assert line.startswith(f"{files[0]}: No comb exceeds its limit")
+    assert line.endswith(" No fault pattern was found. Most ball faults show none.")
     arguments = ("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files)
     arguments += ("--fail-on", "alarm")
     fail = run(*arguments)
@@ -71,26 +71,6 @@ def test_results_as_json_and_a_recording_without_a_signal(run, plant):
     content = json.loads(output.read_text())
     assert content["model"]["bearing"] == "6205"
     assert [each["verdict"] for each in content["recordings"]] == ["no signal", "outer"]
-
-
-@pytest.mark.slow
-def test_processes_and_a_report_work_without_a_model_too(run, plant, monkeypatch):
-    files = [plant / f"{place}.npy" for place in ("healthy", "inner")]
-    arguments = ("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files)
-    output = plant / "report.html"
-    monkeypatch.setattr("skarxlag.plant.commands.diagnose.write_atomically", interrupt)
-    assert run(*arguments, "-o", output, "--processes")[0] == 130
-    monkeypatch.undo()
-    code, out, err = run(*arguments, "-o", output)
-    assert code == 0 and err.count("(from an earlier run)") == 2
-    page = output.read_text()
-    assert page.count("<section ") == 2
-    assert page.count("<figcaption>Envelope spectrum and lines of") == 2
-    assert run(*arguments)[1] in out
-
-
-def interrupt(*arguments, **options):
-    raise KeyboardInterrupt
 
 
 @pytest.mark.parametrize(
@@ -187,7 +167,9 @@ def test_fit_stores_the_bearing_and_healthy_limits(run, plant, piped):
     assert "fitted at 900 rpm" in err
 
 
-def test_fit_with_faults_joins_spectra_and_orders(run, plant):
+@pytest.fixture
+def joint(run, plant):
+    """A model of recorded faults of a bearing 6205."""
     lines = ["path,condition,rpm,sampling_rate"]
     for place in ("healthy", "inner", "outer"):
         rows = [row(place, seed=seed) for seed in range(2, 8)]
@@ -195,17 +177,43 @@ def test_fit_with_faults_joins_spectra_and_orders(run, plant):
         lines.append(f"{place}_learned.npy,{place},900,{RATE}")
     (plant / "table.csv").write_text("\n".join(lines))
     model = plant / "joint.skops"
-    arguments = ("fit", plant / "table.csv", "-o", model, "--bearing", "6205")
-    code, out, err = run(*arguments)
+    code, out, err = run("fit", plant / "table.csv", "-o", model, "--bearing", "6205")
     assert code == 0 and "Saved stretches to" in out, err
-    fitted, facts = load_diagnoser(model)
+    return model
+
+
+def test_fit_with_faults_joins_spectra_and_orders(run, plant, joint):
+    fitted, facts = load_diagnoser(joint)
     assert facts["bearing"] == "6205" and fitted["decide"].conditions_ is not None
     # Another mounting: a resonance, and noise.
     noise = np.random.default_rng(3).normal(size=int(2 * RATE))
     moved = lfilter([1], [1, -0.9], np.load(plant / "inner.npy")) + 3 * noise
     np.save(plant / "moved.npy", moved)
-    code, out, err = run("diagnose", model, plant / "moved.npy", "--rpm", 900, *RATES)
+    code, out, err = run("diagnose", joint, plant / "moved.npy", "--rpm", 900, *RATES)
     assert code == 0 and "inner" in out, err
+
+
+def test_a_model_is_asked_about_another_bearing(run, plant, joint):
+    """An impact train at the inner race of a 6203 is that of no location of a 6205."""
+    output = plant / "out.json"
+    factor = bearing_orders("6203")["inner"] / bearing_orders("6205")["inner"]
+    rows = [row("inner", rpm=900 * factor, seed=seed) for seed in (8, 9)]
+    np.save(plant / "other.npy", np.concatenate(rows)[:10_800])
+    found = []
+    for bearing in ("6205", "6203"):
+        asked = ("--bearing", bearing, "--rpm", 900, *RATES, "-o", output)
+        code, out, err = run("diagnose", joint, plant / "other.npy", *asked)
+        assert code == 0, err
+        found += json.loads(output.read_text())["recordings"]
+    own, other = found
+    assert other["verdict"] == "inner" and other["alarm"] == "not valid here"
+    assert own["alarm"] != "not valid here"
+    assert other["dB_of_inner_comb"] > own["dB_of_inner_comb"] + 3
+    [window] = other["window_rows"]
+    assert "of 6203" in window["evidence"]
+    assert window["dB_of_inner"] > max(window["dB_of_outer"], window["dB_of_ball"])
+    assert "Asked about bearing 6203" in out.splitlines()[0]
+    assert "the bearing is 6203, but the model was fitted on 6205" in out
 
 
 def test_fit_by_orders_needs_bearing_and_speed(run, plant):
@@ -213,7 +221,7 @@ def test_fit_by_orders_needs_bearing_and_speed(run, plant):
     table.write_text(f"path,sampling_rate\ninner.npy,{RATE}\nouter.npy,{RATE}")
     output = ("-o", plant / "orders.skops")
     code, _, err = run(
-        "fit", table, *output, "--diagnoser", "alpio", "--bearing", "6205"
+        "fit", table, *output, "--diagnoser", "diagnoser", "--bearing", "6205"
     )
     assert code == 2 and "argument --bearing: belongs to --diagnoser stretches" in err
     code, _, err = run(

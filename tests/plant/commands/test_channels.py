@@ -7,13 +7,11 @@ import pytest
 
 from skarxlag import load_diagnoser, load_recordings, read_recording_table
 from skarxlag.plant.commands import main
-from tests.plant.watch.watching import COLOURS, RATE, WINDOW, sound, verdicts_of
+from tests.plant.watch.watching import COLOURS, RATE, WINDOW, sound
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 
 N = 40 * WINDOW
-# A file is read for longer than that on no machine.
-IDLE = ("--idle", 0.5, "--poll", 0.005, "--settle", 0.01)
 OTHERS = {"good": "worn", "worn": "good"}
 ANOTHER = "The channel is acc_y, but the model was fitted on acc_x."
 
@@ -116,42 +114,6 @@ def test_files_of_one_channel_may_call_it_as_they_like(verdict, plant, model):
     assert "The channel is velocity, but the model was fitted on acc_x." in out
 
 
-@pytest.mark.parametrize(
-    ("options", "condition"),
-    [((), "good"), (("--channel", "acc_y"), "worn"), (("--channel", "2"), "worn")],
-)
-def test_watch_reads_the_channel_of_the_model(
-    run, plant, model, piped, options, condition
-):
-    piped((plant / "new.csv").read_bytes())
-    code, out, err = run("watch", model, "-", *options)
-    assert code == 0 and verdicts_of(out)[-1]["verdict"] == condition
-    assert err.count(ANOTHER) == (condition == "worn")
-
-
-def test_raw_samples_have_positions_only(run, model, piped):
-    signals = [np.zeros(N), sound("good", N, 2), np.zeros(N)]
-    raw = np.stack(signals, axis=1).astype("<f4").tobytes()
-    watch = ("watch", model, "-", "--dtype", "(3,)<f4")
-    piped(raw)
-    code, out, _ = run(*watch, "--channel", "1")
-    assert code == 0 and verdicts_of(out)[-1]["verdict"] == "good"
-    piped(raw)
-    code, out, err = run(*watch)
-    if load_diagnoser(model)[1]["channels"] == ["1"]:
-        assert code == 0 and verdicts_of(out)[-1]["verdict"] == "good"
-    else:
-        assert code == 1 and "3 channels, expected 1; --channel chooses" in err
-
-
-def test_watch_of_a_folder_reads_the_channel_of_the_model(run, model, tmp_path):
-    write(tmp_path / "a.csv", "good", 2)
-    for options, condition in (((), "good"), (("--channel", "acc_y"), "worn")):
-        code, out, err = run("watch", model, tmp_path, *IDLE, *options)
-        assert code == 0 and verdicts_of(out)[-1]["verdict"] == condition
-        assert err.count(ANOTHER) == (condition == "worn")
-
-
 CLOCKS = {
     "seconds": np.arange(N) / RATE,
     "seconds that start again": np.arange(N) / RATE % 1.5,
@@ -177,14 +139,6 @@ def test_a_column_of_times_is_no_signal(run, saved, tmp_path, clock, channel):
     output = tmp_path / "m.skops"
     code, _, err = run(*fit(tmp_path, output, channel), "--sampling-rate", RATE)
     assert code == 1 and message in err and not output.exists()
-
-
-def test_a_column_of_times_is_no_signal_in_watch(run, plant, saved, piped):
-    piped((plant / "new.csv").read_bytes())
-    _, out, err = run("watch", saved("1"), "-", "--channel", "0")
-    verdicts = {(line["quality"], line["verdict"]) for line in verdicts_of(out)}
-    assert verdicts == {("ramp", None)}
-    assert "The channel is time, but the model was fitted on acc_x." in err
 
 
 def test_times_in_minutes_without_their_unit(run, plant, saved):

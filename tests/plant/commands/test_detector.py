@@ -1,7 +1,5 @@
 """A detector from a table of healthy recordings, in diagnose and in watch."""
 
-import json
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,7 +8,6 @@ from scipy.signal import lfilter
 from skarxlag.persistence.models import load_diagnoser
 
 from ...impacts import ORDERS, RATE, strikes
-from ..watch.watching import lines_of
 from .conftest import counts
 
 SPEEDS = (600, 750, 900)
@@ -91,16 +88,6 @@ def test_one_healthy_condition_alone_makes_a_detector(
         assert code == 0 and load_diagnoser(path)[1]["diagnoser"] == kind
 
 
-def test_one_speed_for_all_files_of_a_folder(run, plant, tmp_path):
-    path, options = tmp_path / "d.skops", ("--sampling-rate", RATE, "--rpm", 750)
-    command = ("fit", "--diagnoser", "detector", "-o", path, "--force", *options)
-    code, _, err = run(*command, plant / "[679]*0.npy")
-    assert code == 0 and "rpm is not given" not in err
-    assert load_diagnoser(path)[1]["train_rpm"] == [750.0]
-    code, _, err = run(*command[:-4], "--rpm", 750, plant / "healthy.csv")
-    assert code == 2 and "argument --rpm: no effect, because each line of" in err
-
-
 def test_recordings_at_a_speed_between_are_distinguished(run, plant, model):
     detector, facts = load_diagnoser(model)
     assert facts["window_length"] == 8400
@@ -112,40 +99,6 @@ def test_recordings_at_a_speed_between_are_distinguished(run, plant, model):
     assert rows["alarm"].tolist() == ["no", "yes"] and "of 8400 samples" in out
 
 
-def test_the_alarm_of_a_running_sensor(run, plant, model, piped):
-    arguments = ("--rpm", 680, "--sampling-rate", RATE)
-    alarms = {}
-    for name in ("well", "worn"):
-        piped(lines_of(np.load(plant / f"{name}.npy")))
-        code, out, err = run("watch", model, "-", *arguments)
-        found = [json.loads(line) for line in out.splitlines()]
-        assert code == 0 and len(found) == 3, err
-        alarms[name] = found[-1]["alarm_level"]
-    assert alarms["well"] < 0.1 < alarms["worn"]
-
-
-def test_the_alarm_takes_the_limits_that_fit_saved(run, plant, piped):
-    lines = ["path,condition,rpm,sampling_rate"]
-    lines += [f"{rpm}.npy,healthy,{rpm},{RATE}" for rpm in SPEEDS]
-    for condition, order in ORDERS.items():
-        signal = healthy(750, 3, 6 * RATE) + strikes(order, 750, 4, 6 * RATE)
-        np.save(plant / f"{condition}.npy", signal)
-        lines.append(f"{condition}.npy,{condition},750,{RATE}")
-    (plant / "faults.csv").write_text("\n".join(lines))
-    bearing = plant / "bearing.skops"
-    assert run("fit", plant / "faults.csv", "-o", bearing)[0] == 0
-    last = {}
-    for name in ("outer", "750"):
-        piped(lines_of(np.load(plant / f"{name}.npy")[: 3 * RATE]))
-        code, out, err = run("watch", bearing, "-", "--rpm", 750)
-        last[name] = json.loads(out.splitlines()[-1])
-        assert code == 0 and "Healthy: healthy" in err
-    assert [last[name]["verdict"] for name in last] == ["outer", "healthy"]
-    # One stretch more is a part of the way to an alarm; a well bearing makes none.
-    assert last["outer"]["alarm_level"] > 0.1 > 0.01 > last["750"]["alarm_level"]
-    assert last["outer"]["p_value"] < 0.01 < last["750"]["p_value"]
-
-
 @pytest.mark.slow
 def test_a_fixed_gain_makes_the_level_count(run, plant):
     np.save(plant / "loud.npy", 5 * np.load(plant / "well.npy"))
@@ -155,14 +108,6 @@ def test_a_fixed_gain_makes_the_level_count(run, plant):
         assert run(*fit, *options)[0] == 0
         code, out, err = run("diagnose", path, plant / "loud.npy", *facts)
         assert code == 0 and f" {verdict} " in out, err
-
-
-@pytest.mark.parametrize("options", [("--window-length", 4800), ("--max-windows", 5)])
-def test_options_that_cut_choose_windows(run, plant, options):
-    path = plant / "cut.skops"
-    arguments = ("fit", plant / "healthy.csv", "-o", path, "--diagnoser", "detector")
-    code, out, _ = run(*arguments, *options)
-    assert code == 0 and "Windows of 4800 samples" in out and "Stretches" not in out
 
 
 def test_short_recordings_are_cut_into_windows(run, plant):

@@ -11,11 +11,11 @@ import pytest
 
 from skarxlag import ConditionMonitor, save_diagnoser, save_monitor_state
 from skarxlag.persistence.models import load_diagnoser
-from tests.plant.watch.watching import RATE, WINDOW, lines_of, sound
+from tests.plant.watch.watching import RATE, WINDOW, sound
 
 resource = pytest.importorskip("resource")
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given")
-SHARES = (0.0, 0.001, 0.5, 0.999)
+SHARES = (0.0, 0.5, 0.999)
 
 
 @contextmanager
@@ -63,7 +63,7 @@ def test_models_and_states_are_written_whole_or_not_at_all(
 
 @pytest.mark.parametrize(
     ("suffix", "share"),
-    [*(("csv", share) for share in SHARES), ("json", 0.5), ("html", 0.5)],
+    [("csv", 0.001), ("json", 0.5), ("html", 0.999)],
 )
 def test_results_are_written_whole_or_not_at_all(run, tmp_path, models, suffix, share):
     np.save(tmp_path / "one.npy", sound("worn", 5 * WINDOW, 4))
@@ -76,14 +76,11 @@ def test_results_are_written_whole_or_not_at_all(run, tmp_path, models, suffix, 
     with room_for(share * size):
         code, _, err = run(*command)
     assert code == 1 and "Traceback" not in err
-    assert "File too large" in err or "results cannot be saved there (disk" in err
+    assert "File too large" in err
     assert output.read_bytes() == old
-    # What was diagnosed is kept, and the same command goes on from there or starts
-    # anew.
     assert not [name for name in listing(tmp_path) if name.endswith(".tmp")]
     code, out, _ = run(*command)
     assert code == 0 and "worn" in out
-    assert not [name for name in listing(tmp_path) if name.endswith("journal")]
 
 
 def test_a_model_that_fit_cannot_write_leaves_nothing(run, tmp_path):
@@ -103,26 +100,7 @@ def test_a_model_that_fit_cannot_write_leaves_nothing(run, tmp_path):
     load_diagnoser(tmp_path / "m.skops")
 
 
-@pytest.mark.parametrize("share", [0.0, 0.5])
-def test_watch_goes_on_if_its_state_cannot_be_written(
-    run, tmp_path, models, piped, share
-):
-    state = tmp_path / "state.json"
-    lines = lines_of(sound("good", 5 * WINDOW, 3))
-    piped(lines)
-    assert run("watch", models[0], "-", "--state", state)[0] == 0
-    size = state.stat().st_size
-    state.unlink()
-    before = listing(tmp_path)
-    piped(lines)
-    with room_for(share * size):
-        code, out, err = run("watch", models[0], "-", "--state", state)
-    assert code == 1 and len(out.splitlines()) == 5 and "Traceback" not in err
-    assert err.count("the state is not saved") == 1 and "File too large" in err
-    assert listing(tmp_path) == before
-
-
-def test_evaluate_leaves_no_half_written_table(run, tmp_path, no_figures):
+def test_evaluate_leaves_no_half_written_table(run, tmp_path):
     options = ("--n-samples", 9600, "-q", "--output", tmp_path / "results")
     with room_for(200):
         code, out, err = run("evaluate", *options)

@@ -20,7 +20,6 @@ from skarxlag import (
     window_verdicts,
 )
 from skarxlag.core.fault_locations import NO_FINDING
-from tests.plant.watch.watching import lines_of
 
 pytestmark = [
     pytest.mark.slow,
@@ -138,21 +137,3 @@ def test_no_recording_gets_a_verdict(run, tmp_path, fitted, kind, knows_speeds):
         )
         failed = f"1 of 1 recording failed:\n  {row['recording']}: {row['error']}\n"
         assert code == 1 and failed in err, err
-
-
-@pytest.mark.parametrize("is_column", [True, False])
-@pytest.mark.parametrize("knows_speeds", [True, False])
-def test_no_window_of_a_stream_gets_a_verdict(
-    run, tmp_path, fitted, is_column, knows_speeds, piped
-):
-    model = tmp_path / "model.skops"
-    diagnoser = next(each for each, knows in fitted if knows == knows_speeds)
-    save_diagnoser(diagnoser, model, window_length=LENGTH, sampling_rate=RATE)
-    for rpm in [0.001, 1e9] + IN_HERTZ * knows_speeds:
-        signal = GOOD[:2].ravel()
-        piped(b"y,n\n" + lines_of(np.stack([signal, np.full(len(signal), rpm)])))
-        speed = ("--rpm-column", "n") if is_column else ("--channel", "y", "--rpm", rpm)
-        code, out, err = run("watch", model, "-", *speed)
-        found = [json.loads(line)["verdict"] for line in out.splitlines()]
-        assert code == 0 and len(found) == 2, err
-        assert all(verdict.startswith("no verdict: speed ") for verdict in found)

@@ -39,12 +39,12 @@ def test_what_fit_saved_is_printed(run, tmp_path, windows):
     (tmp_path / "table.csv").write_text("\n".join(lines))
     model = tmp_path / "m.skops"
     fit = ("fit", tmp_path / "table.csv", "-o", model, "--window-length", WINDOW)
-    assert run(*fit, "--diagnoser", "alpio", "--false-alarm-rate", "0.02")[0] == 0
+    assert run(*fit, "--diagnoser", "diagnoser", "--false-alarm-rate", "0.02")[0] == 0
     code, out, _ = run("info", model)
     rows, limits = card(out)
     assert code == 0 and rows["file"] == str(model)
-    assert rows["diagnoser"] == "alpio"
-    assert rows["steps"].startswith("ARXLaguerre -> PIObserver -> ThresholdLadder")
+    assert rows["diagnoser"] == "diagnoser"
+    assert rows["steps"].startswith("ARXLaguerre -> ConditionClassifier")
     assert rows["conditions"] == "good, worn"
     assert rows["n windows"] == "20, 20" and rows["n recordings"] == "1, 1"
     assert rows["healthy"] == "good" and rows["train rpm"] == "300 rpm"

@@ -131,7 +131,7 @@ def test_a_killed_run_leaves_whole_results_and_goes_on(run, tmp_path, models, su
         code, _, err = run(*command)
         assert code == 0 and "Traceback" not in err, death
         assert finished() == wanted, death
-        # The name of a temporary file is random, so it may stay; the journal may not.
+        # The name of a temporary file is random, so it may stay.
         assert all(
             path.suffix == ".tmp" for path in out.iterdir() if path.name not in wanted
         )

@@ -61,23 +61,3 @@ def test_one_verdict_and_that_of_each_output(run, workshop, model):
     assert "20 healthy windows are too few to hold the rate 0.005" in " ".join(
         out.split()
     )
-
-
-def test_outputs_that_cannot_be(run, workshop):
-    table, to = workshop / "table.csv", ("-o", workshop / "wrong.skops")
-    code, _, err = run("fit", table, *to, "--outputs", 4, "--window-length", WINDOW)
-    assert code == 1 and "n_outputs == 4, expected at most 3" in err
-
-
-@pytest.mark.slow
-def test_a_table_is_evaluated_with_all_outputs(run, workshop, no_figures):
-    table, folder = workshop / "table.csv", workshop / "results"
-    accuracies = []
-    for outputs in (("--outputs", 2), ()):
-        code, out, err = run("evaluate", table, "--output", folder, *outputs, "-q")
-        assert code == 0, err
-        lines = [line for line in out.splitlines() if line.startswith("make_diagnoser")]
-        accuracies.append(lines)
-    assert accuracies[0] != accuracies[1]
-    code, _, err = run("evaluate", "--outputs", 2)
-    assert code == 2 and "argument --outputs: needs a table" in err

@@ -1,6 +1,5 @@
 """Commands and programs of the pages on operation run as they are printed there."""
 
-import fnmatch
 import glob
 import itertools
 import json
@@ -286,16 +285,6 @@ def test_service(shell, plant, broker):
 
 
 @needs_bash
-@pytest.mark.slow
-def test_mqtt(shell, plant, broker):
-    port, messages = broker
-    command = block("plant", "skarxlag watch plant.csv", "python publish.py")
-    found = shell(local(command, plant, port))
-    assert found.returncode == 0, found.stderr
-    check_messages(waited(messages), found.stdout)
-
-
-@needs_bash
 @needs_parser
 @pytest.mark.slow
 def test_influx(shell, plant):
@@ -435,18 +424,6 @@ def test_table(shell, tmp_path):
     assert {path.stem for path in (tmp_path / "states").iterdir()} == {*names}
 
 
-def test_example_of_a_line(run, piped, tmp_path):
-    """The page shows the fields of a line, in their order and with their types."""
-    shown = json.loads(block("monitoring", '{"kind"'))
-    save_model(tmp_path / "bearing.skops")
-    piped(lines_of(sound("good", WINDOW, 3)))
-    line = json.loads(run("watch", tmp_path / "bearing.skops", "-", "--rpm", 1480)[1])
-    assert list(shown) == list(line)
-    differing = {n for n in line if type(line[n]) is not type(shown[n])}
-    # A detector alone names no condition.
-    assert differing == {"window_verdict"}
-
-
 def builder():
     """A program that builds images and has the one that ours begins with, or why there is none."""
     image = re.match(r"FROM (\S+)", block("plant", "FROM"))[1]
@@ -495,22 +472,3 @@ def test_image(shell, plant):
         assert {line["sensor"] for line in lines} == {"pump-7", "blower 2"}
     finally:
         subprocess.run([name, "rmi", "skarxlag-test"], capture_output=True)
-
-
-def test_what_the_image_is_built_from():
-    """No environment, result or recording is sent to the builder, and all that is built from is."""
-    ignored = (ROOT / ".dockerignore").read_text().split()
-
-    def is_ignored(path):
-        parts = [path, *map(str, Path(path).parents)]
-        patterns = [pattern.removeprefix("**/") for pattern in ignored]
-        return any(
-            fnmatch.fnmatch(part, pattern) for part in parts for pattern in patterns
-        )
-
-    unwanted = [".git/config", ".venv/bin/python", ".venv-highest/x", "build/lib"]
-    unwanted += ["model.skops", "skarxlag.egg-info/PKG-INFO", "skarxlag-results/a.csv"]
-    assert all(map(is_ignored, unwanted))
-    needed = ["pyproject.toml", "README.md", "LICENSE", "skarxlag/__init__.py"]
-    needed += [f"skarxlag/{path.name}" for path in (ROOT / "skarxlag").glob("*.py")]
-    assert not any(map(is_ignored, needed))

@@ -112,15 +112,6 @@ def test_it_is_said_at_which_speeds_orders_do_not_count(
     assert code == 0 and err.count(TOO_SLOW) == is_too_slow
 
 
-def test_a_detector_compares_no_orders(run, workshop):
-    run(*fit(workshop, "--diagnoser", "detector"))
-    model = workshop / "bearing.skops"
-    assert "order spectra" not in run("info", model)[1]
-    facts = ("--sampling-rate", RATE, "--rpm", 150)
-    out = run("diagnose", model, workshop / "outer_0.npy", *facts)[1]
-    assert "Order spectra" not in out
-
-
 def test_fit_says_that_its_stretches_are_too_short_for_orders(run, workshop):
     options = ("--diagnoser", "stretches", "--window-length", 2000)
     code, out, _ = run(*fit(workshop, *options))
@@ -131,43 +122,6 @@ def test_fit_says_that_its_stretches_are_too_short_for_orders(run, workshop):
     )
     said = run("info", workshop / "bearing.skops")[1]
     assert "It compares no order spectra, because its stretches are too short." in said
-
-
-def test_fit_says_why_it_takes_windows(run, workshop):
-    text = (workshop / "table.csv").read_text()
-    (workshop / "slow.csv").write_text(text.replace(",500,", ",100,"))
-    code, out, _ = run(*fit(workshop, table="slow.csv"))
-    assert code == 0 and "Windows of 1200 samples" in out
-    found = "the shortest recording takes 1.2 s, and two stretches 6 s."
-    assert f"Note: windows, not stretches: {found}" in out
-    asked = run(*fit(workshop, "--window-length", 1200, table="slow.csv"))[1]
-    assert "not stretches" not in asked
-
-
-@pytest.mark.parametrize("text", ["1.797", "12,500"])
-def test_a_separator_of_thousands_is_refused(run, workshop, text):
-    table = (
-        (workshop / "table.csv")
-        .read_text()
-        .replace(",", ";")
-        .replace(";500;", f";{text};")
-    )
-    (workshop / "other.csv").write_text(table)
-    code, _, err = run(*fit(workshop, table="other.csv"))
-    whole = text.replace(",", ".")
-    assert code == 1 and f"other.csv, line 2: rpm is '{text}', which means " in err
-    assert f"write {text.replace('.', '').replace(',', '')}, or {whole}0" in err
-    folder = ("diagnose", "--bearing", "6205", workshop / "outer_0.npy", "--rpm", text)
-    code, _, err = run(*folder)
-    assert code == 2 and f"--rpm: rpm is '{text}', which means" in err
-
-
-@pytest.mark.parametrize("text", ["500.000", "0.500e3"])
-def test_other_speeds_with_decimals_are_not_ambiguous(run, workshop, text):
-    table = (workshop / "table.csv").read_text().replace(",500,", f",{text},")
-    (workshop / "other.csv").write_text(table)
-    code, out, err = run(*fit(workshop, "--window-length", 1000, table="other.csv"))
-    assert code == 0 and f"revolutions at {float(text):g} rpm" in out, err
 
 
 def test_a_speed_at_which_nothing_turns_is_refused(run, workshop):
@@ -184,12 +138,3 @@ def test_a_speed_at_which_nothing_turns_is_refused(run, workshop):
             "expected revolutions per minute. If the speed is right, leave it out"
             in err
         )
-
-
-def test_a_run_up_may_begin_at_rest(run, workshop):
-    log = "time,rpm\n0,0\n1.3,1000\n"
-    (workshop / "speeds.csv").write_text(log)
-    text = (workshop / "table.csv").read_text()
-    (workshop / "run_up.csv").write_text(text.replace(",500,", ",speeds.csv,"))
-    code, out, err = run(*fit(workshop, "--window-length", 500, table="run_up.csv"))
-    assert code == 0 and "outer" in counts(out), err

@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from skarxlag import make_alpio, save_diagnoser
-from skarxlag.plant.commands.journal import Journal
+from skarxlag.plant.commands import fit
 from skarxlag.plant.commands.models import SavedModel, bearing_model
 from skarxlag.plant.commands.results import agreement
 
@@ -130,7 +130,16 @@ def test_files_of_another_kind_are_replaced_on_request_only(diagnose, run, plant
     model.write_text("no model")
     table = plant / "table.csv"
     table.write_text("path,condition,sampling_rate\ngood.npy,good,5\nworn.npy,worn,5\n")
-    fit = ("fit", table, "-o", model, "--window-length", WINDOW, "--diagnoser", "alpio")
+    fit = (
+        "fit",
+        table,
+        "-o",
+        model,
+        "--window-length",
+        WINDOW,
+        "--diagnoser",
+        "diagnoser",
+    )
     assert run(*fit)[0] == 2 and model.read_text() == "no model"
     assert run(*fit, "--force")[0] == 0
     assert run(*fit)[0] == 0
@@ -228,31 +237,6 @@ def test_results_may_lie_in_the_folder_of_the_recordings(diagnose, plant):
     assert len(pd.read_csv(folder / "out.csv")) == 2
 
 
-@pytest.mark.parametrize("kind", ["file", "link", "folder"])
-def test_a_journal_replaces_nothing_that_is_foreign(diagnose, plant, kind):
-    output = plant / "out.csv"
-    foreign, precious = plant / "out.csv.skarxlag-journal", plant / "notes.txt"
-    precious.write_text("what I saw")
-    if kind == "file":
-        foreign.write_text("what I saw")
-    elif kind == "link":
-        foreign.symlink_to(precious)
-    else:
-        foreign.mkdir()
-    code, _, err = diagnose(plant / "good.npy", "-o", output)
-    assert code == 1 and f"{foreign}: exists and is no journal of this command" in err
-    assert precious.read_text() == "what I saw" and os.path.lexists(foreign)
-    assert not output.exists()
-
-
-def test_a_second_run_on_one_output_is_refused(diagnose, plant):
-    output = plant / "out.csv"
-    with Journal(output, []):
-        code, _, err = diagnose(plant / "good.npy", "-o", output)
-        assert code == 1 and "another run is writing these results" in err
-    assert diagnose(plant / "good.npy", "-o", output)[0] == 0
-
-
 def test_a_file_that_changes_while_read_has_no_verdict(diagnose, plant, monkeypatch):
     path = plant / "good.npy"
     open_recording = SavedModel.open
@@ -302,3 +286,21 @@ def test_agreement_counts_what_a_model_can_name():
     detector = SimpleNamespace(conditions=["Normal"], healthy="Normal")
     assert agreement(rows, detector) == (3, 4)
     assert agreement(rows.assign(condition=None), detector) == (0, 0)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights on Windows")
+def test_a_link_that_is_made_after_the_check_is_not_followed(run, plant, monkeypatch):
+    precious, model = plant / "notes.txt", plant / "new.skops"
+    precious.write_text("what I saw")
+    train = fit.training_rows
+
+    def linked(*arguments, **options):
+        model.symlink_to(precious)
+        return train(*arguments, **options)
+
+    monkeypatch.setattr(fit, "training_rows", linked)
+    table = plant / "table.csv"
+    table.write_text("path,condition,sampling_rate\ngood.npy,good,5\nworn.npy,worn,5\n")
+    command = ("fit", table, "-o", model, "--window-length", WINDOW)
+    assert run(*command)[0] == 0
+    assert precious.read_text() == "what I saw" and not model.is_symlink()

@@ -9,7 +9,6 @@ from scipy.signal import lfilter
 
 from skarxlag import bearing_orders
 from skarxlag.plant.commands import main
-from tests.plant.watch.watching import lines_of
 
 RATE, SECONDS = 5000, 6
 LOWEST, HIGHEST = 900.0, 1500.0
@@ -109,47 +108,6 @@ def test_fit_and_diagnose_with_speeds_over_time(run, model, folder):
     ] * 2
     speeds = [window["rpm"] for window in rows[0]["window_rows"]]
     assert speeds[0] < 1000 and speeds[-1] > 1400
-
-
-def test_watch_with_a_tachometer(run, model, piped):
-    lines = lines_of(run_up(bearing_orders("6205")["inner"], 5, seconds=12))
-    found = {}
-    for name, options in {
-        "tacho": ("tacho:1", "--pulses-per-revolution", 1),
-        "mean": (1200,),
-    }.items():
-        piped(lines)
-        watch = ("watch", model, "-", "--channel", 0, "--sampling-rate", RATE)
-        watch += ("--rpm", *options)
-        code, out, err = run(*watch)
-        assert code == 0, err
-        found[name] = [json.loads(line) for line in out.splitlines()]
-    # The levels of the pulses are known after four seconds.
-    waiting = [v for v in found["tacho"] if v["quality"] == "no verdict"]
-    assert waiting and all(v["start"] < 4 * RATE for v in waiting)
-    assert found["tacho"][-1]["verdict"] == "inner" != found["mean"][-1]["verdict"]
-    speeds = [v["rpm"] for v in found["tacho"][len(waiting) :]]
-    assert speeds == sorted(speeds) and speeds[-1] > 1.2 * speeds[0]
-
-
-def test_watch_of_a_folder_takes_the_speed_of_each_file(run, model, folder, tmp_path):
-    for seed in (1, 2):
-        (tmp_path / f"{seed}.npz").write_bytes(
-            (folder / f"inner_{seed}.npz").read_bytes()
-        )
-    watch = ("watch", model, tmp_path, "--channel", "acc", "--idle", 0.1)
-    watch += ("--settle", 0.01)
-    code, out, err = run(*watch, "--rpm", "tacho:key")
-    found = [json.loads(line) for line in out.splitlines()]
-    assert code == 0 and [line["verdict"] for line in found] == ["inner"] * 2, err
-    code, out, err = run(*watch)
-    assert code == 0
-    assert out == ""
-    assert err.count("rpm is missing") == 2
-    log = tmp_path / ".speeds.csv"
-    log.write_text("recording,rpm\n1,1200\n2,1300\n")
-    code, out, err = run(*watch, "--rpm", log)
-    assert code == 0 and len(out.splitlines()) == 2, err
 
 
 def test_evaluate_leaves_recordings_out_by_their_mean_speed(run, tmp_path):

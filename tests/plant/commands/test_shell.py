@@ -1,7 +1,6 @@
 """Random tables, files and options: no traceback, a known exit status, a verdict for each file."""
 
 import itertools
-import json
 
 import numpy as np
 import pytest
@@ -59,7 +58,7 @@ def models(plant):
     from skarxlag.plant.commands import main
 
     paths = []
-    for kind in ("alpio", "detector"):
+    for kind in ("diagnoser", "detector"):
         paths.append(plant / f"{kind}.skops")
         fit = ["fit", plant / "table.csv", "-o", paths[-1], "--window-length", WINDOW]
         assert main([str(each) for each in (*fit, "--diagnoser", kind)]) == 0
@@ -140,16 +139,14 @@ def check(code, out, err):
 @given(
     tables(),
     options(
-        diagnoser=of("alpio", "diagnoser", "stretches", "detector"),
+        diagnoser=of("diagnoser", "stretches", "detector"),
         healthy=of("good", "none", "x"),
-        train_rpm=of("300", "1..900", "300+-5%", "x"),
+        train_rpm=of("300", "1..900", "290..310", "x"),
         false_alarm_rate=of(0.2, 1),
         bearing=of("6205", "outer=3.5,inner=5.4", "x"),
         fixed_gain=FLAG,
         no_p_values=FLAG,
         window_length=of(WINDOW, 100, 5),
-        hop=of(150, 0),
-        max_windows=of(1, 3),
         resample_to=of(4_000, -1),
         rpm=of(300),
     ),
@@ -216,91 +213,3 @@ def test_diagnose_gives_each_recording_a_verdict(
         assert len(rows_of(out)) == 1 + n_recordings
     else:
         assert code in (1, 2)
-
-
-#: A table of two speeds.
-SPEEDS = f"""path,condition,RPM,sampling rate,channel
-good.npy,good,300,{RATE},
-both.npz,worn,300,{RATE},drive
-=1 ä.npy,good,600,{RATE},
-worn.csv,worn,600,{RATE},"""
-
-
-@pytest.mark.slow
-@settings(QUICK, max_examples=15)
-@given(
-    st.just(SPEEDS) | tables(),
-    options(
-        rpm=of("300", "x"),
-        train_rpm=of("300", "900", "x"),
-        window_length=of(100, 5, "x"),
-        healthy=of("g", "x"),
-        sampling_rate=of(RATE),
-        pattern=of("("),
-        diagnoser=of("alpio", "x"),
-    ),
-)
-def test_evaluate_of_any_table(run, plant, no_figures, text, chosen):
-    table, output = plant / f"t{next(COUNTER)}.csv", plant / f"e{next(COUNTER)}"
-    table.write_text(text)
-    plain = () if "--window-length" in chosen else ("--window-length", WINDOW)
-    code, out, err = run("evaluate", table, "--output", output, "-q", *plain, *chosen)
-    check(code, out, err)
-    # Nothing is written of an evaluation that failed.
-    assert (code == 0) == any(output.glob("*"))
-    assert code == 0 or text != SPEEDS or chosen
-
-
-LINES = [
-    b"1.5",
-    b"-2",
-    b"nan",
-    b"1e999",
-    b"x",
-    b"",
-    b"1.5,2",
-    b"y",
-    b'"',
-    b"\xff\x00",
-    b"# a",
-    b"1;2",
-]
-
-
-@pytest.mark.slow
-@QUICK
-@given(
-    st.data(),
-    st.lists(st.tuples(st.integers(0, 3 * WINDOW), st.sampled_from(LINES)), max_size=4),
-    st.integers(0, 4 * WINDOW),
-    options(
-        channel=of("0", "y", "none", ""),
-        dtype=of("<i2", "<f8", "complex"),
-        sampling_rate=of(RATE, 0),
-        rpm=of(300, 1e-3, 1e9),
-        rpm_column=of("0", "x"),
-        time_column=of("none", "0", "x"),
-        half_life=of(0.1, -1),
-        every=of(1e9),
-        gap_tolerance=of(0),
-        state=of("state.json"),
-    ),
-)
-def test_watch_of_any_lines(run, plant, models, piped, data, odd, n_lines, chosen):
-    """Each whole window of a clean stream has a verdict, others a verdict or none."""
-    model, path = data.draw(st.sampled_from(models)), plant / f"w{next(COUNTER)}.csv"
-    lines = [
-        f"{value:.6g}".encode()
-        for value in np.random.default_rng(1).normal(size=n_lines)
-    ]
-    for at, line in odd:
-        lines.insert(at, line)
-    piped(b"".join(line + b"\n" for line in lines))
-    if "--state" in chosen:
-        chosen[chosen.index("--state") + 1] = path.with_suffix(".json")
-    code, out, err = run("watch", model, "-", *chosen)
-    check(code, out, err)
-    starts = [json.loads(line)["start"] for line in out.splitlines()]
-    assert starts == sorted(set(starts))
-    if code == 0 and not odd and not chosen:
-        assert starts == list(range(0, n_lines - WINDOW + 1, WINDOW))

@@ -147,16 +147,6 @@ def test_a_recording_that_cannot_be_read_does_not_hide_the_others(page_of, run, 
     assert "no such file" in page and "NaN" in page
 
 
-@pytest.mark.parametrize("name", ["healthy.npz", "notes.html"])
-def test_a_page_replaces_nothing_that_is_foreign(run, folder, tmp_path, name):
-    path = tmp_path / name
-    content = (folder / "healthy.npz").read_bytes()
-    path.write_bytes(content)
-    recording = path if name.endswith("npz") else folder / "healthy.npz"
-    code, _, err = run("show", recording, "-o", path)
-    assert code == 2 and "argument -o/--output" in err and path.read_bytes() == content
-
-
 def test_too_many_recordings_are_refused(run, tmp_path):
     for number in range(51):
         np.save(tmp_path / f"{number}.npy", np.arange(3.0))

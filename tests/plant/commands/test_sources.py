@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 from skarxlag import load_diagnoser
 
 WINDOW = 200
-FIT = ("--window-length", WINDOW, "--diagnoser", "alpio")
+FIT = ("--window-length", WINDOW, "--diagnoser", "diagnoser")
 PATTERN = r"(?P<condition>[a-z]+)_(?P<rpm>\d+)_(?P<hall>\w)"
 
 
@@ -61,25 +61,12 @@ def test_speeds_of_the_training_are_a_range(run, folder):
     options = ("--pattern", PATTERN, "--sampling-rate", "5e3", "--train-rpm")
     for text, expected in [
         ("300", [300]),
-        ("305+-2%", [300, 310]),
         ("305..600", [310, 500]),
     ]:
         assert run("fit", folder / "runs", "-o", path, *FIT, *options, text)[0] == 0
         assert load_diagnoser(path)[1]["train_rpm"] == expected
-    code, _, err = run("fit", folder / "runs", "-o", path, *FIT, *options, "700+-50")
+    code, _, err = run("fit", folder / "runs", "-o", path, *FIT, *options, "650..750")
     assert code == 2 and "--train-rpm: 650 to 750 holds no speed of" in err
-
-
-def test_windows_are_sampled_on_request_and_this_is_reported(run, folder):
-    path = folder / "m.skops"
-    options = ("--pattern", PATTERN, "--sampling-rate", "5e3")
-    code, out, _ = run(
-        "fit", folder / "runs", "-o", path, *FIT, *options, "--max-windows", 5
-    )
-    assert code == 0 and "at most 5 windows of each, fewer than there are in 12" in out
-    assert load_diagnoser(path)[1]["n_windows"] == [30, 30]
-    assert run("fit", folder / "runs", "-o", path, *FIT, *options, "--hop", 400)[0] == 0
-    assert load_diagnoser(path)[1]["n_windows"] == [30, 30]
 
 
 def test_another_sampling_rate_is_resampled_on_request_and_this_is_reported(
@@ -121,12 +108,3 @@ def test_several_channels_are_given_by_name_position_or_pattern(run, tmp_path):
         "diagnose", tmp_path / "m.skops", file, "--channel", "*DE_time; *FE_time"
     )
     assert code == 0 and " worn " in out
-
-
-def test_a_table_among_the_recordings_of_a_folder_is_named_as_one(run, folder, model):
-    (folder / "runs" / "table.csv").write_text("path,rpm\na/good_300_a.npy,300\n")
-    code, _, err = run("diagnose", model, folder / "runs", "--sampling-rate", "5e3")
-    reason = (
-        "table.csv: this is a table of recordings, expected samples; --table takes it"
-    )
-    assert code == 1 and "1 of 13 recordings failed" in err and reason in err

@@ -102,7 +102,7 @@ def test_a_speed_may_be_unknown(run, workshop, model):
     ("options", "expected"),
     [
         (("--window-length", "1200"), "Windows of 1200 samples, 0.15 s at 8000 Hz"),
-        (("--diagnoser", "alpio"), "Windows of 1200 samples, 0.15 s at 8000 Hz"),
+        (("--diagnoser", "diagnoser"), "Windows of 1200 samples, 0.15 s at 8000 Hz"),
         (
             ("--diagnoser", "stretches", "--window-length", "16000"),
             "Stretches of 16000 samples",
@@ -121,7 +121,7 @@ def test_more_than_memory_shall_hold_is_sampled(run, workshop, monkeypatch):
     """By stretches and by windows, as the options say and as they do not."""
     fit = ("fit", workshop / "900.csv", *HEALTHY, "-o", workshop / "sampled.skops")
     # Two recordings of 4 stretches of 7200 samples, or of 26 windows of 1200.
-    monkeypatch.setattr("skarxlag.plant.commands.fit_rows.MOST_SAMPLES", 4 * 7200)
+    monkeypatch.setattr("skarxlag.plant.commands.training_rows.MOST_SAMPLES", 4 * 7200)
     code, out, err = run(*fit, "-v")
     assert code == 0 and counts(out)["inner"] == [1, 2]
     assert "; at most 2 windows of each, fewer than there are in 2" in out
@@ -142,8 +142,6 @@ def test_more_than_memory_shall_hold_is_sampled(run, workshop, monkeypatch):
     code, out, err = run(*fit, "--diagnoser", "diagnoser", "-q")
     assert code == 0 and counts(out)["inner"] == [1, 7] and err == ""
     assert "at most 12 windows of each, fewer than there are in 2" in out
-    code, out, err = run(*fit, "--max-windows", 20, "-q")
-    assert code == 0 and counts(out)["inner"] == [1, 13]
 
 
 def test_short_recordings_are_compared_by_windows(run, workshop):
@@ -206,13 +204,3 @@ def test_a_bearing_that_is_none(run, workshop, model, value, expected):
     )
     assert code == 2 and f"argument --bearing: {value!r}: " in err and expected in err
     assert not output.exists()
-
-
-def test_a_bearing_needs_a_report(run, workshop, model):
-    recording = workshop / "inner_600.npy"
-    for output in ((), ("-o", workshop / "bad.csv")):
-        code, _, err = run(
-            "diagnose", model, recording, "--bearing", "9,7.94,39.04", *output
-        )
-        assert code == 2
-        assert "argument --bearing: belongs to a report, -o FILE.html" in err

@@ -21,7 +21,7 @@ from ..files import check_output, is_model_file
 from ..messages import as_command_error
 
 #: Kinds of diagnosers.
-KINDS = ("alpio", "extended-state", "diagnoser", "stretches", "detector")
+KINDS = ("diagnoser", "stretches", "detector")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "healthy condition, or none if no recording is",
         metavar="LABEL",
     )
-    text = "recordings to use: 1797, 1797+-30, 1797+-2%% or 1700..1800; default: all"
+    text = "recordings to use, such as 1797 or 1700..1800; default: all"
     option(parser, "--train-rpm", text, arguments.speed_range, "RPM")
     option(
         parser,
@@ -77,15 +77,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     cut = parser.add_argument_group("windows")
     option(cut, "--window-length", "samples in a window", arguments.window_length)
-    option(
-        cut, "--hop", "between starts of windows; default: their length", positive_int
-    )
-    option(
-        cut,
-        "--max-windows",
-        "of each recording; default: as memory allows",
-        positive_int,
-    )
     option(cut, "--resample-to", "sampling rate of all", arguments.sampling_rate, "HZ")
     flag(parser, "--force", "let -o replace a file that is no saved diagnoser")
 
