@@ -239,7 +239,8 @@ def test_channels_of_inputs(run, workshop):
     assert f"channels u; y, but {path} was fitted on y; u, in this order" in err
     code, out, err = run("diagnose", path, file, "--channel", "y")
     assert code == 1
-    assert err.splitlines()[-1] == f"  {file}: 1 channel, but {path} was fitted on 2; --channel chooses"
+    reason = f"{file}: 1 channel, but {path} was fitted on 2; --channel chooses"
+    assert err.splitlines()[-1] == f"  {reason}"
 
 
 def test_another_sampling_rate_is_refused(run, model, workshop):
