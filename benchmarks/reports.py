@@ -36,7 +36,7 @@ def _of_length(lines, length, trained=_ONE):
 
 
 def cross_speed_overview(lines):
-    """Windows of both lengths and rows of a second, ours and the best peers."""
+    """Tabulate windows of both lengths and rows of a second, ours and the best peers."""
     columns = {"mean": "mean", "worst rig": "worst rig", "worst pair": "worst pair"}
     parts = [
         _of_length(lines, length)
@@ -60,7 +60,7 @@ def cross_speed_overview(lines):
 
 
 def cross_speed(lines):
-    """One table for each length of windows, and where a peer is ahead."""
+    """Tabulate each length of windows, and name the rigs on which a peer is ahead."""
     parts = [
         "Fitted on the first halves of the recordings of one speed, scored on the second "
         "halves at every other speed. The interval holds 90 % of 1000 bootstrap draws of rigs."
@@ -91,7 +91,7 @@ def _ahead(table):
 
 
 def several_speeds(lines):
-    """Training at all speeds but one."""
+    """Tabulate verdicts after training at all speeds but one."""
     parts = ["Trained at all speeds but one, tested at that one."]
     for length in ("1200", "1 s"):
         table = _of_length(lines, length, "others")
@@ -101,7 +101,7 @@ def several_speeds(lines):
 
 
 def calibration(lines):
-    """What make_diagnoser states, by the length of rows and the number of speeds."""
+    """Tabulate stated probabilities by length of rows, number of speeds, and rig."""
     ours = _chosen(lines, method="make_diagnoser")
     ours = ours[ours["rig"].isin(SIX_RIGS)]
     table = calibrated(ours, ["trained at", "length"])
@@ -122,7 +122,7 @@ def calibration(lines):
 
 
 def simulated(lines):
-    """The rigs with a torque."""
+    """Tabulate the rigs with a torque."""
     kept = _chosen(lines, **{"trained at": _ONE})
     kept = kept[kept["rig"].isin(SIMULATED)]
     table = shares(kept, ["method", "rig", "length"]).unstack(["rig", "length"])
@@ -135,7 +135,7 @@ def simulated(lines):
 
 
 def stretches(lines):
-    """Rows of a second, with wrong speeds."""
+    """Tabulate rows of a second, with wrong speeds."""
     table = _of_length(lines, "1 s")
     wrong = [name for name in table["method"] if name.startswith("make_diagnoser")]
     return (
@@ -155,7 +155,7 @@ def _at_bearing(lines, protocol, methods=bearing.METHODS):
 
 
 def bearing_overview(lines):
-    """Another bearing and another speed: ours and the best peers."""
+    """Tabulate another bearing at another speed, ours and the best peers."""
     table = _at_bearing(lines, bearing.ANOTHER_SPEED).drop(columns="worst fold")
     knows = table["method"].isin(bearing.WITH_BEARING).map({True: "yes", False: "no"})
     table.insert(1, "knows the bearing", knows)
@@ -174,7 +174,7 @@ def bearing_overview(lines):
 
 
 def another_bearing(lines):
-    """One table for each protocol."""
+    """Tabulate each protocol."""
     parts = []
     protocols = (
         bearing.ANOTHER,
@@ -189,7 +189,7 @@ def another_bearing(lines):
 
 
 def bearing_locations(lines):
-    """Right verdicts by location, healthy rows included, and what else they are called."""
+    """Count right verdicts by location, healthy rows included."""
     lines = _chosen(lines, protocol=bearing.ANOTHER_SPEED)
     lines = lines[lines["method"].isin(bearing.OURS[:2])]
     total = lines.groupby(["method", "rig", "location"], sort=False)[
@@ -204,14 +204,14 @@ def bearing_locations(lines):
 
 
 def bearing_probabilities(lines):
-    """What make_diagnoser states on other bearings."""
+    """Tabulate the probabilities of make_diagnoser on other bearings."""
     lines = lines[lines["method"].isin(bearing.OURS[:2])]
     table = calibrated(lines, ["method", "protocol"])
     return markdown(table)
 
 
 def bearing_variants(lines):
-    """Fewer bearings in the training, and another prior."""
+    """Tabulate fewer bearings in the training, and another prior."""
     names = [bearing.OURS[0], *bearing.VARIANTS]
     table = _at_bearing(lines, bearing.ANOTHER_SPEED, names)
     parts = []
@@ -230,7 +230,7 @@ def bearing_variants(lines):
 
 
 def bearing_noise(lines):
-    """How often noise and other machines are stated as a known location."""
+    """Count noise and rows of other machines that are stated as a known location."""
     total = lines.groupby(["method", "rows of"], sort=False)[["rows", "stated"]].sum()
     worst = lines.loc[
         lines.groupby(["method", "rows of"], sort=False)["stated"].idxmax()
@@ -244,7 +244,7 @@ def bearing_noise(lines):
 
 
 def orders_named(lines):
-    """Whole recordings and rows of a second that our classifier names, by rig."""
+    """Count whole recordings and rows of a second that our classifier names, by rig."""
     ours = _chosen(lines, method="make_fault_order_classifier")
     parts = []
     for length, title in (("whole", "Whole recordings"), ("1 s", "Rows of a second")):
@@ -270,7 +270,7 @@ def orders_named(lines):
 
 
 def orders_methods(lines):
-    """Locations that rank first, without a limit, by method."""
+    """Tabulate how often the right location ranks first, by method."""
     lines = _chosen(lines, length="5 s")
     lines = lines[(lines["location"] != "healthy") & (lines["row"] == 0)]
     lines = lines.assign(
@@ -290,7 +290,7 @@ def orders_methods(lines):
 
 
 def detection_overview(lines):
-    """Detectors at speeds without healthy recordings, rows of a second."""
+    """Tabulate detectors at speeds without healthy recordings."""
     chosen = _chosen(lines, calibrated="left out", length="1 s")
     rows = []
     for method, group in chosen.groupby("method", sort=False):
@@ -305,7 +305,7 @@ def detection_overview(lines):
 
 
 def detection(lines):
-    """False alarms and missed faults at a speed that was left out."""
+    """Tabulate false alarms and missed faults by protocol, and by rig."""
     at_left_out = _chosen(lines, calibrated="left out")
     parts = []
     for kind, title in (
@@ -349,7 +349,7 @@ def _rates(group):
 
 
 def missed_families(lines):
-    """The conditions that are missed most."""
+    """Tabulate the conditions that are missed most."""
     lines = _chosen(lines, method="make_detector", calibrated="left out", length="1 s")
     is_healthy = lines["condition"].str.lower().isin(["n", "normal", "healthy"])
     total = (
@@ -364,7 +364,7 @@ def missed_families(lines):
 
 
 def unknown(lines):
-    """Rejected rows of known and unknown conditions, noise and another rig."""
+    """Tabulate rejected rows of known and unknown conditions, noise and another rig."""
     total = lines.groupby(["rig", "length", "tested at", "rows of"], sort=False)
     total = total[["rows", "below 0.01"]].sum()
     share = (100 * total["below 0.01"] / total["rows"]).unstack("rows of")
@@ -376,7 +376,7 @@ def unknown(lines):
 
 
 def published(lines):
-    """What was printed, what is computed here, what differs, and who is ahead."""
+    """Tabulate printed and computed figures, with differences and rivals ahead of ours."""
     rows = []
     for table, printed in PRINTED.items():
         here = _chosen(lines, table=table)
@@ -417,7 +417,7 @@ def _published_cells(lines, best):
 
 
 def published_overview(lines):
-    """The same without the columns of what is the same and what differs."""
+    """Tabulate printed and computed figures without the differences."""
     rows = [
         {"table": table, "printed": printed.figures}
         | _published_cells(_chosen(lines, table=table), printed.best)
@@ -427,7 +427,7 @@ def published_overview(lines):
 
 
 def runs_to_failure(lines):
-    """When the alarm went on for good, and the fault that is named."""
+    """Tabulate the time of the last alarm, and the fault that is named."""
     detector = _chosen(lines, method="detector", **{"healthy snapshots": "all"})
     named = _chosen(lines, method="bearing").set_index(["run", "channel"])
     few = _chosen(lines, method="detector", **{"healthy snapshots": "5"})
@@ -453,7 +453,7 @@ def _whole(number):
 
 
 def signal_quality(lines):
-    """Refused rows by rig, and by treatment."""
+    """Tabulate refused rows by treatment and length."""
     total = lines.groupby(["group", "length"], sort=False)[["rows", "refused"]].sum()
     share = (100 * total["refused"] / total["rows"]).unstack("length", sort=False)
     table = share.reset_index().rename(columns={"group": "rows of"})
@@ -520,6 +520,6 @@ def draw_calibration(lines, path):
 
 
 def speed(lines):
-    """All rows."""
+    """Tabulate all rows of the speed benchmark."""
     table = lines[["what", "ours", "measured", "spread"]]
     return markdown(table, digits=2)

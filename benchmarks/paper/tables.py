@@ -78,7 +78,7 @@ def _simulate(crack_mm, rpm, **options):
 
 
 def relative_to_healthy(load):
-    """The same with the output in units of its healthy level at that speed and in that rig."""
+    """Return a loader whose output has the unit of its healthy level at that speed."""
 
     def scaled(crack_mm, rpm):
         rig = load(crack_mm, rpm)
@@ -91,7 +91,7 @@ def relative_to_healthy(load):
 
 
 def with_parameters(makers, **parameters):
-    """The same diagnosers with other parameters."""
+    """Return the diagnosers with other parameters."""
     return {
         title: lambda healthy, make=make: make(healthy=healthy).set_params(**parameters)
         for title, make in makers.items()

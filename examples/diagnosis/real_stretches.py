@@ -36,7 +36,8 @@ for error in (0, 0.03, 0.05, 0.1):
     print(
         f"stated {error:4.0%} too fast: {np.mean(predicted == rig.target[new]):.2f} right"
     )
-print(f"not stated: {diagnoser.score(rig.data[new], rig.target[new]):.2f} right")
+predicted = diagnoser.predict(rig.data[new])
+print(f"not stated: {np.mean(predicted == rig.target[new]):.2f} right")
 
 # %%
 # The plot shows the order spectrum of a stretch with a fault of the outer race, and the

@@ -49,7 +49,7 @@ def _detects_outliers(fusion):
 
 @dataclass(kw_only=True, eq=False, repr=False)
 class SensorFusion(SignalEstimator, BaseEstimator):
-    r"""One answer from several outputs, which are sensors that measure the same bearing.
+    r"""Classifier or detector of several sensors that measure the same bearing.
 
     A copy of `estimator` is fitted for each output. Each copy gets its output and all
     inputs, so no sensor is predicted from another one, which would remove what both

@@ -1,1 +1,1 @@
-"""Pure numerics on arrays; nothing in here knows of scikit-learn."""
+"""Pure numerics on arrays; none of them uses scikit-learn."""

@@ -1,4 +1,4 @@
-"""Noises of many colours, which carry no condition and probe what a classifier says of them."""
+"""Noises of many colours, which hold no condition and probe a classifier."""
 
 import numpy as np
 from numpy.typing import NDArray

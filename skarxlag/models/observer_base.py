@@ -1,4 +1,4 @@
-"""What all observers share: fitting, residuals and trajectories."""
+"""Base class of observers: fitting, residuals and trajectories."""
 
 from __future__ import annotations
 

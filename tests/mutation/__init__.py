@@ -1,1 +1,1 @@
-"""How many small errors in modules the tests would notice."""
+"""Mutation tests: the share of small errors in modules that the tests detect."""

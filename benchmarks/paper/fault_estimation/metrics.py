@@ -1,4 +1,4 @@
-"""How well an estimate follows a known signal: error, delay, bias, settling."""
+"""Measures of an estimate of a known signal: error, delay, bias, settling."""
 
 import numpy as np
 from scipy.signal import correlate, correlation_lags

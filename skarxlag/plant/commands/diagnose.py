@@ -77,7 +77,7 @@ def diagnose(
         Recordings that are diagnosed at a time, as in `joblib.Parallel`: by threads,
         or within ``joblib.parallel_config`` by its workers, such as those of Dask.
     reporter : Reporter or None, default=None
-        Counts the recordings. None: nobody.
+        Progress reporter that counts the recordings. None prints nothing.
 
     Returns
     -------

@@ -77,7 +77,7 @@ resample_to, n_jobs
     train_rpm : tuple of two floats or None, default=None
         Lowest and highest speed. None: all recordings.
     reporter : Reporter or None, default=None
-        Prints the progress. None: nobody.
+        Progress reporter. None prints nothing.
 
     Returns
     -------

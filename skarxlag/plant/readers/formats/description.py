@@ -1,4 +1,4 @@
-"""What one file states: its channels, the choice among them, their rate, and their samples."""
+"""Description of one file: its channels, their selection, their rate, and their samples."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
