@@ -2,7 +2,6 @@
 
 import argparse
 import signal
-import threading
 from contextlib import ExitStack
 from typing import Any
 
@@ -13,18 +12,16 @@ from .messages import CommandError
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
-    news = threading.Event()
     signals: list[Any] = []
 
     def note(*caught: Any) -> None:
         signals.append(caught)
-        news.set()
 
     with ExitStack() as at_end:
         # These signals end the command where it does no harm.
         for number in (signal.SIGINT, signal.SIGTERM):
             at_end.callback(signal.signal, number, signal.signal(number, note))
         try:
-            return int(follow(args, signals, news))
+            return int(follow(args, signals))
         except OutputError as error:
             raise CommandError(str(error)) from error

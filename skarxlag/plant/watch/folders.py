@@ -2,7 +2,6 @@
 
 import argparse
 import os
-import stat
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -14,19 +13,19 @@ from ...monitoring.alarm import CumulativeSumAlarm
 from ...verdicts.names import POSSIBLY_CHANGED
 from ..commands.arguments import refuse
 from ..commands.diagnosis import Diagnosis, diagnose_file
-from ..commands.messages import counted
+from ..commands.messages import counted, say
 from ..commands.models import SavedModel
 from ..readers.entries import ListedRecording
 from ..readers.files import recording_start
 
 #: Names of files that count as diagnosed, although the files may be gone.
 _MOST_NAMES = 100_000
-#: Nanoseconds within which a folder may have changed again without another time.
-_COARSE = 2 * 10**9
+#: Pause after a look at a folder, in durations of the look, at least.
+_PAUSE = 20
 #: Probability that a healthy snapshot exceeds the limits after one that did, if load or
 #: speed last longer than the time between snapshots.
 _PERSISTENCE = 0.5
-_SECONDS_A_YEAR = 3.15576e7
+_HOURS_A_YEAR = 8766
 
 
 class FolderFollower:
@@ -41,8 +40,8 @@ class FolderFollower:
         Arguments of the command for the sensor.
     model : SavedModel
         The model.
-    say : callable
-        Prints a line about the sensor.
+    remark : callable
+        Prints a line about the sensor, once.
     add : callable
         Called with the fields of the line of each snapshot.
 
@@ -50,10 +49,13 @@ class FolderFollower:
     ----------
     monitor : CumulativeSumAlarm
         The alarm.
+    cut : None
+        Whole files are diagnosed, and no blocks are cut.
     has_ended, is_readable : bool
         False, since a folder never ends; and True.
     """
 
+    cut = None
     has_ended = False
     is_readable = True
 
@@ -61,44 +63,48 @@ class FolderFollower:
         self,
         args: argparse.Namespace,
         model: SavedModel,
-        say: Callable[[str], None],
+        remark: Callable[[str], None],
         add: Callable[[dict[str, Any]], None],
     ) -> None:
-        refuse(args, ["time_column", "rpm_column"], "belongs to csv lines")
+        refuse(args, ["rpm_column"], "belongs to csv lines")
         why = "counts hours of signal; --alarm-delay counts the snapshots of a folder"
         refuse(args, ["false_alarm_interval"], why)
         self._args = args
         self._model = model
-        self._say = say
+        self._remark = remark
         self._add = add
         self._folder = Path(args.source)
         self._has_alarm = model.judge.limits.exist
+        self._rate = model.judge.limits.rate if self._has_alarm else _PERSISTENCE / 2
         self.monitor = self._new_alarm(_PERSISTENCE)
-        self._remarks: set[str] = set()
         self._names: set[str] = set()
         # State of each file that was not diagnosed, and since when it is so.
         self._waiting: dict[str, tuple[Any, float]] = {}
         self._finished: list[str] = []
-        self._listed: int | None = None
-        self._list_again = 0.0
+        self._look_at = 0.0
         self._n_diagnosed = 0
         self._n_skipped = 0
 
     def _new_alarm(self, persistence):
         # The interval between false alarms has no influence, because the delay is stated.
-        rate = self._model.judge.limits.rate if self._has_alarm else _PERSISTENCE / 2
         delay = self._args.alarm_delay or 1
-        return CumulativeSumAlarm(1.0, rate, persistence, delay, self._args.latch)
+        return CumulativeSumAlarm(1.0, self._rate, persistence, delay, self._args.latch)
 
     @property
     def alarm_state(self) -> str:
         """State of the alarm, see `MonitorVerdict`."""
         return self.monitor.alarm_state if self._has_alarm else "none"
 
+    def open(self) -> None:
+        """Do nothing: each look opens the folder."""
+
     def step(self) -> bool:
         """Diagnose the next file that is finished, and return whether there was one."""
-        if not self._finished:
-            self._look(time.monotonic())
+        start = time.monotonic()
+        if not self._finished and start >= self._look_at:
+            self._look(start)
+            end = time.monotonic()
+            self._look_at = end + _PAUSE * (end - start)
         if not self._finished:
             return False
         name = self._finished.pop()
@@ -109,25 +115,23 @@ class FolderFollower:
 
     def _look(self, moment):
         """Find the files that are finished."""
-        changed = self._folder.stat().st_mtime_ns
-        if changed != self._listed or moment >= self._list_again:
-            names = {name for name in os.listdir(self._folder) if name[0] != "."}
-            if len(self._names) > _MOST_NAMES:
-                self._names &= names
-            self._waiting = {
-                name: self._waiting.get(name, (None, moment))
-                for name in names - self._names
-            }
-            # A further file may arrive within the resolution of the folder's time.
-            self._listed = changed if time.time_ns() - changed > _COARSE else None
-            self._list_again = moment + self._args.retry
+        names = {name for name in os.listdir(self._folder) if name[0] != "."}
+        if len(self._names) > _MOST_NAMES:
+            self._names &= names
+        waiting = {}
         finished = []
-        for name, (before, since) in self._waiting.items():
-            state = _file_state(self._folder / name)
-            if state is None or state != before:
-                self._waiting[name] = state, moment
-            elif moment - since >= self._args.settle:
+        for name in names - self._names:
+            path = self._folder / name
+            # A folder cannot be read, and opening a pipe would wait for ever.
+            if not path.is_file():
+                continue
+            before, since = self._waiting.get(name, (None, moment))
+            status = path.stat()
+            state = status.st_mtime_ns, status.st_size
+            waiting[name] = state, since if state == before else moment
+            if state == before and moment - since >= self._args.settle:
                 finished.append((*state, name))
+        self._waiting = waiting
         self._finished = [name for *_, name in sorted(finished, reverse=True)]
 
     def _diagnose(self, path):
@@ -145,7 +149,7 @@ class FolderFollower:
         diagnosis = diagnose_file(recording, lambda: self._model)
         if diagnosis.error is not None:
             self._n_skipped += 1
-            self._say(f"skipped: {path}: {diagnosis.error}")
+            say(f"skipped: {path}: {diagnosis.error}")
             return
         self._n_diagnosed += 1
         for remark in diagnosis.remarks:
@@ -177,14 +181,6 @@ class FolderFollower:
             "alarm_state": self.alarm_state,
         }
 
-    def _remark(self, text):
-        if text not in self._remarks:
-            self._remarks.add(text)
-            self._say(text)
-
-    def next_cut(self) -> None:
-        """Return None: whole files are diagnosed, and no blocks are cut."""
-
     def restore(
         self, state: dict[str, Any], facts: dict[str, Any], pause: float
     ) -> None:
@@ -205,47 +201,31 @@ class FolderFollower:
         if n > 1:
             delay = f"the last of {n} snapshots in a row that exceed"
         # Whether snapshots exceed by chance, each for itself, is not known.
-        run_length = min(
-            self._new_alarm(persistence).run_length()
-            for persistence in (_PERSISTENCE, self._model.judge.limits.rate)
-        )
-        seconds = self._interval()
+        alarms = map(self._new_alarm, (_PERSISTENCE, self._rate))
+        run_length = min(alarm.run_length() for alarm in alarms)
         expected = f"at most one in {run_length:.3g} snapshots"
-        if seconds is not None:
-            a_year = _SECONDS_A_YEAR / seconds / run_length
+        if seconds := self._interval():
+            an_hour = 3600 / seconds / run_length
             expected = (
-                f"at most {a_year / 8766:.2g} an hour and {a_year:.2g} a year, with a "
-                f"snapshot every {seconds:.3g} s"
+                f"at most {an_hour:.2g} an hour and {an_hour * _HOURS_A_YEAR:.2g} a year, "
+                f"with a snapshot every {seconds:.3g} s"
             )
         return (
             f"Alarm: at {delay} the healthy limits. Expected false alarms: {expected}."
         )
 
     def _interval(self):
-        """Return the usual seconds between the files of the folder; None if they are too few."""
-        paths = (self._folder / name for name in os.listdir(self._folder))
-        states = [_file_state(path) for path in paths if path.name[0] != "."]
-        times = np.sort([state[0] for state in states if state is not None])
-        seconds = float(np.median(np.diff(times))) * 1e-9 if len(times) > 2 else 0.0
-        return seconds or None
+        """Return the usual seconds between the files of the folder; 0 if they are too few."""
+        files = filter(Path.is_file, self._folder.glob("[!.]*"))
+        times = np.sort([path.stat().st_mtime for path in files])
+        return np.median(np.diff(times)) if len(times) > 2 else 0.0
 
     def summary(self) -> str:
         """Return the counts of the run."""
-        parts = [counted(self._n_diagnosed, "snapshot")]
-        if self._n_skipped:
-            parts.append(f"skipped: {self._n_skipped}")
-        return "; ".join([*parts, counted(self.monitor.n_raised, "alarm")])
+        return (
+            f"{counted(self._n_diagnosed, 'snapshot')}, {self._n_skipped} skipped, "
+            f"{counted(self.monitor.n_raised, 'alarm')}"
+        )
 
     def close(self) -> None:
         """Do nothing: no file stays open."""
-
-
-def _file_state(path):
-    """Return time of modification and size of a file; None if it is none."""
-    try:
-        status = path.stat()
-    except OSError:
-        return None
-    # A folder cannot be read, and opening a pipe would wait for ever.
-    is_file = stat.S_ISREG(status.st_mode)
-    return (status.st_mtime_ns, status.st_size) if is_file else None

@@ -1,9 +1,7 @@
-"""From the bytes of a pipe to samples and their times."""
+"""From the bytes of a pipe to samples."""
 
-import codecs
 import csv
-import io
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
@@ -14,21 +12,12 @@ from numpy.typing import NDArray
 from ..readers.formats.contents import ContentError, choose_channel, choose_channels
 from ..readers.formats.facts import names_speed, names_times
 from ..readers.formats.raw import frame_type
-from ..readers.formats.text_layout import (
-    TextLayout,
-    split_rows,
-    stream_head,
-    text_layout,
-)
-from .stream_times import StreamTimes
+from ..readers.formats.text_layout import TextLayout, stream_head, text_layout
 
 #: Lines from which the layout of a text is inferred, at most.
 _HEAD_LINES = 6
 #: Longest line in bytes.
 _LONGEST = 2**20
-
-#: Samples of shape (n_channels, n_samples), and the time of the first, if it is stated.
-Part = tuple[NDArray[Any], float | None]
 
 
 def chosen_names(
@@ -86,22 +75,27 @@ class RawParser:
     ----------
     channels : list of tuple
         Names of the channels, and None for their units.
+    advice : str
+        Advice for the user if the number of channels is wrong.
     """
+
+    advice = ""
 
     def __init__(self, dtype: str, choose: Callable[[list[str]], list[str]]) -> None:
         self._frame = frame_type(dtype)
         self._rest = b""
         self.channels = [(name, None) for name in choose(list(self._frame.names))]
 
-    def parts(self, data: bytes, is_end: bool) -> Iterator[Part]:
-        """Yield the samples of the next bytes; one that is not whole waits for its rest."""
+    def samples(self, data: bytes, is_end: bool) -> NDArray[Any]:
+        """Return the samples of the next bytes; one that is not whole waits for its rest.
+
+        The array has shape (n_channels, n_samples).
+        """
         data = self._rest + data
         n_whole = len(data) - len(data) % self._frame.itemsize
         self._rest = data[n_whole:]
         frames = np.frombuffer(data[:n_whole], self._frame)
-        if len(frames) > 0:
-            samples = [frames[name].astype(np.float64) for name, _ in self.channels]
-            yield np.stack(samples), None
+        return np.stack([frames[name].astype(float) for name, _ in self.channels])
 
 
 class TextParser:
@@ -117,8 +111,6 @@ class TextParser:
     ----------
     choose : callable
         Returns the names of the chosen columns, given those of all.
-    times : StreamTimes
-        Parser of the column of times.
 
     Attributes
     ----------
@@ -128,113 +120,84 @@ class TextParser:
         Advice for the user if the number of channels is wrong.
     """
 
-    def __init__(
-        self, choose: Callable[[list[str]], list[str]], times: StreamTimes
-    ) -> None:
+    def __init__(self, choose: Callable[[list[str]], list[str]]) -> None:
         self._choose = choose
-        self._times = times
         self._rest = b""
-        self._first_lines: list[bytes] = []
+        self._first_lines: list[str] = []
         self._layout: TextLayout | None = None
-        self._head: set[bytes] = set()
+        self._head: set[str] = set()
         self.channels: list[tuple[str, str | None]] = []
         self.advice = ""
 
-    def parts(self, data: bytes, is_end: bool) -> Iterator[Part]:
-        """Yield the samples of the next bytes, in parts that begin at a known time.
+    def samples(self, data: bytes, is_end: bool) -> NDArray[Any]:
+        """Return the samples of the next bytes, of shape (n_channels, n_samples).
 
         Raises
         ------
         ContentError
-            If the bytes are not text with lines of numbers, lack a column, or have the
-            times of another sampling rate.
+            If the bytes are not text with lines of numbers, or lack a column.
         """
-        lines = (self._rest + data).split(b"\n")
-        self._rest = b"" if is_end else lines.pop()
-        lines = [line.rstrip(b"\r ") for line in lines if line.strip()]
+        whole, sign, self._rest = (self._rest + data).rpartition(b"\n")
+        if len(self._rest) > _LONGEST:
+            raise _no_numbers(self._rest.decode(errors="replace"))
+        if is_end:
+            whole += sign + self._rest
+        text = whole.decode(errors="replace")
+        lines = [line.rstrip("\r ") for line in text.split("\n") if line.strip()]
         if self._layout is None:
-            if lines and not self._first_lines:
-                lines[0] = lines[0].removeprefix(codecs.BOM_UTF8)
             self._first_lines += lines
             lines = self._after_head(is_end)
-        if len(self._rest) > _LONGEST:
-            raise _no_numbers(self._rest)
-        if lines := [line for line in lines if line not in self._head]:
-            frame = _frame(lines, self._layout)
-            samples = [self._numbers(frame[name]) for name, _ in self.channels]
-            yield from self._times.cut(np.stack(samples), frame)
+        return self._numbers([line for line in lines if line not in self._head])
 
     def _after_head(self, is_end):
         """Infer the layout, and return the lines of samples so far; none if it is unknown."""
         lines = self._first_lines
         # The layout must not depend on how many lines came together.
-        n_lines = stream_head([line.decode(errors="replace") for line in lines])
-        if n_lines is None:
-            if not (is_end and lines):
-                return []
-            n_lines = len(lines)
+        n_lines = stream_head(lines) or (len(lines) if is_end else 0)
+        if not n_lines:
+            return []
+        lines[0] = lines[0].removeprefix("\ufeff")
         # Of what a board prints at its start, only names and units are of use.
         start = max(n_lines - _HEAD_LINES, 0)
-        text = b"\n".join(line.rstrip(b";,") for line in lines[start:n_lines])
+        text = "".join(line.rstrip(";,") + "\n" for line in lines[start:n_lines])
         try:
-            layout = text_layout(text + b"\n", True, may_be_cut=True)
+            layout = text_layout(text.encode(), True, may_be_cut=True)
         except (ContentError, csv.Error) as error:
             raise _no_numbers(lines[0]) from error
-        kinds = dict(zip(layout.names, layout.kinds, strict=False))
-        if "number" not in kinds.values() or b"\0" in text:
+        if "number" not in layout.kinds or "\0" in text:
             raise _no_numbers(lines[0])
         names = self._choose(layout.names)
-        samples = [
-            dict(zip(layout.names, row, strict=False))
-            for _, row in split_rows(
-                text.decode(errors="replace").split("\n"), layout.separator
-            )
-        ][layout.n_head_lines :]
-        time = self._times.find(layout, samples, names)
-        if time in names and len(names) > 1:
-            names.remove(time)
         self.channels = [(name, layout.units.get(name)) for name in names]
         self.advice = layout.advice
         self._layout = layout
-        self._first_lines = []
         first = start + layout.n_head_lines
         self._head = {*lines[start:first]}
         return lines[first:]
 
-    def _numbers(self, column):
-        """Return the numbers of a column; NaN for texts."""
-        if column.dtype == np.float64:
-            return column.to_numpy()
-        texts = column.astype(str).str.replace(self._layout.decimal, ".")
-        return pd.to_numeric(texts, errors="coerce").to_numpy(np.float64)
+    def _numbers(self, lines):
+        """Return the numbers of the chosen columns, NaN in a line with surplus fields."""
+        if not lines:
+            return np.empty((len(self.channels), 0))
+        layout = self._layout
+        n_fields = len(layout.names)
+        separator = None if layout.separator == r"\s+" else layout.separator
+        rows = []
+        for line in lines:
+            text = line.replace('"', "").replace(layout.decimal, ".")
+            fields = text.split(separator)
+            is_whole = not any(fields[n_fields:])
+            rows.append([*fields, *[""] * n_fields] if is_whole else [""] * n_fields)
+        columns = dict(zip(layout.names, zip(*rows, strict=False), strict=False))
+        return np.stack(
+            [
+                pd.to_numeric(pd.Series(columns[name]), errors="coerce").astype(float)
+                for name, _ in self.channels
+            ]
+        )
 
 
 def _no_numbers(line):
     return ContentError(
-        f"{line[:40].decode(errors='replace')!r} is no line of numbers, expected csv "
-        "lines in UTF-8; raw samples need --dtype"
+        f"{line[:40]!r} is no line of numbers, expected csv lines in UTF-8; raw samples "
+        "need --dtype"
     )
-
-
-def _frame(lines, layout):
-    """Return the columns of lines of samples. Those of a line with surplus fields are empty."""
-    n_fields = len(layout.names) + 1
-    # pandas takes the number of columns from the first line.
-    first = " ".join(["0"] * n_fields)
-    if layout.separator != r"\s+":
-        first = layout.separator * (n_fields - 1)
-    text = b"\n".join([first.encode(), *lines]).replace(b'"', b"")
-    frame = pd.read_csv(
-        io.BytesIO(text),
-        sep=layout.separator,
-        decimal=layout.decimal,
-        names=[*layout.names, "surplus fields"],
-        usecols=range(n_fields),
-        header=None,
-        index_col=False,
-        quoting=csv.QUOTE_NONE,
-        encoding_errors="replace",
-        skip_blank_lines=False,
-    )[1:]
-    is_whole = frame.pop("surplus fields").isna()
-    return frame.where(is_whole)

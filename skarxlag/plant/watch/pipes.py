@@ -1,16 +1,16 @@
 """Follow a pipe, a device or standard input with a monitor."""
 
 import argparse
+import math
 import queue
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from ...monitoring import ConditionMonitor
 from ...monitoring.monitor import CutBlock
@@ -22,15 +22,17 @@ from ..commands.remarks import why_no_orders
 from ..readers.rates import rates_agree
 from ..readers.speeds import TACHO
 from ..readers.tacho import TachoStream
-from .parsing import Part, RawParser, TextParser, chosen_names
-from .stream_times import StreamTimes
+from .parsing import RawParser, TextParser, chosen_names
 
 _BYTES_AT_A_TIME = 2**18
 _READ_AHEAD = 4
 #: Arguments of the monitor.
-_SETTINGS = ("half_life", "alarm_delay", "latch", "gap_tolerance")
+_SETTINGS = ("half_life", "alarm_delay", "latch")
 #: Hours of signal between false alarms, at least.
 _INTERVAL = 1000.0
+#: Seconds in which samples are counted, and the share by which they may be wrong.
+_COUNTED_FOR = 600.0
+_CLOCK_TOLERANCE = 0.02
 
 
 class Pipe:
@@ -40,13 +42,10 @@ class Pipe:
     ----------
     open_stream : callable
         Opens the pipe without a buffer.
-    news : Event
-        Set if no more can be read ahead, or the pipe has ended.
     """
 
-    def __init__(self, open_stream: Callable[[], Any], news: threading.Event) -> None:
+    def __init__(self, open_stream: Callable[[], Any]) -> None:
         self._open = open_stream
-        self._news = news
         self._arrived: queue.Queue[bytes | Exception] = queue.Queue(_READ_AHEAD)
         self._is_closed = False
         threading.Thread(target=self._read, daemon=True).start()
@@ -57,12 +56,9 @@ class Pipe:
             with self._open() as stream:
                 while not self._is_closed and (data := stream.read(_BYTES_AT_A_TIME)):
                     self._arrived.put(data)
-                    if self._arrived.full():
-                        self._news.set()
         except (OSError, ValueError) as error:
             end = error
         self._arrived.put(end)
-        self._news.set()
 
     def arrived(self) -> Iterator[bytes]:
         """Yield what has arrived; at the end of the pipe nothing, or its error is raised."""
@@ -73,9 +69,8 @@ class Pipe:
             yield data
 
     def close(self) -> None:
-        """Let the thread end."""
+        """Let the thread end, which may wait for room."""
         self._is_closed = True
-        # It may wait for room.
         while not self._arrived.empty():
             self._arrived.get()
 
@@ -89,15 +84,15 @@ class PipeFollower:
         Arguments of the command for the sensor.
     model : SavedModel
         The model.
-    say : callable
-        Prints a line about the sensor.
-    news : Event
-        As `Pipe` sets it.
+    remark : callable
+        Prints a line about the sensor, once.
 
     Attributes
     ----------
     monitor : ConditionMonitor
         The monitor.
+    cut : CutBlock or None
+        Windows of what was new.
     has_ended, is_readable : bool
         Whether the pipe has ended, and whether it holds what the model expects.
     """
@@ -106,29 +101,24 @@ class PipeFollower:
         self,
         args: argparse.Namespace,
         model: SavedModel,
-        say: Callable[[str], None],
-        news: threading.Event,
+        remark: Callable[[str], None],
     ) -> None:
-        self._args = args
-        self._model = model
-        self._say = say
-        self.has_ended = self.is_readable = False
-        self._remarks: set[str] = set()
         rate = args.sampling_rate or model.sampling_rate
-        if rate is None:
+        if rate is None or not rates_agree(rate, model.sampling_rate):
             raise UsageError(
-                f"argument --sampling-rate: needed, because {args.model} states none"
-            )
-        if not rates_agree(rate, model.sampling_rate):
-            raise UsageError(
-                f"argument --sampling-rate: {rate:g}, but {args.model} states "
-                f"{model.sampling_rate:g}"
+                f"argument --sampling-rate: {rate} Hz, but {args.model} states "
+                f"{model.sampling_rate}"
             )
         if model.capabilities.needs_rpm and not (args.rpm or args.rpm_column):
             raise UsageError(
                 f"argument --rpm: needed, {args.model} was fitted at "
                 f"{listed(model.train_rpm)} rpm"
             )
+        if args.dtype is not None:
+            refuse(args, ["rpm_column"], "belongs to csv lines")
+        self._args = args
+        self._model = model
+        self._remark = remark
         self._rate = rate
         self.monitor = ConditionMonitor(
             model.diagnoser,
@@ -149,52 +139,58 @@ class PipeFollower:
         elif speeds:
             advice = f"is for a folder; use {TACHO}CHANNEL, --rpm-column"
             refuse(args, ["rpm"], f"{speeds} {advice}")
-        self._parser = self._new_parser()
-        self._parts: Iterator[Part] = iter(())
-        self._pipe = Pipe(self._opener(), news)
+        if model.capabilities.compares_orders:
+            speed = args.rpm.get("rpm")
+            remark(why_no_orders(model.window_length, rate, speed))
+        self._closed_at: float | None = None
 
     @property
     def alarm_state(self) -> str:
         """State of the alarm, see `MonitorVerdict`."""
         return self.monitor.alarm_state
 
-    def _new_parser(self):
+    def open(self) -> None:
+        """Open the pipe, also after it has ended: windows start again."""
         args = self._args
+        self.cut: CutBlock | None = None
+        self.has_ended = self.is_readable = False
+        # Time and samples from which arrivals are counted.
+        self._counted_from = -math.inf, 0
         choose = partial(
             chosen_names,
             channel=args.channel,
             speed=self._speed_column,
             usual=self._model.usual_channels,
         )
-        if args.dtype is not None:
-            refuse(args, ["time_column", "rpm_column"], "belongs to csv lines")
-            return RawParser(args.dtype, choose)
-        length = self._model.window_length
-        tolerance = args.gap_tolerance or 0.5 * length / self._rate
-        times = StreamTimes(args.time_column, self._rate, tolerance, length)
-        return TextParser(choose, times)
-
-    def _opener(self):
-        if self._args.source != "-":
-            return partial(Path(self._args.source).open, "rb", buffering=0)
-        if sys.stdin is None:
-            raise CommandError("-: there is no standard input")
-        return partial(nullcontext, sys.stdin.buffer.raw)
+        if args.dtype is None:
+            self._parser = TextParser(choose)
+        else:
+            self._parser = RawParser(args.dtype, choose)
+        if self._closed_at is not None:
+            pause = time.monotonic() - self._closed_at
+            self.monitor.restore(self.monitor.state(), pause=pause)
+        opener = partial(Path(args.source).open, "rb", buffering=0)
+        if args.source == "-":
+            if sys.stdin is None:
+                raise CommandError("-: there is no standard input")
+            opener = partial(nullcontext, sys.stdin.buffer.raw)
+        self._pipe = Pipe(opener)
 
     def step(self) -> bool:
-        """Take what has arrived, and return whether there was something."""
+        """Cut what has arrived into windows, and return whether there was something."""
+        self.cut = None
         data = [*self._pipe.arrived()]
         self.has_ended = b"" in data
-        if data:
-            self._parts = self._parser.parts(b"".join(data), self.has_ended)
+        try:
+            samples = self._parser.samples(b"".join(data), self.has_ended)
+            if samples.size:
+                self.cut = self._cut(samples)
+                self.is_readable = True
+        except (ValueError, CommandError) as error:
+            raise CommandError(f"{self._args.source}: {error}") from error
         return bool(data)
 
-    def next_cut(self) -> CutBlock | None:
-        """Return the next part of what has arrived, cut into windows; None if there is none."""
-        part = next(self._parts, None)
-        if part is None:
-            return None
-        samples, time = part
+    def _cut(self, samples):
         rpm = self._args.rpm.get("rpm")
         if self._speed_column is not None:
             rpm = samples[-1]
@@ -203,32 +199,32 @@ class PipeFollower:
                 rpm = self._tacho.speeds(rpm)
         n_channels = self._model.n_channels
         if len(samples) != n_channels:
-            advice = getattr(self._parser, "advice", "") or "--channel chooses"
+            advice = self._parser.advice or "--channel chooses"
             raise CommandError(
                 f"{counted(len(samples), 'channel')}, expected {n_channels}; {advice}"
             )
         channels = self._parser.channels[:n_channels]
         for remark in channel_remarks(channels, self._model.facts, self._args.channel):
             self._remark(remark)
-        self._remark_on_orders(rpm)
-        cut = self.monitor.cut(samples, time=time, rpm=rpm)
-        self.is_readable = True
+        cut = self.monitor.cut(samples, rpm=rpm)
+        self._compare_with_clock()
         return cut
 
-    def _remark_on_orders(self, rpm):
-        """Print once that shaft orders do not count, because the shaft is too slow."""
-        speeds = np.ravel(np.nan if rpm is None else rpm)
-        speeds = speeds[np.isfinite(speeds)]
-        if not speeds.size or not self._model.capabilities.compares_orders:
+    def _compare_with_clock(self):
+        """Compare the samples of some minutes with the clock of the computer."""
+        now = time.monotonic()
+        n_samples = self.monitor.counts["samples"]
+        seconds = now - self._counted_from[0]
+        if seconds < _COUNTED_FOR:
             return
-        length = self._model.window_length
-        if reason := why_no_orders(length, self._rate, speeds.min()):
-            self._remark(reason)
-
-    def _remark(self, text):
-        if text not in self._remarks:
-            self._remarks.add(text)
-            self._say(text)
+        share = (n_samples - self._counted_from[1]) / (seconds * self._rate)
+        # Other shares are those of a file that is replayed, or of a pause.
+        if _CLOCK_TOLERANCE < abs(share - 1) < 0.5:
+            self._remark(
+                f"The pipe delivers {share:.0%} of the samples that {self._rate:g} Hz "
+                "would give: its sampling rate is another, or samples are lost."
+            )
+        self._counted_from = now, n_samples
 
     def restore(
         self, state: dict[str, Any], facts: dict[str, Any], pause: float
@@ -257,17 +253,14 @@ class PipeFollower:
     def summary(self) -> str:
         """Return the counts of the run."""
         counts = self.monitor.counts
-        windows = ", ".join(
-            f"{n} {name}" for name, n in sorted(counts["windows"].items())
+        windows = [f"{n} {quality}" for quality, n in sorted(counts["windows"].items())]
+        return (
+            f"{counted(counts['samples'], 'sample')}; windows: "
+            f"{', '.join(windows) or 'none'}; {counted(counts['gaps'], 'gap')}; "
+            f"{counted(counts['alarms'], 'alarm')}"
         )
-        parts = [counted(counts["samples"], "sample"), f"windows: {windows or 'none'}"]
-        gaps = f"{counted(counts['gaps'], 'gap')} of {counts['missing_seconds']:.1f} s"
-        parts.append(gaps if counts["gaps"] else "no gaps")
-        if counts["clock_steps_back"]:
-            parts.append(f"clock steps back: {counts['clock_steps_back']}")
-        parts.append(counted(counts["alarms"], "alarm"))
-        return "; ".join(parts)
 
     def close(self) -> None:
         """Close the pipe."""
+        self._closed_at = time.monotonic()
         self._pipe.close()

@@ -1,10 +1,10 @@
 """Sensors that one ``skarxlag watch`` follows, and the loop that follows them."""
 
 import argparse
+import math
 import os
-import threading
 import time
-from collections import Counter
+from collections import deque
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -18,20 +18,23 @@ from ..commands.messages import (
     CommandError,
     UsageError,
     as_command_error,
-    printable,
     say,
 )
 from ..commands.models import SavedModel
 from ..readers.recording_tables import channel_names, read_rows, speed_facts
 from ..readers.speeds import TACHO
 from .folders import FolderFollower
-from .lines import SensorLines, sentence
+from .lines import SensorLines
 from .pipes import PipeFollower
 
 #: Seconds between two savings of the state.
 _SAVE_EVERY = 60.0
+#: Seconds between two looks at sources without news.
+_PAUSE = 0.2
+#: Latest remarks on a sensor that are not printed again.
+_MOST_REMARKS = 50
 #: Arguments on which the meaning of a state depends.
-_READING = ("channel", "dtype", "time_column", "rpm_column", "pulses_per_revolution")
+_READING = ("source", "channel", "dtype", "rpm_column")
 _NEEDED = ("name", "source", "model")
 _FURTHER = ("channel", "rpm")
 
@@ -57,23 +60,21 @@ def listed_sensors(args: argparse.Namespace) -> list[argparse.Namespace]:
         refuse(args, ["sensor"], f"{path} has a column name")
         if "rpm" in columns:
             refuse(args, ["rpm_column"], f"{path} has a column rpm")
-        table = {
-            f"{path}, line {number}": dict(zip(columns, cells, strict=True))
-            for number, cells in rows.items()
-        }
-        names = Counter(row["name"] for row in table.values())
-        return [_of_line(args, where, row, names) for where, row in table.items()]
+        sensors = {}
+        for number, cells in rows.items():
+            row = dict(zip(columns, cells, strict=True))
+            sensor = _of_line(args, f"{path}, line {number}", row)
+            if sensors.setdefault(sensor.sensor, sensor) is not sensor:
+                raise CommandError(f"{path}: two sensors of the name {sensor.sensor!r}")
+        return [*sensors.values()]
 
 
-def _of_line(args, where, row, names):
+def _of_line(args, where, row):
     name = row["name"]
-    if not name or Path(name).name != name or names[name] > 1:
+    if Path(name).name != name or not all(row[column] for column in _NEEDED):
         raise CommandError(
-            f"{where}: name {name!r}, expected a unique name without slashes"
+            f"{where}: {row}, expected a name without slashes, a source and a model"
         )
-    for column in ("source", "model"):
-        if row[column] in ("", "-"):
-            raise CommandError(f"{where}: {column} {row[column]!r}, expected a file")
     sensor = argparse.Namespace(**vars(args))
     folder = args.model.parent
     sensor.sensor = name
@@ -105,8 +106,6 @@ class Sensor:
     ----------
     args : argparse.Namespace
         Arguments of the command for the sensor.
-    news : Event
-        Set if the loop need not wait.
     load : callable
         Returns the model in a file.
     is_alone : bool
@@ -115,7 +114,7 @@ class Sensor:
     Attributes
     ----------
     follower : PipeFollower, FolderFollower or None
-        What reads the source; None while that is not possible.
+        What reads the source; None until that is possible.
     problem : str or None
         Why the sensor is not watched.
     unsaved : str or None
@@ -125,82 +124,74 @@ class Sensor:
     def __init__(
         self,
         args: argparse.Namespace,
-        news: threading.Event,
         load: Callable[[Path], SavedModel],
         is_alone: bool,
     ) -> None:
         self._args = args
         self._load = load
-        self._news = news
         self._is_alone = is_alone
         path = args.model if args.source == "-" else args.source
         # The path of a folder may be a dot.
-        self._lines = SensorLines(args, args.sensor or Path(os.path.abspath(path)).stem)
+        name = args.sensor or Path(os.path.abspath(path)).stem
+        self._lines = SensorLines(name, args.every)
         self.follower: Any = None
         self.problem: str | None = None
         self.unsaved: str | None = None
-        self._memory: tuple[dict[str, Any], dict[str, Any]] | None = None
-        self._model: SavedModel | None = None
-        self._retry_at = self._save_at = self._status_at = 0.0
-        self._is_saved_latched = self._is_announced = False
-        self._limits = HOLD
+        self._is_open = self._is_saved_latched = False
+        self._retry_at = self._save_at = 0.0
+        self._remarks: deque[str] = deque(maxlen=_MOST_REMARKS)
 
-    def say(self, text: str) -> None:
+    def _say(self, text):
         """Print a line to standard error, after the name of the sensor if the user stated one."""
         say(text if self._args.sensor is None else f"{self._args.sensor}: {text}")
 
+    def _remark(self, text):
+        if text and text not in self._remarks:
+            self._remarks.append(text)
+            self._say(text)
+
     def _start(self):
         args = self._args
-        self._model = model = self._load(args.model)
+        model = self._load(args.model)
         model.check_order(args.source, args.channel)
         path = Path(args.source)
         if args.source != "-" and not path.exists():
             raise CommandError(f"{path}: no such file or folder")
-        if path.is_dir():
-            follower = FolderFollower(args, model, self.say, self._add)
-        elif path.is_file():
+        if path.is_file():
             raise CommandError(
                 f"{path} is a file; tail -n +1 -F {path} | skarxlag watch {args.model} -"
             )
+        if path.is_dir():
+            follower = FolderFollower(args, model, self._remark, self._add)
         else:
-            follower = PipeFollower(args, model, self.say, self._news)
-        self._restore(follower)
+            follower = PipeFollower(args, model, self._remark)
+        reading = {name: str(getattr(args, name)) for name in _READING}
+        self._facts = {"reading": reading, "model": model.identity}
+        if args.state is not None and args.state.exists():
+            self._restore(follower, model)
         self._lines.begin(model)
+        self._say(model.heading)
+        self._say(follower.alarm() or "No alarm: the model has no healthy limits.")
         self.follower = follower
-        if not self._is_announced:
-            self._is_announced = True
-            self.say(model.heading)
-            self.say(follower.alarm() or "No alarm: the model has no healthy limits.")
 
-    def _restore(self, follower):
+    def _restore(self, follower, model):
         path = self._args.state
-        if self._memory is None and (path is None or not path.exists()):
-            return
-        state, facts = self._memory or load_monitor_state(path)
-        for name, value in self._facts().items():
-            if name not in ("model", "saved") and facts.get(name, value) != value:
-                raise CommandError(
-                    f"{path}: a state of {name.replace('_', ' ')} {facts[name]!r}, "
-                    f"expected {value!r}; name another --state or delete it"
-                )
-        difference = ""
-        if facts.get("model", self._model.identity) != self._model.identity:
-            difference = f"the state is of model {facts['model'][:12]}"
+        state, facts = load_monitor_state(path)
+        reading = self._facts["reading"]
+        if facts.get("reading", reading) != reading:
+            raise CommandError(
+                f"{path}: a state of {facts['reading']}, expected {reading}; name another "
+                "--state or delete it"
+            )
+        is_of_model = facts.get("model") == model.identity
+        pause = max(time.time() - facts.get("saved", math.inf), 0.0)
         try:
-            pause = max(time.time() - facts.get("saved", time.time()), 0.0)
-            follower.restore({} if difference else state, facts, pause)
+            follower.restore(state if is_of_model else {}, facts, pause)
         except (ValueError, KeyError) as error:
-            self.say(f"Verdicts and the alarm start afresh: {difference or error}")
+            reason = error if is_of_model else "the state is of another model"
+            self._say(f"Verdicts and the alarm start afresh: {reason}")
             # Somebody has to acknowledge the alarm, whatever the model is.
             follower.monitor.latched = self._args.latch and is_latched(state)
-
-    def _facts(self):
-        source = self._args.source
-        return {name: getattr(self._args, name) for name in _READING} | {
-            "source": source if source == "-" else os.path.realpath(source),
-            "model": self._model.identity,
-            "saved": time.time(),
-        }
 
     def step(self) -> bool:
         """Take what is new, and return whether there was something."""
@@ -208,69 +199,57 @@ class Sensor:
         now = time.monotonic()
         try:
             with as_command_error():
-                if self.follower is None and now >= self._retry_at:
-                    self._start()
-                if self.follower is not None:
+                if not self._is_open and now >= self._retry_at:
+                    if self.follower is None:
+                        self._start()
+                    self.follower.open()
+                    self._is_open = True
+                if self._is_open:
                     if self.follower.has_ended:
                         raise CommandError(f"{self._args.source}: the pipe has ended")
                     self._acknowledge()
                     is_news = self.follower.step()
-                    self._note_success()
+                    if self.problem is not None and self.follower.is_readable:
+                        self.problem = None
+                        self._say("watched again")
         except (CommandError, UsageError) as error:
-            self.fail(error)
-        latched = self.follower is not None and self.follower.monitor.latched
-        if now >= self._save_at or latched != self._is_saved_latched:
-            self.save()
-        state = "none" if self.follower is None else self.follower.alarm_state
+            self._fail(error)
+        if self._is_open:
+            latched = self.follower.monitor.latched
+            if now >= self._save_at or latched != self._is_saved_latched:
+                self._save()
+        state = self.follower.alarm_state if self.follower else "none"
         self._lines.beat(state, self.problem)
         return is_news
 
-    def next_cut(self) -> Any:
-        """Return the windows of the next part of what is new; None if there is none."""
-        try:
-            with as_command_error():
-                return self.follower and self.follower.next_cut()
-        except CommandError as error:
-            self.fail(CommandError(f"{self._args.source}: {error}"))
-        return None
-
     def report(self, verdicts: Any) -> None:
-        """Write the verdicts on the windows of a part."""
-        self._note_success()
+        """Write the verdicts on the windows of what was new."""
         for verdict in verdicts:
             fields = verdict._asdict()
             self._add({"seconds": fields.pop("time")} | fields)
 
+    @property
+    def cut(self) -> Any:
+        """Windows of what was new; None if there are none."""
+        return self.follower.cut if self._is_open else None
+
     def _add(self, fields):
         self._lines.add(fields)
-        if fields["limits"] not in (HOLD, self._limits):
-            self._limits = fields["limits"]
-            self.say(f"No alarm: {self._limits}.")
-        now = time.monotonic()
-        if self._args.verbose and now >= self._status_at:
-            self._status_at = now + 1.0
-            self.say(sentence(fields))
+        if fields["limits"] != HOLD:
+            self._remark(f"No alarm: {fields['limits']}.")
 
-    def fail(self, error: Exception) -> None:
+    def _fail(self, error):
         """Stop to watch until the next attempt; print a problem when it begins."""
         if self._is_alone:
             raise error
-        if self.follower is not None:
-            facts = self._facts() | self.follower.facts()
-            self._memory = self.follower.monitor.state(), facts
-            self.save()
+        if self._is_open:
+            self._save()
             self.follower.close()
-            self.follower = None
+            self._is_open = False
         self._retry_at = time.monotonic() + self._args.retry
         if str(error) != self.problem:
             self.problem = str(error)
-            self.say(f"error: {error}; tried again every {self._args.retry:g} s")
-
-    def _note_success(self):
-        """Print that a problem is over. A pipe may still hold what cannot be read."""
-        if self.problem is not None and self.follower.is_readable:
-            self.problem = None
-            self.say("watched again")
+            self._say(f"error: {error}; tried again every {self._args.retry:g} s")
 
     def _acknowledge(self):
         """Acknowledge a latched alarm if the file next to the state asks for it."""
@@ -279,41 +258,40 @@ class Sensor:
         if self.follower.monitor.latched:
             self.follower.monitor.latched = False
             state = self.follower.alarm_state
-            self._lines.acknowledged(state)
-            self.say(f"The alarm was acknowledged, and is {state}.")
+            self._lines.write("acknowledged", state)
+            self._say(f"The alarm was acknowledged, and is {state}.")
         acknowledgement(self._args.state).unlink()
 
-    def save(self) -> None:
+    def _save(self):
         """Save the state. If it cannot be written, verdicts go on, and it is tried again."""
         self._save_at = time.monotonic() + _SAVE_EVERY
-        path = self._args.state
-        if path is None or self.follower is None:
-            return
         self._is_saved_latched = self.follower.monitor.latched
+        path = self._args.state
+        if path is None:
+            return
+        facts = self._facts | self.follower.facts() | {"saved": time.time()}
         try:
-            facts = self._facts() | self.follower.facts()
             save_monitor_state(self.follower.monitor, path, **facts)
         except OSError as error:
             if self.unsaved is None:
-                self.say(f"error: the state is not saved, tried every minute: {error}")
+                self._say(f"error: the state is not saved, tried every minute: {error}")
             self.unsaved = str(error)
         else:
             if self.unsaved is not None:
-                self.say("the state is saved again")
+                self._say("the state is saved again")
             self.unsaved = None
 
     def finish(self) -> bool:
         """Save the state, print the summary, and return whether a problem remains."""
-        self.save()
-        if self.follower is not None:
+        if self._is_open:
+            self._save()
             self.follower.close()
-            last = self._lines.last
-            about = "" if last is None else f"; last: {printable(sentence(last))}"
-            self.say(self.follower.summary() + about)
+        if self.follower is not None:
+            self._say(self.follower.summary() + self._lines.summary())
         return self.problem is not None or self.unsaved is not None
 
 
-def follow(args: argparse.Namespace, signals: list[Any], news: threading.Event) -> bool:
+def follow(args: argparse.Namespace, signals: list[Any]) -> bool:
     """Follow one sensor, or those of a table, until the end.
 
     The end is that of the only source, a signal, or that nothing new has come for long.
@@ -324,8 +302,6 @@ def follow(args: argparse.Namespace, signals: list[Any], news: threading.Event) 
         Arguments of the command. Without a source, its model is a table.
     signals : list
         Signals so far; any of them ends the command.
-    news : Event
-        Set if the loop need not wait.
 
     Returns
     -------
@@ -338,33 +314,25 @@ def follow(args: argparse.Namespace, signals: list[Any], news: threading.Event) 
         refuse(args, ["pulses_per_revolution"], f"belongs to --rpm {TACHO}CHANNEL")
     # Each model is loaded once.
     load = cache(SavedModel)
-    sensors = [Sensor(one, news, load, is_alone) for one in listed]
+    sensors = [Sensor(one, load, is_alone) for one in listed]
     try:
         # The first pass loads the models.
         since = None
         while not signals:
             is_news = any([sensor.step() for sensor in sensors])
-            _diagnose(sensors)
+            # Windows of several sensors are diagnosed together, which takes a tenth.
+            cut = [sensor for sensor in sensors if sensor.cut is not None]
+            verdicts = diagnose_together([sensor.cut for sensor in cut])
+            for sensor, of_sensor in zip(cut, verdicts, strict=True):
+                sensor.report(of_sensor)
             if is_alone and sensors[0].follower.has_ended:
                 break
             if is_news or since is None:
                 since = time.monotonic()
-            elif args.idle is not None and time.monotonic() - since >= args.idle:
+                continue
+            if args.idle is not None and time.monotonic() - since >= args.idle:
                 break
-            news.wait(args.poll)
-            news.clear()
+            time.sleep(_PAUSE)
     finally:
         problems = [sensor.finish() for sensor in sensors]
     return any(problems)
-
-
-def _diagnose(sensors):
-    """Diagnose what is new, windows of several sensors together."""
-    while True:
-        cuts = [(sensor, sensor.next_cut()) for sensor in sensors]
-        cuts = [(sensor, cut) for sensor, cut in cuts if cut is not None]
-        if not cuts:
-            return
-        verdicts = diagnose_together([cut for _, cut in cuts])
-        for (sensor, _), of_sensor in zip(cuts, verdicts, strict=True):
-            sensor.report(of_sensor)

@@ -18,8 +18,9 @@ def counts(out):
 
 
 @pytest.fixture
-def run(capsys):
+def run(capsys, monkeypatch):
     """Run the command line in this process: exit code, stdout, stderr."""
+    monkeypatch.setattr("skarxlag.plant.watch.sensors._PAUSE", 0.005)
 
     def run_command(*argv):
         try:

@@ -91,7 +91,7 @@ def shell(tmp_path):
     """
     bin_ = tmp_path / "bin"
     bin_.mkdir()
-    ending = "--idle 0.8 --settle 0.05 --poll 0.02 --heartbeat 0.3"
+    ending = "--idle 0.8 --settle 0.05 --every 1e-3"
     programs = {
         "python": f'exec {sys.executable} "$@"',
         "skarxlag": f'[ "$1" = watch ] && set -- "$@" {ending}\n'
@@ -353,7 +353,7 @@ def test_example_of_line_protocol(plant):
 
 def test_acknowledge(run_lines, plant):
     """The alarm of the unit is latched until the commands of both pages acknowledge it."""
-    ending = "--idle 0.3 --settle 0.02 --poll 0.01"
+    ending = "--idle 0.3 --settle 0.02"
     watch = f"skarxlag watch plant.csv --latch --state {plant}/states {ending}"
     run_lines(watch)
     of_plant, of_monitoring = (block(page, "skarxlag acknowledge") for page in TESTS)

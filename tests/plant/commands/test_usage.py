@@ -11,7 +11,7 @@ import pytest
         ("fit -o m", "required: table", "csv table of the"),
         ("diagnose", "argument MODEL.skops: none", "MODEL.skops  or --bearing"),
         ("diagnose -q -v", "argument -v/--verbose: not allowed", "-v, --verbose"),
-        ("watch m.skops --poll 0", "argument --poll: '0', expected", "--poll SECONDS"),
+        ("watch m.skops --idle 0", "argument --idle: '0', expected", "--idle SECONDS"),
         ("info --jason", "required: FILE", "FILE "),
         ("info f --jason", "unrecognized arguments: --jason", "--help lists all"),
         ("fits", "COMMAND: invalid choice: 'fits'", "diagnose a running sensor"),

@@ -1,6 +1,7 @@
 """Helpers that the tests of ``watch`` share."""
 
 import json
+from argparse import Namespace
 from functools import partial
 
 import numpy as np
@@ -8,12 +9,11 @@ from scipy.signal import lfilter
 
 from skarxlag import ConditionMonitor
 from skarxlag.plant.watch.parsing import TextParser, chosen_names
-from skarxlag.plant.watch.stream_times import NO_TIMES, StreamTimes
 
 WINDOW, RATE = 200, 1000.0
 COLOURS = {"good": [1.0, -0.9], "worn": [1.0, 0.9]}
 #: A folder ends the command when nothing has come for a moment.
-IDLE = ("--idle", 0.06, "--poll", 0.005, "--settle", 0.01)
+IDLE = ("--idle", 0.06, "--settle", 0.01)
 
 
 def sound(condition, n_samples, seed):
@@ -51,14 +51,24 @@ def lines_of(signal, separator=","):
     ).encode()
 
 
-def text_parser(times=None, channel=None):
-    """A parser, which looks for no times unless they are stated."""
-    times = times or StreamTimes(NO_TIMES, RATE, 0.1, WINDOW)
-    choose = partial(chosen_names, channel=channel, speed=None, usual=[])
-    return TextParser(choose, times)
+def arguments(source, **stated):
+    """Arguments of a command, as its parser returns them."""
+    names = ("channel", "dtype", "sampling_rate", "pulses_per_revolution", "rpm_column")
+    names += ("alarm_delay", "false_alarm_interval")
+    usual = {
+        "rpm": {},
+        "latch": False,
+        "half_life": 10.0,
+        "settle": 1e-6,
+        "retry": 60.0,
+    }
+    return Namespace(source=str(source), **dict.fromkeys(names) | usual | stated)
 
 
-def parsed(parser, data, is_end=False):
-    """All samples that a parser yields of some bytes."""
-    parts = [samples for samples, _ in parser.parts(data, is_end)]
-    return np.concatenate(parts, axis=1) if parts else np.empty((0, 0))
+def parsed(data, size=10**9):
+    """All samples of some bytes that come in pieces of a size."""
+    choose = partial(chosen_names, channel=None, speed=None, usual=[])
+    parser = TextParser(choose)
+    pieces = [data[start : start + size] for start in range(0, len(data), size)]
+    parts = [parser.samples(piece, False) for piece in pieces]
+    return np.concatenate([part for part in parts if part.size], axis=1)

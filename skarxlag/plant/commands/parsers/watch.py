@@ -59,12 +59,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     option(
         parser, "--pulses-per-revolution", "of the tachometer; default: 1", positive_int
     )
-    option(
-        parser,
-        "--time-column",
-        "csv column of times; none: ignore times",
-        metavar="NAME",
-    )
     alarm = parser.add_mutually_exclusive_group()
     text = "least mean of signal between false alarms of a pipe; default: 1000"
     option(alarm, "--false-alarm-interval", text, positive_number, "HOURS")
@@ -85,13 +79,11 @@ and raise the alarm; default: by the interval above, or 1 snapshot"
     )
     texts = {
         "--half-life": "of the evidence in a pipe; default: 10",
-        "--gap-tolerance": "lateness in a pipe that is no gap; default: half a window",
         "--idle": "end after so long without anything new; default: never",
-        "--poll": "pause between looks; default: 0.5",
         "--retry": "between attempts to watch a sensor; default: 60",
         "--settle": "pause after which a file in a folder is finished; default: 2",
-        "--every": "between lines of JSON, unless the verdict changes; default: every verdict",
-        "--heartbeat": "without a line, then write a heartbeat; default: never",
+        "--every": "between lines of JSON, unless the verdict changes; heartbeats while there is \
+no verdict; default: a line for each verdict",
     }
     for name, text in texts.items():
         option(parser, name, text, positive_number, "SECONDS")
@@ -101,8 +93,7 @@ and raise the alarm; default: by the interval above, or 1 snapshot"
         "stated in each line; default: name of SOURCE",
         metavar="NAME",
     )
-    flag(parser, "-v --verbose", "print one status line a second")
-    parser.set_defaults(half_life=10.0, rpm={}, poll=0.5, retry=60.0, settle=2.0)
+    parser.set_defaults(half_life=10.0, rpm={}, retry=60.0, settle=2.0)
 
 
 def check(args: argparse.Namespace) -> None:
