@@ -10,8 +10,8 @@ from ...core.fault_locations import FAULTS
 from ...core.validation import output_of_windows
 from ...decisions.fault_orders import FaultOrderClassifier
 from ...kernels.fault_orders import NEPER_IN_DB
+from ..readers.formats.rates import NO_RATE
 from ..readers.listing import ListedRecording
-from ..readers.rates import NO_RATE
 from .messages import CommandError, as_command_error, show
 
 #: Samples of a recording that are searched, and bearings that are printed.

@@ -18,7 +18,7 @@ from ...measures.velocity import velocity_rms
 from ...verdicts.names import no_verdict
 from ...verdicts.windows import joined_tables
 from ..readers.entries import ListedRecording, OpenRecording
-from ..readers.rates import NO_RATE
+from ..readers.formats.rates import NO_RATE
 from .channels import plain_unit
 from .messages import CommandError
 from .models import RecordingModel

@@ -18,7 +18,7 @@ from ...core.fault_locations import FAULTS, HEALTHY
 from ...persistence.models import load_diagnoser
 from ...verdicts.judge import Judge
 from ..readers.entries import ListedRecording, OpenRecording
-from ..readers.rates import rates_agree, unit_advice
+from ..readers.formats.rates import rates_agree, unit_advice
 from ..readers.windows import block_length, cut_blocks
 from .channels import channels_of_model
 from .messages import CommandError, as_command_error, counted, listed, printable

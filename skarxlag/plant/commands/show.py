@@ -16,8 +16,8 @@ from ...measures.velocity import velocity_rms
 from ..pages.drawings import recording_pictures
 from ..pages.pages import render
 from ..pages.recording_overview import STRETCH, Overview, overview
+from ..readers.formats.rates import rates_agree
 from ..readers.listing import ListedRecording
-from ..readers.rates import rates_agree
 from .channels import plain_unit
 from .messages import CommandError, as_command_error, printable, show
 

@@ -15,7 +15,7 @@ from sklearn.utils import Bunch
 from ...core.validation import check_count
 from .entries import ListedRecording, OpenRecording
 from .formats.facts import number
-from .rates import NO_RATE, rates_agree
+from .formats.rates import NO_RATE, rates_agree
 from .repeated import check_repeated
 from .speeds import SpeedProfile
 from .windows import block_length, cut_blocks, thin_windows

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .files import open_file, recording_speed, recording_start
-from .rates import NO_RATE, rates_agree, resampled_blocks, unit_advice
+from .formats.rates import NO_RATE, rates_agree
+from .resampling import resampled_blocks
 from .speeds import TACHO, SpeedProfile
 
 
@@ -207,7 +208,7 @@ class ListedRecording:
                 stated_rate=self.sampling_rate,
                 reads_speed=reads_file,
             )
-            rate = self._agreed_rate(facts.sampling_rate)
+            rate = facts.sampling_rate or self.sampling_rate
         entry = entry._at(facts.speed) if reads_file else entry
         entry = replace(entry, channel=facts.channel)
         blocks = entry._checked(blocks)
@@ -216,18 +217,6 @@ class ListedRecording:
         old_rate = None if rates_agree(rate, resample) else rate
         blocks = resampled_blocks(blocks, rate, resample)
         return OpenRecording(entry, facts.channels, resample, old_rate, blocks)
-
-    def _agreed_rate(self, in_file):
-        """Return the stated sampling rate, with which that of the file must agree."""
-        stated = self.sampling_rate
-        if stated is None or in_file is None:
-            return in_file if stated is None else stated
-        if not rates_agree(stated, in_file):
-            raise ValueError(
-                f"{self.path}: sampling_rate is {stated:g} Hz but the file states "
-                f"{in_file:g} Hz{unit_advice(in_file, stated)}"
-            )
-        return stated
 
     def _checked(self, blocks):
         """Yield the samples, and refuse those that only rise or only fall."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .formats.contents import ContentError, Contents
-from .formats.description import Description, describe, signal_blocks
+from .formats.description import Description, agreed, describe, signal_blocks
 from .formats.facts import names_speed
 from .speeds import SpeedProfile
 
@@ -76,7 +76,8 @@ def facts_and_samples(
         speed = stated_speed(contents, description, channel, stated_rate)
     names = description.choose(channel)
     channels = [(name, description.channels[name].unit) for name in names]
-    rate = description.sampling_rate(names, stated_rate)
+    rates = {name: description.sampling_rate(name, stated_rate) for name in names}
+    rate = agreed("sampling rates, in Hz", rates)
     yield FileFacts(channel, channels, rate, speed)
     yield from signal_blocks(contents, description, channel, n_samples, stated_rate)
 
@@ -129,8 +130,8 @@ def stated_speed(
         In rev/min; None if the file does not state it. Means over 10 ms of a channel,
         or one mean if its sampling rate is not known.
     """
-    chosen = list(description.facts(channel).values())
-    numbers = {signal.rpm for signal in chosen} - {None}
+    names = description.names(channel)
+    numbers = {description.channels[name].rpm for name in names} - {None}
     if numbers:
         return numbers.pop() if len(numbers) == 1 else None
     speeds = (
@@ -141,14 +142,14 @@ def stated_speed(
     name = next(speeds, None)
     if name is None:
         return None
-    speed = description.facts(name)[name]
-    rate = speed.sampling_rate
+    rate = description.sampling_rate(name)
     if rate is None:
         # Channels of different lengths last equally long.
-        signal = max(chosen, key=lambda facts: facts.length or 0)
-        rate = signal.sampling_rate or stated_rate
-        if rate is not None and signal.length:
-            rate *= speed.length / signal.length
+        lengths = {name: description.channels[name].length or 1 for name in names}
+        longest = max(lengths, key=lengths.__getitem__)
+        rate = description.sampling_rate(longest, stated_rate) or stated_rate
+        if rate is not None:
+            rate *= (description.channels[name].length or 1) / lengths[longest]
     n_mean = max(int(_MEAN_SECONDS * (rate or 0)), 1)
     n_samples = n_mean * max(_BLOCK // n_mean, 1)
     blocks = signal_blocks(contents, description, name, n_samples, None)

@@ -17,10 +17,7 @@ from .file_facts import (
 )
 from .formats import find_format, read_file
 from .formats.contents import ContentError
-from .formats.description import (
-    check_agreement,
-    descriptions,
-)
+from .formats.description import descriptions
 from .formats.isolation import isolated
 from .speeds import SpeedProfile
 
@@ -219,15 +216,14 @@ def list_channels(path: StrPath, *, dtype: str | None = None) -> "pd.DataFrame":
     with _named(path):
         description = _description(path, dtype)
         description.check_channels()
-        for channel in description.channels.values():
-            check_agreement(channel)
-        facts = description.facts()
+        rates = [description.sampling_rate(name) for name in description.channels]
+    facts = description.channels.values()
     table = pd.DataFrame(
         {
-            "channel": list(facts),
-            "sampling_rate": [channel.sampling_rate for channel in facts.values()],
-            "unit": [channel.unit for channel in facts.values()],
-            "rpm": [channel.rpm for channel in facts.values()],
+            "channel": list(description.channels),
+            "sampling_rate": rates,
+            "unit": [channel.unit for channel in facts],
+            "rpm": [channel.rpm for channel in facts],
         },
         dtype=object,
     )
@@ -342,9 +338,9 @@ def recording_start(
         As in :func:`read_recording`.
     """
     with _named(path):
-        facts = _description(path, dtype).facts(channel).values()
-    starts = (signal.start for signal in facts)
-    return next((start for start in starts if start is not None), None)
+        description = _description(path, dtype)
+        starts = map(description.start, description.names(channel))
+        return next((start for start in starts if start is not None), None)
 
 
 def open_file(

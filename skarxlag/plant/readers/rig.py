@@ -67,7 +67,7 @@ def read_recording_table(
         Of all recordings for which neither the table nor the pattern states it.
     resample : float, default=None
         Sampling rate in Hz to which a polyphase filter resamples all recordings, see
-        :func:`skarxlag.plant.readers.rates.resampled_blocks`. None leaves them as they
+        :func:`skarxlag.plant.readers.resampling.resampled_blocks`. None leaves them as they
         are, and differing rates are an error.
 
     Returns

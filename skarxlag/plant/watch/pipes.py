@@ -19,7 +19,7 @@ from ..commands.channels import channel_remarks
 from ..commands.messages import CommandError, UsageError, counted, listed
 from ..commands.models import SavedModel
 from ..commands.remarks import why_no_orders
-from ..readers.rates import rates_agree
+from ..readers.formats.rates import rates_agree
 from ..readers.speeds import TACHO
 from ..readers.tacho import TachoStream
 from .parsing import RawParser, TextParser, chosen_names

@@ -3,7 +3,8 @@ import pytest
 from scipy.signal import resample_poly
 
 from skarxlag import load_recordings
-from skarxlag.plant.readers.rates import rates_agree, resampled_blocks
+from skarxlag.plant.readers.formats.rates import rates_agree
+from skarxlag.plant.readers.resampling import resampled_blocks
 
 RNG = np.random.default_rng(0)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .contents import Channel, Contents, DamagedError, agreed_rate, is_numeric, slices
+from .contents import Channel, Contents, DamagedError, is_numeric, slices
 from .facts import (
     SPEED_NAME,
     UNIT_NAMES,
@@ -157,13 +157,12 @@ def state_facts(
     shorter ones, such as a speed next to a vibration, were sampled more slowly. The
     speed nearest to the channel on the way up to the root counts. Of several speeds
     with a prefix, the one counts whose prefix begins the name of the channel. Speeds
-    that disagree do not count. Rates that disagree are the `contradiction` of the
-    channel.
+    that disagree do not count.
 
     Parameters
     ----------
     channels : dict of str to Channel
-        By name. Sampling rates that they have already are kept.
+        By name.
     paths : dict of str to str
         Path of each channel.
     numbers : dict of str to number
@@ -180,8 +179,8 @@ def state_facts(
     >>> paths = {"y": "a.X98_y", "z": "z", "u": "u"}
     >>> numbers = {"fs": 10.0, "a.SampleRate": 20.0, "a.X98RPM": 1772.0, "a.X99RPM": 1750.0}
     >>> state_facts({"y": y, "z": z, "u": u}, paths, numbers, {}, ".")
-    >>> y.sampling_rate, z.sampling_rate, u.sampling_rate, y.rpm, z.rpm
-    (20.0, 10.0, None, 1772.0, None)
+    >>> y.rates, z.rates, u.rates, y.rpm, z.rpm
+    ({'a.SampleRate': 20.0}, {'fs': 10.0}, {}, 1772.0, None)
     """
     units = _units_of_numbers(texts, separator)
     rates = defaultdict(dict)
@@ -192,7 +191,7 @@ def state_facts(
         group, _, name = path.rpartition(separator)
         plain = all_letters(name)
         if rate := stated_rate(plain, float(number), units.get((group, plain))):
-            rates[group][name] = rate
+            rates[group][path.replace("\0", "/")] = rate
         if match := SPEED_NAME.fullmatch(name):
             speeds[group].append((match[1], float(number)))
     groups = {
@@ -200,23 +199,13 @@ def state_facts(
         for name, path in paths.items()
     }
     longest = defaultdict(int)
-    nearest = defaultdict(int)
     for name, above in groups.items():
-        length = channels[name].length
         for group in above:
-            longest[group] = max(longest[group], length)
-        for group in above[:1]:
-            nearest[group] = max(nearest[group], length)
+            longest[group] = max(longest[group], channels[name].length)
     for name, channel in channels.items():
-        above = groups[name]
-        if above and channel.length == nearest[above[0]]:
-            # Rates further up are those of the longest channels below.
-            stated = rates[above[0]].copy()
-            for group in above[1:]:
-                if channel.length == longest[group]:
-                    stated = rates[group] | stated
-            if channel.sampling_rate is None:
-                channel.sampling_rate, channel.contradiction = agreed_rate(stated)
+        for group in groups[name]:
+            if channel.length == longest[group]:
+                channel.rates = channel.rates | rates[group]
         channel.rpm = _nearest_speed(paths[name], speeds, separator)
 
 

@@ -34,9 +34,9 @@ def contents(path: Path) -> Iterator[Contents]:
                     )
                 yield [block[:, int(name)] for name in names]
 
-        rate = float(file.samplerate)
+        rates = {"the header": float(file.samplerate)}
         yield Contents(
-            {str(i): Channel(sampling_rate=rate) for i in range(file.channels)}, read
+            {str(i): Channel(rates=rates) for i in range(file.channels)}, read
         )
 
 

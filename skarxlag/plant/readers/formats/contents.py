@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import DTypeLike
 
-from .facts import RATE_TOLERANCE
+from .rates import rates_agree, unit_advice
 
 #: A compressed file may unpack to so many bytes, or to so many times its size. Text,
 #: sensor noise and pauses compress by less than 100; deflate reaches 1000.
@@ -55,26 +55,23 @@ class Channel:
     ----------
     length : int or None
         Samples. None if all channels of the file are equally long.
-    sampling_rate : float or None
-        In Hz.
+    rates : dict of str to float
+        Sampling rates in Hz, by the names in the file that state them.
     unit : str or None
         Of the samples.
     rpm : float or None
         Shaft speed in rev/min.
     start : float or None
         Seconds since 1970 at the first sample.
-    contradiction : dict of str to float
-        Sampling rates by name, in Hz, if the file states several that disagree.
     last_digit : float or None
         Value of the last written decimal, in a text in which it is always the same.
     """
 
     length: int | None = None
-    sampling_rate: float | None = None
+    rates: dict[str, float] = field(default_factory=dict)
     unit: str | None = None
     rpm: float | None = None
     start: float | None = None
-    contradiction: dict[str, float] = field(default_factory=dict)
     last_digit: float | None = None
 
 
@@ -116,12 +113,48 @@ class Contents:
         return Contents(channels, read, self.refused, self.advice)
 
 
-def agreed_rate(rates: dict[str, float]) -> tuple[float | None, dict[str, float]]:
-    """Return the rate that several names state, or None; and the rates if they disagree."""
+def one_rate(rates: dict[str, float], stated: float | None = None) -> float | None:
+    """Return the sampling rate that several names state, None if there is none.
+
+    Parameters
+    ----------
+    rates : dict of str to float
+        In Hz, by the names in a file.
+    stated : float or None
+        Rate that the user states. It decides if there are several.
+
+    Raises
+    ------
+    ContentError
+        If the rates disagree, or the user states another one.
+
+    Examples
+    --------
+    >>> one_rate({"fs": 2000.0, "times": 1999.99}), one_rate({"fs": 2.0, "Fs": 9.0}, 9)
+    (2000.0, 9)
+    >>> one_rate({"fs": 120_000.0}, 2000)
+    Traceback (most recent call last):
+        ...
+    skarxlag...ContentError: sampling_rate is 2000 Hz but the file states 120000 Hz; times in min
+    need the unit in their name: 'time (min)'
+    """
     values = list(rates.values())
-    if values and max(values) > (1 + RATE_TOLERANCE) * min(values):
-        return None, rates
-    return next(iter(values), None), {}
+    if not values:
+        return None
+    if stated is not None and any(rates_agree(stated, value) for value in values):
+        return stated
+    if not rates_agree(max(values), min(values)):
+        shown = ", ".join(f"{name} {rate:g} Hz" for name, rate in rates.items())
+        raise ContentError(
+            f"states several sampling rates: {shown}; expected one, or "
+            "--sampling-rate to state which is right"
+        )
+    if stated is not None:
+        raise ContentError(
+            f"sampling_rate is {stated:g} Hz but the file states {values[0]:g} Hz"
+            f"{unit_advice(values[0], stated)}"
+        )
+    return values[0]
 
 
 def printable(text: str) -> str:

@@ -1,7 +1,7 @@
 """Description of one file: its channels, their selection, their rate, and their samples."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import isclose
 from numbers import Integral
 from typing import Any
@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .clock import DRIFT
-from .contents import Channel, ContentError, Contents, choose_channels, listed
+from .contents import (
+    Channel,
+    ContentError,
+    Contents,
+    choose_channels,
+    listed,
+    one_rate,
+)
 from .facts import RATE_TOLERANCE, names_speed, names_times
 from .times import EvenTimes, TimeAxis, find_time_axis
 
@@ -76,25 +83,10 @@ class Description:
             )
         return signals[0]
 
-    def facts(self, channel: Any = None) -> dict[str, Channel]:
-        """Return the facts of the first chosen channel, or of all, also those by times."""
+    def names(self, channel: Any = None) -> list[str]:
+        """Return the name of the first chosen channel, or those of all."""
         names = list(self.channels)
-        if channel is not None:
-            names = choose_channels(names, channel)[:1]
-        return {name: self._with_times(name) for name in names}
-
-    def _with_times(self, name):
-        channel = self.channels[name]
-        axis = self.times_of([name])
-        if axis is None:
-            return channel
-        if axis.name == name:
-            return replace(channel, sampling_rate=None)
-        if axis.problem:
-            raise ContentError(axis.problem)
-        rate = channel.sampling_rate or axis.sampling_rate
-        start = axis.start if channel.start is None else channel.start
-        return replace(channel, sampling_rate=rate, start=start)
+        return names if channel is None else choose_channels(names, channel)[:1]
 
     def times_of(self, names: list[str]) -> TimeAxis | None:
         """Return the channel of times if one of the chosen channels is timed by it."""
@@ -102,44 +94,36 @@ class Description:
         is_timed = self.axis is not None and self.axis.length in lengths
         return self.axis if is_timed else None
 
-    def sampling_rate(
-        self, names: list[str], stated_rate: float | None
-    ) -> float | None:
-        """Return the sampling rate of the chosen channels in Hz, None if there is none.
+    def sampling_rate(self, name: str, stated: float | None = None) -> float | None:
+        """Return the sampling rate of a channel in Hz, None if it is not known.
 
         Parameters
         ----------
-        names : list of str
-            The chosen channels.
-        stated_rate : float or None
+        name : str
+            The channel.
+        stated : float or None
             Rate that the user states. It decides if the file states several.
         """
-        rates = {}
-        for name in names:
-            channel = self.channels[name]
-            check_agreement(channel, stated_rate)
-            if channel.sampling_rate:
-                rates[name] = channel.sampling_rate
-        rate = agreed("sampling rates, in Hz", rates)
-        axis = self.times_of(names)
-        if axis is not None and axis.problem:
-            if not _is_near(axis.sampling_rate, stated_rate, DRIFT):
+        rates = self.channels[name].rates
+        axis = self.times_of([name])
+        if axis is not None and axis.name == name:
+            return None
+        if axis is not None and axis.sampling_rate is not None:
+            by_times = axis.sampling_rate
+            if axis.problem and not _is_near(by_times, stated, DRIFT):
                 raise ContentError(axis.problem)
-            return stated_rate
-        return rate if axis is None else _agreed_with_times(rate, axis, stated_rate)
+            if not any(_is_near(by_times, rate, DRIFT) for rate in rates.values()):
+                tolerance = DRIFT if axis.problem else RATE_TOLERANCE
+                is_stated = _is_near(by_times, stated, tolerance)
+                by_times = stated if is_stated else by_times
+                rates = rates | {f"the times {axis.name!r}": by_times}
+        return one_rate(rates, stated)
 
-
-def check_agreement(channel: Channel, stated_rate: float | None = None) -> None:
-    """Refuse a channel of several sampling rates, unless one of them is stated."""
-    rates = channel.contradiction
-    if rates and not any(
-        _is_near(rate, stated_rate, RATE_TOLERANCE) for rate in rates.values()
-    ):
-        shown = ", ".join(f"{name} {rate:g} Hz" for name, rate in rates.items())
-        raise ContentError(
-            f"states several sampling rates: {shown}; expected one, or "
-            "--sampling-rate to state which is right"
-        )
+    def start(self, name: str) -> float | None:
+        """Return the date of the first sample in seconds since 1970, None if it is not known."""
+        axis = self.times_of([name])
+        start = self.channels[name].start
+        return axis.start if axis is not None and start is None else start
 
 
 def describe(contents: Contents, stated_rate: float | None = None) -> Description:
@@ -150,37 +134,16 @@ def describe(contents: Contents, stated_rate: float | None = None) -> Descriptio
 
 def agreed(what: str, values: dict[str, Any]) -> Any:
     """Return the value that all channels have, None if there is none."""
+    values = {name: value for name, value in values.items() if value is not None}
     if len(set(values.values())) > 1:
         stated = ", ".join(f"{name} {value:g}" for name, value in values.items())
         raise ContentError(f"the chosen channels have different {what}: {stated}")
     return next(iter(values.values()), None)
 
 
-def is_usable(axis: TimeAxis, rate: float | None) -> bool:
-    """Return whether times are in a known unit, so that they show gaps."""
-    if axis.problem:
-        return False
-    return axis.sampling_rate is None or _is_near(axis.sampling_rate, rate, DRIFT)
-
-
 def is_single(channel: Any) -> bool:
     """Return whether a choice is one channel, which is read as one dimension."""
     return channel is None or isinstance(channel, str | Integral)
-
-
-def _agreed_with_times(rate, axis, stated_rate):
-    """Return the sampling rate by numbers and times in the file, of which the user may choose."""
-    by_times = axis.sampling_rate
-    if rate is None or by_times is None:
-        return by_times if rate is None else rate
-    if _is_near(rate, by_times, DRIFT) or _is_near(rate, stated_rate, RATE_TOLERANCE):
-        return rate
-    if _is_near(by_times, stated_rate, RATE_TOLERANCE):
-        return by_times
-    raise ContentError(
-        f"the sampling rate is {rate:g} Hz, but its times {axis.name!r} state "
-        f"{by_times:g} Hz; expected one, or --sampling-rate to state which is right"
-    )
 
 
 def _is_near(value, other, tolerance):
@@ -223,13 +186,17 @@ def signal_blocks(
     names = description.choose(channel)
     lengths = {name: description.channels[name].length for name in names}
     agreed("lengths, in samples", lengths)
-    rate = description.sampling_rate(names, stated_rate)
+    rates = {name: description.sampling_rate(name, stated_rate) for name in names}
+    rate = agreed("sampling rates, in Hz", rates) or stated_rate
     axis = description.times_of(names)
     times = None
     read_names = names
-    if axis is not None and is_usable(axis, rate) and (rate or stated_rate):
-        times = EvenTimes(axis, rate or stated_rate)
-        read_names = list(dict.fromkeys([*names, axis.name]))
+    if axis is not None and rate is not None and not axis.problem:
+        # Times in another unit than the rate show no gaps.
+        by_times = axis.sampling_rate
+        if by_times is None or _is_near(by_times, rate, DRIFT):
+            times = EvenTimes(axis, rate)
+            read_names = list(dict.fromkeys([*names, axis.name]))
     start = 0
     for block in contents.read(read_names, n_samples):
         if not len(block[0]):

@@ -18,7 +18,6 @@ from .contents import (
     Contents,
     DamagedError,
     Format,
-    agreed_rate,
     check_unpacked,
     slices,
 )
@@ -86,12 +85,10 @@ def _contents_of(file):
                 yield [column[part] for column in columns]
 
     n_channels = max((i + 1 for i, kind in enumerate(layout.kinds) if kind), default=1)
-    rate, contradiction = agreed_rate(layout.rates)
     channels = {
         name: Channel(
-            sampling_rate=rate,
+            rates=layout.rates,
             unit=layout.units.get(name),
-            contradiction=contradiction,
             last_digit=layout.last_digits.get(name),
         )
         for name in layout.names[:n_channels]

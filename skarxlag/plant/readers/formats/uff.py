@@ -42,14 +42,15 @@ def contents(path: Path) -> Iterator[Contents]:
         facts = {"unit": None if unit in ("", "NONE") else unit}
         if head["abscissa_spacing"] == 1 and is_rate(step):
             # The file has six digits of the step.
-            facts["sampling_rate"] = rounded(1 / step, 5e-6)
+            facts["rates"] = {"the abscissa": rounded(1 / step, 5e-6)}
         elif head["abscissa_spacing"] == 0:
             times = np.asarray(_read(path, [number])[0]["x"]) * scale
             try:
-                facts["sampling_rate"] = even_rate(f"the abscissa of {name}", times)
+                rate = even_rate(f"the abscissa of {name}", times)
             except ContentError as error:
                 arrays.refused[name] = str(error)
                 continue
+            facts["rates"] = {} if rate is None else {"the abscissa": rate}
         arrays.add(name, (head["num_pts"],), key=number, **facts)
     yield arrays.contents()
 

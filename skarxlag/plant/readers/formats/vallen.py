@@ -21,13 +21,16 @@ def contents(path: Path) -> Iterator[Contents]:
 
     with TraDatabase(str(path)) as database:
         channels = {
-            str(number): Channel(length, float(least) if least == most else None, "V")
+            str(number): Channel(
+                length, {"one record": float(least), "another": float(most)}, "V"
+            )
             for number, length, least, most in database.connection().execute(_SUMMARY)
         }
 
         def read(names, n_samples):
             streams = [
-                _records(database, name, channels[name].sampling_rate) for name in names
+                _records(database, name, channels[name].rates["one record"])
+                for name in names
             ]
             if n_samples is None:
                 yield [np.concatenate(list(records)) for records in streams]
@@ -52,8 +55,6 @@ def _rechunked(arrays, n_samples):
 
 def _records(database, name, rate):
     """Samples of consecutive records, which must follow each other without a gap."""
-    if rate is None:
-        raise ContentError(f"channel {name!r} changes its sampling rate")
     end = None
     n_read = 0
     for record in database.iread(channel=int(name)):

@@ -35,10 +35,8 @@ def contents(path: Path) -> Iterator[Contents]:
                 block = block / -float(np.iinfo(block.dtype).min)
             yield [block[:, int(name)] for name in names]
 
-    channels = {
-        str(i): Channel(sampling_rate=float(sampling_rate)) for i in range(n_channels)
-    }
-    yield Contents(channels, read)
+    rates = {"the header": float(sampling_rate)}
+    yield Contents({str(i): Channel(rates=rates) for i in range(n_channels)}, read)
 
 
 def _map(path):

@@ -187,7 +187,7 @@ def test_a_stated_rate_decides_between_a_number_and_times(write):
     path = write(EVEN, suffix="npz", fs=2000)
     for rate in (1000.0, 2000.0):
         assert in_blocks(path, channel="y", stated_rate=rate)[1] == rate
-    message = "the sampling rate is 2000 Hz, but its times 'time' state 1000 Hz"
+    message = "several sampling rates: fs 2000 Hz, the times 'time' 1000 Hz"
     for rate in (None, 3000.0):
         with pytest.raises(ValueError, match=message):
             in_blocks(path, channel="y", stated_rate=rate)
