@@ -6,16 +6,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logit
 from scipy.stats import gumbel_r
 
 from ..core.fault_locations import FAULTS
 
 #: Logarithm of speed up to which rows count as rows of the same speed.
 _SAME_SPEED = 0.05
-#: Log odds of two fault locations for each neper between the scores of recordings that
-#: are named, and the mean of these distances in nepers.
-_CONFIDENCE_NAMED = 10.0
-_MEAN_MARGIN = 1.6
+#: Log odds of a fault for each neper of its score, chosen by leaving rigs out.
+ODDS = 8.0
 #: Gumbel distribution of the best score of healthy rows, location and scale in nepers.
 #: Its median and its quantile .98 are about those of 22 recordings and 92 rows of 1 s of
 #: four rigs; no command computes it. The second location is that above the mean scores
@@ -39,7 +38,7 @@ class HealthyCombs(NamedTuple):
     reference : ndarray of shape (3,)
         Mean scores at ball, inner and outer race; 0 without rows.
     best : ndarray of shape (n_rows,)
-        Largest scores above the reference, ascending.
+        Largest scores above the reference, at least 0, ascending.
     speeds : ndarray of shape (n_rows,)
         Speeds of the rows, ascending.
     limit : float
@@ -108,8 +107,8 @@ def healthy_combs(
     if n_rows == 0:
         return without_healthy(rate)
     reference = scores.mean(axis=0)
-    # A row is nearer to a mean that it is a part of.
-    best = (scores - reference).max(axis=1)
+    # A row is nearer to a mean that it is a part of. Rows without any comb are equal.
+    best = np.maximum((scores - reference).max(axis=1), 0.0)
     best = np.sort(best * n_rows / max(n_rows - 1, 1))
     speeds = np.sort(np.where(np.isnan(speeds), 1.0, speeds))
     return HealthyCombs(reference, best, speeds, limit_of_healthy(best, rate))
@@ -164,37 +163,10 @@ def compare_combs(
         excess - limits[:, np.newaxis],
         ranking,
         alarm,
-        is_close=alarm & (best - second < least_margin(wrong_name_rate)),
+        is_close=alarm & (ODDS * (best - second) < -logit(wrong_name_rate)),
         p_value=p_values_of_healthy(best, healthy.best, is_far),
         score_limits=healthy.reference[ranking[:, 0]] + limits / certainty,
     )
-
-
-def least_margin(wrong_name_rate: float) -> float:
-    r"""Compute the difference of two scores above which the better one may be named.
-
-    Margins m of rows that are named have an exponential distribution with mean
-    :math:`\bar m`. The name is wrong with the probability :math:`1 / (1 + e^{k m})`.
-    The share of wrong names with a margin of at least :math:`m_0` is then at most
-    :math:`\ln(1 + e^{-k m_0}) / (k \bar m)`, which is solved for :math:`m_0`.
-
-    Parameters
-    ----------
-    wrong_name_rate : float
-        Share of wrong names.
-
-    Returns
-    -------
-    float
-        In nepers, at least 0.
-
-    Examples
-    --------
-    >>> [round(least_margin(rate), 2) for rate in (0.02, 0.002)]
-    [0.1, 0.34]
-    """
-    share = np.expm1(wrong_name_rate * _CONFIDENCE_NAMED * _MEAN_MARGIN)
-    return max(float(-np.log(share) / _CONFIDENCE_NAMED), 0.0)
 
 
 def limit_of_healthy(healthy: NDArray[Any], rate: float) -> float:

@@ -16,11 +16,9 @@ from ..core.fault_locations import (
     NOT_IDENTIFIABLE,
     OWN_LOCATION,
 )
-from .comb_limits import ComparedCombs
+from .comb_limits import ODDS, ComparedCombs
 
-#: Settings of `comb_evidence`, chosen by leaving rigs out: log odds for each neper, and
-#: probability that a fault shows its comb.
-ODDS = 8.0
+#: Probability that a fault shows its comb, beside spectra, chosen by leaving rigs out.
 VISIBLE = 0.1
 #: Probability that a fault shows its comb, if combs decide alone: of 7 values, .4 or .6
 #: has the least log loss on recordings and stretches if one of six rigs is left out.
@@ -47,7 +45,6 @@ class CombEvidence(NamedTuple):
 def comb_evidence(
     scores: NDArray[Any],
     class_locations: NDArray[Any],
-    odds: float = ODDS,
     visible: float = VISIBLE,
 ) -> NDArray[Any]:
     r"""Compute the log probability of the fault location of each class from scores of combs.
@@ -57,7 +54,7 @@ def comb_evidence(
 
     .. math:: 1 - v + v\, e^{k s_p}
 
-    with the score :math:`s_p`. The odds of a healthy row, and of a
+    with the score :math:`s_p` and k = 8. The odds of a healthy row, and of a
     class with a location of its own, are 1. A missing comb is thus
     weak evidence against a fault.
 
@@ -69,8 +66,6 @@ def comb_evidence(
     class_locations : ndarray of int of shape (n_classes,)
         Fault location of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy, 4
         of its own.
-    odds : float, default=8.0
-        The log odds k of a neper.
     visible : float, default=0.1
         The probability v.
 
@@ -88,7 +83,7 @@ def comb_evidence(
     """
     log_odds = np.zeros((len(scores), OWN_LOCATION + 1))
     log_odds[:, : len(FAULTS)] = np.logaddexp(
-        np.log(visible) + odds * scores, np.log1p(-visible)
+        np.log(visible) + ODDS * scores, np.log1p(-visible)
     )
     present = np.unique(class_locations)
     total = logsumexp(log_odds[:, present], axis=1, keepdims=True)

@@ -128,14 +128,14 @@ class FaultOrderClassifier(SignalClassifier):
         Share in (0, 1) of healthy rows that may be named faulty.
     wrong_name_rate : float, default=0.02
         Share in (0, 0.5) of wrong locations among the rows that are named. `diagnose`
-        names a row "not identifiable" if the two best scores are closer than the margin
-        that this share needs.
-    speed_tolerance : float, default=0.1
+        names a row "not identifiable" if the odds of the two best locations are smaller:
+        closer than .49 nepers with the default.
+    speed_tolerance : float, default=0.12
         Largest logarithm of the true speed over the nominal speed, in [0, 0.3]. The
         true speed is found by the lines of the shaft.
     slip : float, default=0.02
         Largest logarithm of the factor by which slip of the elements moves the order of
-        one comb, above 0. The largest slip costs .15 nepers.
+        one comb, above 0.
     speed_range : tuple of two floats or None, default=None
         Lowest and highest speed in revolutions per minute. Without `rpm`, the speed of
         each row is searched in this range, as in :func:`skarxlag.estimate_shaft_speed`.
@@ -204,7 +204,7 @@ class FaultOrderClassifier(SignalClassifier):
     gear_ratio: float = 1.0
     false_alarm_rate: float = 0.02
     wrong_name_rate: float = 0.02
-    speed_tolerance: float = 0.1
+    speed_tolerance: float = 0.12
     slip: float = 0.02
     speed_range: tuple[float, float] | None = None
     n_jobs: int | None = None

@@ -32,20 +32,18 @@ _PADDING = 2
 _LEAST_POWER = 1e-12
 #: Step of the logarithm of the factor on the speed.
 FACTOR_STEP = 0.0005
-#: Nepers that the largest slip costs a comb.
-_SLIP_COST = 0.15
 #: Scale of the logarithm of the true over the stated speed. Errors have heavy tails.
-_SPEED_SCALE = 0.005
-#: Multiples of the shaft that show its speed.
-_SHAFT_MULTIPLES = 20
+_SPEED_SCALE = 0.001
+#: Multiples of the shaft that show its speed, and nepers above which a line shows no
+#: more: one that is loud alone is none of the shaft.
+_SHAFT_MULTIPLES = 8
+_CLEAR_LINE = 4.0
 #: Logarithm of order within which a multiple of the shaft may be a line of a fault.
 _NEAR_FAULT = 0.04
 #: Half width in orders of what is masked about lines that belong to no fault.
 _MASK = 1.5 * ORDER_STEP
-#: Nepers by which lines between those of a comb may be lower and still explain it: at
-#: fractions of its order, and at other multiples of the shaft.
-_OF_FRACTION = 0.2
-_OF_SHAFT = 0.1
+#: Nepers by which lines between those of a comb may be lower and still explain it.
+_AS_HIGH = 0.2
 #: Width of a line in cells of the plain spectrum, with a Hann window: lines that are
 #: closer are not tested.
 _LINE_WIDTH = 4.0
@@ -57,9 +55,8 @@ _SAME_TRAIN = 0.5
 FAULTS = ("ball", "inner", "outer")
 #: Decibels of power in a neper of power.
 NEPER_IN_DB = 10 / math.log(10)
-#: Divisors of the order of each fault at which impacts are no fault of this location.
-#: An element may hit a single ring, once in each of its revolutions.
-_DIVISORS = ((3, 4), (2, 3, 4), (2, 3, 4))
+#: Divisors of the order of a fault at which impacts are no fault of this location.
+_DIVISORS = (2, 3, 4)
 
 
 class Comb(NamedTuple):
@@ -187,12 +184,12 @@ def speed_error(contrasts: Array, orders: Array, tolerance: float) -> float:
     With the contrasts :math:`C_i` of `order_contrast`, the logarithm d of the true over
     the stated speed maximises
 
-    .. math:: \sum_{i=1}^{3} \overline{C_i(h e^d)}
-        - \ln\left(1 + (d / 0.005)^2\right)
+    .. math:: \sum_{i=1}^{3} \overline{\min(C_i(h e^d), 4)}
+        - \ln\left(1 + |d| / 0.001\right)
 
-    with the mean over h = 1, ..., 20 without those multiples of the shaft that are
-    within 4 % of lines of faults. The second term is the logarithm of a Cauchy
-    distribution of errors.
+    with the mean over the first eight multiples h of the shaft that are not within 4 %
+    of lines of faults, neither at the stated speed nor at the true one. The second term
+    is the logarithm of a distribution of errors with heavy tails.
 
     Parameters
     ----------
@@ -208,20 +205,33 @@ def speed_error(contrasts: Array, orders: Array, tolerance: float) -> float:
     float
         The logarithm d.
     """
-    n_steps = int(tolerance / FACTOR_STEP + 1e-9)
-    errors = FACTOR_STEP * np.arange(-n_steps, n_steps + 1)
-    multiples = np.arange(1, _SHAFT_MULTIPLES + 1)
+    errors = _steps(tolerance)
+    multiples = np.arange(1, int(HIGHEST_ORDER))[:, np.newaxis]
+    is_apart = _apart(multiples, orders).ravel()
+    # Those near lines of faults come last.
+    multiples = multiples[np.argsort(~is_apart, kind="stable")[:_SHAFT_MULTIPLES]]
+    at = multiples * np.exp(errors)
+    # At another speed, a multiple of the shaft may meet a line of a fault.
+    is_apart = _apart(at, orders)
+    counts = np.maximum(is_apart.sum(axis=0), _SHAFT_MULTIPLES // 2)
+    fit = -np.log1p(np.abs(errors) / _SPEED_SCALE)
+    for contrast in np.minimum(contrasts, _CLEAR_LINE):
+        heights = np.interp(at, _ORDERS, contrast, right=0.0)
+        fit += heights.sum(axis=0, where=is_apart) / counts
+    return float(errors[fit.argmax()])
+
+
+def _apart(at, orders):
+    """Return which orders are not near lines of faults."""
     lines = np.outer(orders, np.arange(1, N_MULTIPLES + 1)).ravel()
-    distances = np.abs(np.log(multiples[:, np.newaxis] / lines))
-    apart = multiples[distances.min(axis=1) > _NEAR_FAULT]
-    if len(apart) > 0:
-        multiples = apart
-    at = np.multiply.outer(multiples, np.exp(errors))
-    fit = -np.log1p((errors / _SPEED_SCALE) ** 2)
-    for contrast in contrasts:
-        fit += np.interp(at, _ORDERS, contrast, right=0.0).mean(axis=0)
-    best = np.flatnonzero(fit == fit.max())
-    return float(errors[best[np.abs(errors[best]).argmin()]])
+    distances = np.abs(np.log(at[..., np.newaxis] / lines))
+    return distances.min(axis=-1) > _NEAR_FAULT
+
+
+def _steps(largest):
+    """Return logarithms of factors from 0 outwards, so that of equals the nearest is first."""
+    steps = FACTOR_STEP * np.arange(1, int(largest / FACTOR_STEP + 1e-9) + 1)
+    return np.append(0.0, np.column_stack([steps, -steps]))
 
 
 def at_true_speed(contrasts: Array, error: float) -> Array:
@@ -278,14 +288,13 @@ def fault_comb(
 
     The comb of order o is the mean contrast at its first four multiples,
 
-    .. math:: \max_{|t| \le \sigma}\; \overline{C(k\, e^t o)}
-        - 0.15 \left(\frac{t}{\sigma}\right)^2, \qquad k = 1, \dots, 4,
+    .. math:: \max_{|t| \le \sigma}\; \overline{C(k\, e^t o)},
+        \qquad k = 1, \dots, 4,
 
     with the slip :math:`\sigma` of the rolling elements. Multiples that are masked do
-    not count. If lines between the multiples, at halves, thirds or quarters of the
-    order, are as high, the impacts come at that fraction of the order, and the score is
-    0. It is 0, too, if the comb is not resolved from multiples of the shaft and most
-    other multiples are as high.
+    not count. If lines between the multiples are as high, at halves, thirds or quarters
+    of the order or about once in a revolution of the shaft, the impacts come at that
+    fraction of the order, and the score is 0.
 
     Parameters
     ----------
@@ -294,7 +303,7 @@ def fault_comb(
     orders : ndarray of shape (3,)
         Orders of impacts of ball, inner and outer race.
     slip : float
-        Largest size :math:`\sigma` of t, above 0.
+        Largest size :math:`\sigma` of t, at least 0, in steps of .0005.
     n_revolutions : float
         Revolutions in the signal: lines closer than their inverse are not resolved.
     masked : ndarray of bool of shape (4001,)
@@ -305,24 +314,20 @@ def fault_comb(
     Comb
         Scores, factors :math:`e^t`, and the strongest other comb.
     """
+    heights = maximum_filter1d(contrast, 3)
     lines = np.where(masked, 0.0, maximum_filter1d(np.where(masked, 0, contrast), 3))
-    n_slip = max(int(slip / FACTOR_STEP + 1e-9), 1)
-    slips = slip * np.arange(-n_slip, n_slip + 1) / n_slip
+    slips = _steps(slip)
     scores, factors = np.empty((2, len(orders)))
     for fault, order in enumerate(orders):
         fit = _mean_of_comb(lines, masked, order * np.exp(slips))
-        fit -= _SLIP_COST * (slips / slip) ** 2
-        best = np.flatnonzero(fit == fit.max())
-        best = best[np.abs(slips[best]).argmin()]
-        factors[fault] = np.exp(slips[best])
+        factors[fault] = np.exp(slips[fit.argmax()])
         found = order * factors[fault]
         resolved = found * n_revolutions / _LINE_WIDTH
-        divisors = [divisor for divisor in _DIVISORS[fault] if divisor < resolved]
-        between = _between(lines, masked, found, divisors)
-        of_shaft = _shaft_level(contrast, found, n_revolutions)
-        explained = max(between + _OF_FRACTION, of_shaft + _OF_SHAFT)
-        is_explained = explained >= fit[best]
-        scores[fault] = 0.0 if is_explained else fit[best]
+        # An order near a multiple of the shaft may be a part of its comb.
+        divisors = {*_DIVISORS, max(round(found), 2)}
+        between = [_between(heights, found, n) for n in divisors if n < resolved]
+        is_fault = fit.max() > max(between, default=0.0) + _AS_HIGH
+        scores[fault] = fit.max() if is_fault else 0.0
     highest = np.log(HIGHEST_ORDER / N_MULTIPLES)
     others = np.exp(np.arange(np.log(_LOWEST_OTHER), highest, FACTOR_STEP))
     fit = _mean_of_comb(lines, masked, others)
@@ -348,32 +353,12 @@ def _mean_of_comb(lines, masked, orders):
     return heights.sum(axis=0) / np.maximum(counts, 2)
 
 
-def _between(lines, masked, order, divisors):
-    """Return the highest mean of the first lines between multiples, at fractions of an order."""
-    highest = 0.0
-    for divisor in divisors:
-        numbers = np.arange(1, divisor * N_MULTIPLES)
-        numbers = numbers[numbers % divisor > 0]
-        cells = np.rint(numbers * order / (divisor * ORDER_STEP)).astype(int)
-        cells = cells[cells < N_ORDERS]
-        cells = cells[~masked[cells]][:N_MULTIPLES]
-        if len(cells) > 1:
-            highest = max(highest, lines[cells].mean())
-    return highest
-
-
-def _shaft_level(contrast, order, n_revolutions):
-    """Return the median height of the shaft's other multiples near a multiple of it."""
-    multiple = max(round(order), 1)
-    resolution = 1 / n_revolutions + ORDER_STEP
-    is_short = n_revolutions < _LINE_WIDTH
-    if abs(order - multiple) > resolution or multiple == 1 or is_short:
-        return 0.0
-    others = np.arange(1, N_MULTIPLES * multiple)
-    others = others[others % multiple > 0]
-    cells = np.rint(others / ORDER_STEP).astype(int)
-    highest = maximum_filter1d(contrast, 3)
-    return float(np.median(highest[cells[cells < N_ORDERS]]))
+def _between(heights, order, divisor):
+    """Return the mean height between the first multiples of an order, at a fraction of it."""
+    numbers = np.arange(1, divisor * N_MULTIPLES)
+    numbers = numbers[numbers % divisor > 0]
+    cells = np.rint(numbers * order / (divisor * ORDER_STEP)).astype(int)
+    return heights[cells[cells < N_ORDERS]].mean()
 
 
 def squared_envelope_spectrum(

@@ -116,8 +116,8 @@ def test_the_true_speed_is_found_within_the_tolerance(fitted, rows):
     signal = row("inner", rpm=960)
     signal[np.arange(0, RATE, turn).astype(int)] += 30
     found = fitted.match([signal], rpm=900)
-    assert found.rpm[0] == pytest.approx(960, rel=0.003)
-    assert found.speed_errors[0] == pytest.approx(960 / 900, rel=0.003)
+    assert found.rpm[0] == pytest.approx(960, rel=0.006)
+    assert found.speed_errors[0] == pytest.approx(960 / 900, rel=0.006)
     assert found.factors[0, 1] == pytest.approx(1, abs=0.01)
     diagnosed = fitted.diagnose([signal], rpm=900)
     assert diagnosed.verdict[0] == "inner"
@@ -246,7 +246,7 @@ def test_healthy_is_named_if_healthy_rows_are_known(rows, labels, named):
 
 
 def test_several_bearings(rows):
-    fitted = classifier(bearing=["6206", GEOMETRY]).fit(rows)
+    fitted = classifier(bearing=["6203", GEOMETRY]).fit(rows)
     assert fitted.orders_.shape == (2, 4)
     assert fitted.match(rows, rpm=900).bearings[1:].max(axis=1).tolist() == [1, 1]
     assert "bearing 2" in fitted.diagnose(rows, rpm=900).evidence[1]

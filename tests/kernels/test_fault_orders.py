@@ -87,7 +87,7 @@ def test_a_varying_speed_is_followed():
     )
 
 
-@pytest.mark.parametrize("error", [-0.07, 0.004, 0.05])
+@pytest.mark.parametrize("error", [-0.07, 0.015, 0.05])
 def test_lines_of_the_shaft_show_the_true_speed(error):
     turn = 2000.0 * np.exp(-error)
     signal = impacts(3.585, turn, height=60)
@@ -209,7 +209,7 @@ def test_fault_comb(rng, order, slip):
     fits = []
     n_slips = int(slip / 0.0005 + 1e-9)
     for step in range(-n_slips, n_slips + 1):
-        own = slip * step / n_slips
+        own = 0.0005 * step
         heights = []
         for k in range(1, 5):
             cell = round(k * order * math.exp(own) / 0.01)
@@ -219,7 +219,7 @@ def test_fault_comb(rng, order, slip):
                 near = range(max(cell - 1, 0), min(cell + 2, 4001))
                 heights.append(max(contrast[j] * (not masked[j]) for j in near))
         mean = sum(heights) / max(len(heights), 2)
-        fits.append((mean - 0.15 * (own / slip) ** 2, -abs(own), own))
+        fits.append((mean, -abs(own), own))
     score, _, own = max(fits)
     orders = np.array([1.2, order, 1.21])
     comb = kernel.fault_comb(contrast, orders, slip, 1e3, masked)
