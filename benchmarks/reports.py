@@ -24,10 +24,10 @@ def _chosen(lines, **columns):
     return lines
 
 
-def _shown(table, always):
+def _shown(table, always, most=_MOST_ROWS):
     """Keep the rows of some methods, and the best of the others."""
     is_kept = table["method"].isin(always)
-    others = table.index[~is_kept][: _MOST_ROWS - is_kept.sum()]
+    others = table.index[~is_kept][: most - is_kept.sum()]
     return table[is_kept | table.index.isin(others)]
 
 
@@ -96,7 +96,7 @@ def several_speeds(lines):
     for length in ("1200", "1 s"):
         table = _of_length(lines, length, "others")
         title = f"{length} samples" if length.isdigit() else "a second"
-        parts += [f"**Rows of {title}**", markdown(_shown(table, OURS[:2]))]
+        parts += [f"**Rows of {title}**", markdown(_shown(table, OURS[:2], most=5))]
     return "\n\n".join(parts)
 
 
