@@ -3,8 +3,6 @@
 import io
 import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,7 +30,6 @@ def cut_recordings(
     max_windows: int | None = None,
     healthy: str | None = None,
     resample: float | None = None,
-    memory_map: str | os.PathLike[str] | None = None,
     note: Callable[[Any, int], Any] = lambda entry, n_windows: None,
 ) -> Bunch:
     """Cut listed recordings into windows.
@@ -43,7 +40,7 @@ def cut_recordings(
         The recordings.
     source : path-like
         The list itself.
-    window_length, hop, max_windows, healthy, resample, memory_map
+    window_length, hop, max_windows, healthy, resample
         As in `load_recordings`.
     note : callable
         Called with each recording that was read and the number of its windows.
@@ -63,40 +60,27 @@ def cut_recordings(
     if max_windows is not None:
         check_count(max_windows, "max_windows")
     check_repeated(listed)
-    if memory_map is not None:
-        inputs = {Path(source), *(entry.path for entry in listed)}
-        if Path(memory_map).resolve() in {path.resolve() for path in inputs}:
-            raise ValueError(
-                f"memory_map {memory_map} is among the files that are read"
-            )
     reader = Reader(resample)
+    store = io.BytesIO()
     starts = []
     available = []
-    in_memory = nullcontext(io.BytesIO())
-    with (
-        _errors_name(memory_map),
-        in_memory if memory_map is None else open(memory_map, "wb") as store,
-    ):
-        for entry in listed:
-            blocks = reader.blocks(entry, block_length(window_length))
-            parts = cut_blocks(blocks, str(entry.path), window_length, hop)
-            if max_windows is None:
-                n_available = 0
-                for windows in parts:
-                    store.write(windows)
-                    n_available += len(windows)
-                position = np.arange(n_available)
-            else:
-                windows, position, n_available = thin_windows(parts, max_windows)
+    for entry in listed:
+        blocks = reader.blocks(entry, block_length(window_length))
+        parts = cut_blocks(blocks, str(entry.path), window_length, hop)
+        if max_windows is None:
+            n_available = 0
+            for windows in parts:
                 store.write(windows)
-            available.append(n_available)
-            starts.append(position * hop)
-            note(entry, n_available)
-    if memory_map is None:
-        # Without a copy, or memory would hold all windows twice.
-        data = np.frombuffer(store.getbuffer())
-    else:
-        data = np.memmap(memory_map, np.float64, "r")
+                n_available += len(windows)
+            position = np.arange(n_available)
+        else:
+            windows, position, n_available = thin_windows(parts, max_windows)
+            store.write(windows)
+        available.append(n_available)
+        starts.append(position * hop)
+        note(entry, n_available)
+    # Without a copy, or memory would hold all windows twice.
+    data = np.frombuffer(store.getbuffer())
     facts = reader.facts()
     counts = [len(start) for start in starts]
     row = np.repeat(np.arange(len(listed)), counts)
@@ -134,17 +118,6 @@ def cut_recordings(
             "DESCR": "; ".join(notes),
         }
     )
-
-
-@contextmanager
-def _errors_name(path):
-    """Put the file into an error of the system that names none, such as a full disk."""
-    try:
-        yield
-    except OSError as error:
-        if path is None or error.filename is not None or error.errno is None:
-            raise
-        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def _ordered_conditions(conditions, healthy, source):

@@ -93,6 +93,11 @@ class ListedRecording:
     further: dict[str, Any] = field(default_factory=dict)
     profile: SpeedProfile | None = None
 
+    @property
+    def states_speed(self) -> bool:
+        """Whether the speed, or a source of it, is stated outside the file."""
+        return self.rpm is not None or self.speed_source is not None
+
     def with_speed(self) -> Self:
         """Return the recording with its shaft speed, if a file states it.
 
@@ -197,7 +202,7 @@ class ListedRecording:
             block, if the first channel only rises or only falls. The message names the
             entry.
         """
-        reads_file = reads_speed and self.rpm is None and self.speed_source is None
+        reads_file = reads_speed and not self.states_speed
         entry = self.with_speed() if reads_speed and not reads_file else self
         with self.named():
             facts, blocks = open_file(

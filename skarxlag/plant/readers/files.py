@@ -12,7 +12,6 @@ from .file_facts import (
     Channels,
     FileFacts,
     facts_and_samples,
-    first_fitting,
     speed_alone,
 )
 from .formats import find_format, read_file
@@ -286,35 +285,11 @@ def recording_speed(
     return speed
 
 
-def chosen_channels(
-    path: Any, *, choices: Sequence[Any] = (None,), dtype: Any = None
-) -> tuple[Any, list[tuple[str, str | None]]]:
-    """Return the first choice of channels that a file has, and their names and units.
-
-    Parameters
-    ----------
-    path, dtype
-        As in :func:`read_recording`.
-    choices : sequence
-        Ways to state the channels.
-
-    Returns
-    -------
-    channel : str, int, sequence of these, or None
-        The choice.
-    channels : list of tuple of str
-        Name and unit of each channel. The unit is None if the file states none.
-
-    Raises
-    ------
-    FileNotFoundError, ValueError, ImportError
-        As in :func:`read_recording`.
-    """
+def chosen_channels(path: Any, channel: Any, dtype: Any) -> list[str]:
+    """Return the names of the channels that are chosen as in :func:`read_recording`."""
     description = _description(path, dtype)
-    channel = first_fitting(description, choices)
     with _named(path):
-        names = description.choose(channel)
-    return channel, [(name, description.channels[name].unit) for name in names]
+        return description.choose(channel)
 
 
 def recording_start(

@@ -13,6 +13,11 @@ from .formats import suffixes
 from .recording_tables import parsed_facts, read_recordings
 from .speeds import TACHO
 
+#: Unit of a speed in the name of a file.
+_HERTZ = re.compile("[ _-]*hz", re.IGNORECASE)
+#: Facts of the shaft speed, of which a line states all or none.
+_OF_SPEED = ("rpm", "speed_source", "pulses_per_revolution")
+
 
 def is_file_source(source: str | os.PathLike[str]) -> bool:
     """Return whether a path is a folder or a glob, not one file such as a table."""
@@ -52,8 +57,8 @@ def list_files(
     FileNotFoundError
         If there is no such file, or none in the folder.
     ValueError
-        If the pattern is no regular expression, has no named group, or does not fit a
-        file.
+        If the pattern is no regular expression, has no named group, does not fit a
+        file, or takes ``rpm`` from a number in Hz.
     """
     try:
         expression = re.compile(pattern or "")
@@ -67,6 +72,11 @@ def list_files(
         if match is None:
             raise ValueError(f"{name}: does not fit the pattern {pattern!r}")
         facts = parsed_facts(name, match.groupdict(""))
+        if "rpm" in facts and _HERTZ.match(name, match.end("rpm")):
+            raise ValueError(
+                f"{name}: the pattern takes rpm {facts['rpm']:g} from a number in Hz; "
+                "write a table with the column rpm, 60 times as large"
+            )
         listed.append(ListedRecording(None, name, path, **stated | facts))
     return listed
 
@@ -176,18 +186,18 @@ class UnusedFactError(ValueError):
 
 def _filled(source, listed, stated):
     """Return the recordings with the facts that their lines do not state."""
-    needs = [_unstated(entry, stated) for entry in listed]
+    filled = []
+    used = set()
+    for entry in listed:
+        facts = {
+            name: value
+            for name, value in stated.items()
+            if not (entry.states_speed if name in _OF_SPEED else getattr(entry, name))
+        }
+        used |= facts.keys()
+        filled.append(replace(entry, **facts))
     for name, value in stated.items():
-        if not any(name in facts for facts in needs):
+        if name not in used:
             shown = name.replace("speed_source", "rpm")
             raise UnusedFactError(source, shown, value)
-    return [replace(entry, **facts) for entry, facts in zip(listed, needs, strict=True)]
-
-
-def _unstated(entry, stated):
-    """Return the stated facts that a recording lacks."""
-    columns = ("channel", "sampling_rate", "dtype")
-    names = {name for name in columns if getattr(entry, name) is None}
-    if entry.rpm is None and entry.speed_source is None:
-        names |= {"rpm", "speed_source", "pulses_per_revolution"}
-    return {name: value for name, value in stated.items() if name in names}
+    return filled

@@ -77,10 +77,7 @@ def _channels(entry, entries):
     """Return the chosen channels, by their names if they are stated in several ways."""
     if len({str(other.channel) for other in entries}) == 1:
         return ""
-    _, channels = chosen_channels(
-        entry.path, choices=[entry.channel], dtype=entry.dtype
-    )
-    return tuple(name for name, _ in channels)
+    return tuple(chosen_channels(entry.path, entry.channel, entry.dtype))
 
 
 def _same_files(listed):

@@ -165,13 +165,11 @@ def load_recordings(
     sampling_rate: float | None = None,
     dtype: str | None = None,
     resample: float | None = None,
-    memory_map: str | os.PathLike[str] | None = None,
 ) -> Bunch:
     r"""Load the windows of all recordings of a table, a folder or a glob, as a rig.
 
     Recordings are read block by block, so that memory holds no more than the windows.
-    If these are too many, reduce their number by `hop` or `max_windows`, or keep them
-    on disk by `memory_map`.
+    If these are too many, reduce their number by `hop` or `max_windows`.
 
     Parameters
     ----------
@@ -191,10 +189,6 @@ def load_recordings(
         The healthy condition. None takes the condition in the first line of the table.
     pattern, channel, sampling_rate, dtype, resample
         As in :func:`read_recording_table`.
-    memory_map : str or path-like, default=None
-        A file that the windows are written to; an existing one is replaced. `data` is
-        then read from it as it is used, and may be larger than memory. None keeps the
-        windows in memory.
 
     Returns
     -------
@@ -243,8 +237,7 @@ def load_recordings(
     ------
     FileNotFoundError, ValueError
         As in :func:`read_recording_table`; if a recording is shorter than one window;
-        if `max_windows` is below 1; if `memory_map` is among the files that are read;
-        and if `healthy` is not a condition of the table.
+        if `max_windows` is below 1; and if `healthy` is not a condition of the table.
 
     Examples
     --------
@@ -267,5 +260,5 @@ def load_recordings(
     }
     listed = list_recordings(path, **facts)
     return cut_recordings(
-        listed, path, window_length, hop, max_windows, healthy, resample, memory_map
+        listed, path, window_length, hop, max_windows, healthy, resample
     )

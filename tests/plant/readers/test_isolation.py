@@ -108,13 +108,14 @@ def test_a_caller_that_takes_its_time_is_no_hang(run, monkeypatch):
     assert [len(signal) for signal, _ in blocks] == [20, 10]
 
 
-def test_one_process_reads_file_after_file(run):
+def test_one_process_reads_file_after_file(run, monkeypatch):
     read_recording(run)
     reader = isolation._idle[os.getpid()]
     with pytest.raises(ValueError, match="no channel 'z'"):
         read_recording(run, channel="z")
     list_channels(run)
-    np.testing.assert_array_equal(read_recording(run)[0], Y)
+    monkeypatch.chdir(run.parent)
+    np.testing.assert_array_equal(read_recording(run.name)[0], Y)
     assert isolation._idle[os.getpid()] is reader
 
 

@@ -88,6 +88,14 @@ def test_errors(folder, source, options, message):
         read_recording_table(folder / source, **options)
 
 
+@pytest.mark.parametrize("name", ["run_30Hz.npy", "30_hz_a.npy"])
+def test_a_number_in_hertz_is_no_speed(tmp_path, name):
+    np.save(tmp_path / name, np.zeros(9))
+    message = f"{name}: the pattern takes rpm 30 from a number in Hz; .* 60 times"
+    with pytest.raises(ValueError, match=message):
+        list_files(tmp_path, pattern=r"(?P<rpm>\d+)")
+
+
 def test_an_empty_folder(tmp_path):
     message = "no such file, expected a recording, folder"
     with pytest.raises(FileNotFoundError, match=message):

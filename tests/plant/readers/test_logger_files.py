@@ -1,7 +1,6 @@
 """Files as loggers, oscilloscopes and spreadsheets write them, read right or refused."""
 
 import struct
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ from scipy.io import wavfile
 
 from skarxlag import (
     list_channels,
-    load_recordings,
     read_recording,
     read_recording_table,
     signal_quality,
@@ -387,11 +385,3 @@ def test_what_libraries_say_is_not_printed(tmp_path):
     )
     with pytest.raises(ValueError, match=message):
         read_recording(tmp_path / "run.wav")
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="Linux has a full disk")
-def test_a_full_disk_is_named(tmp_path):
-    np.save(tmp_path / "run.npy", np.resize(Y, 20_000))
-    options = {"sampling_rate": RATE, "window_length": 100, "memory_map": "/dev/full"}
-    with pytest.raises(OSError, match="'/dev/full'"):
-        load_recordings(tmp_path, **options)

@@ -1,11 +1,9 @@
-import tracemalloc
-
 import numpy as np
 import pandas as pd
 import pytest
 from scipy.io import savemat, wavfile
 
-from skarxlag import load_recordings, make_alpio, read_recording_table
+from skarxlag import load_recordings, read_recording_table
 
 RNG = np.random.default_rng(0)
 # Multiples of 2**-10, which a decimal text holds exactly.
@@ -338,61 +336,3 @@ def test_windows_to_keep_at_most(folder, hop):
 def test_wrong_numbers_are_named(folder, name, value):
     with pytest.raises((ValueError, TypeError), match=name):
         load_recordings(write(folder, GOOD), **{name: value})
-
-
-def test_windows_on_disk(folder):
-    expected = load_recordings(write(folder, GOOD), window_length=4)
-    for _ in range(2):
-        rig = load_recordings(
-            folder / "table.csv", window_length=4, memory_map=folder / "windows.bin"
-        )
-        assert isinstance(rig.data, np.memmap) and not rig.data.flags.writeable
-        np.testing.assert_array_equal(rig.data, expected.data)
-        assert (folder / "windows.bin").stat().st_size == expected.data.nbytes
-        del rig
-
-
-def test_a_diagnoser_fits_windows_on_disk(folder):
-    signals = RNG.normal(size=(2, 3000))
-    for name, signal in zip(("a", "b"), signals, strict=True):
-        np.save(folder / f"{name}_1.npy", signal)
-    options = {
-        "window_length": 300,
-        "pattern": r"/(?P<condition>[ab])_1",
-        "sampling_rate": 5,
-    }
-    rig = load_recordings(folder / "*_1.npy", **options)
-    mapped = load_recordings(
-        folder / "*_1.npy", memory_map=folder / "windows.bin", **options
-    )
-    expected = make_alpio().fit(rig.data, rig.target).predict(rig.data)
-    predicted = make_alpio().fit(mapped.data, mapped.target).predict(mapped.data)
-    assert predicted.tolist() == expected.tolist()
-
-
-@pytest.mark.parametrize("name", ["table.csv", "a.npy"])
-def test_windows_never_replace_what_is_read(folder, name):
-    path = write(folder, GOOD)
-    content = (folder / name).read_bytes()
-    message = rf"memory_map .*{name} is among the files that are read"
-    with pytest.raises(ValueError, match=message):
-        load_recordings(path, window_length=4, memory_map=folder / "sub" / ".." / name)
-    assert (folder / name).read_bytes() == content
-
-
-def test_a_recording_is_mapped_without_being_in_memory(tmp_path):
-    signal = np.random.default_rng(0).integers(-99, 99, size=12_000_000, dtype=np.int8)
-    np.save(tmp_path / "long.npy", signal)
-    tracemalloc.start()
-    try:
-        rig = load_recordings(
-            tmp_path / "*.npy",
-            sampling_rate=1.0,
-            window_length=1000,
-            memory_map=tmp_path / "windows.bin",
-        )
-        _, peak = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
-    np.testing.assert_array_equal(rig.data.ravel()[::997], signal[::997])
-    assert peak < rig.data.nbytes / 2

@@ -1,9 +1,10 @@
 """Read files in another process, so that a crash, a hang or a lack of memory costs one file.
 
 Compiled parsers of complicated formats can crash on a damaged file and take the whole
-run with them. Therefore they run in a child process, which reads one file after another
-and sends the samples through a pipe. A process that dies or does not reply is replaced.
-The first one starts with the first such file, which takes some tenths of a second.
+run with them: two damaged .mat files of the tests end SciPy 1.17.1 with a segmentation
+fault. Therefore they run in a child process, which reads one file after another and
+sends the samples through a pipe. A process that dies or does not reply is replaced. The
+first one starts with the first such file, which takes some tenths of a second.
 
 The child is no sandbox. It has the rights of its parent, which therefore trusts its
 replies.
@@ -78,7 +79,8 @@ def isolated(
     try:
         # A process that takes no request sends no reply either.
         with suppress(OSError):
-            pickle.dump((patience, function, path, *arguments), process.stdin)
+            request = (os.getcwd(), patience, function, path, *arguments)
+            pickle.dump(request, process.stdin)
             process.stdin.flush()
         while (reply := _received(process, path, patience)) is not None:
             if isinstance(reply, Exception):
@@ -150,10 +152,12 @@ def serve() -> None:
 
     while True:
         try:
-            patience, function, path, *arguments = pickle.load(sys.stdin.buffer)
+            folder, patience, function, path, *arguments = pickle.load(sys.stdin.buffer)
         except EOFError:
             return
         try:
+            # The parent may have changed its folder.
+            os.chdir(folder)
             _limit_memory(path)
             _limit("RLIMIT_CPU", time.process_time() + patience)
             for reply in function(path, *arguments):
