@@ -249,7 +249,8 @@ print(state("VmHWM") - before)
         mapped = windows.nbytes / 2**20
         del windows
         for maker in DIAGNOSERS:
-            peak = float(_child(["-c", code, maker, str(path)], folder))
+            # Pages of the mapped file count in the peak.
+            peak = float(_child(["-c", code, maker, str(path)], folder)) - mapped
             what = (
                 f"memory of `{maker}().fit` on {_FIT_WINDOWS} windows, over the windows"
             )

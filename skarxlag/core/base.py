@@ -10,6 +10,7 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
 from ..kernels.speed_references import group_speeds
+from .batches import MAY_BE_IN_BATCHES, RowsInBatches, chosen_rows
 from .parallel import map_batches
 from .speeds import log_speeds, speeds_of_rows, with_plausible_speeds
 from .state import CheckedEstimator, expect, uses_fitted
@@ -39,6 +40,8 @@ class DocumentedEstimator:
 class SignalEstimator(CheckedEstimator, DocumentedEstimator):
     """Estimator that accepts windows of several channels: arrays of three axes."""
 
+    #: Whether `fit` reads rows batch by batch.
+    _learns_in_batches: ClassVar[bool] = False
     window_shape_: NDArray[Any]
     n_models_: int
 
@@ -69,6 +72,25 @@ class SignalEstimator(CheckedEstimator, DocumentedEstimator):
 
 class ArrayTransformer(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
     """Transformer whose output has three axes, so that it is always an array."""
+
+    def fit_transform(self, X: ArrayLike, y: Any = None, **params: Any) -> NDArray[Any]:
+        """Fit, and transform the same windows.
+
+        Parameters
+        ----------
+        X, y, **params
+            As in `fit`.
+
+        Returns
+        -------
+        ndarray of three axes
+            As `transform` returns it. In `DiagnosisPipeline.fit`, it is computed when
+            the next step reads it.
+        """
+        self.fit(X, y, **params)
+        if MAY_BE_IN_BATCHES.get() and isinstance(X, np.ndarray | RowsInBatches):
+            return RowsInBatches(X, self.transform)
+        return self.transform(X)
 
     def set_output(self, *, transform: str | None = None) -> Self:
         """Accept the setting and keep returning arrays: tables have only two axes.
@@ -150,6 +172,7 @@ class GroupTransformer(
     """
 
     n_jobs: int | None
+    _learns_in_batches = True
 
     @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:
@@ -259,7 +282,8 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         if rpm is not None:
             self.speeds_ = np.exp(group_speeds(log_speed[rows])[0])
             rpm = speeds_of_rows(rpm, len(X))[rows]
-        self._learn(X if len(rows) == len(X) else X[rows], target, weights, rpm)
+        counted = X if len(rows) == len(X) else chosen_rows(X, rows)
+        self._learn(counted, target, weights, rpm)
         return self
 
     def fit_transform(self, X: ArrayLike, y: ArrayLike, **params: Any) -> NDArray[Any]:

@@ -17,15 +17,13 @@ from sklearn.utils.metaestimators import available_if
 
 from ..kernels.lanes import LANES
 from .base import DocumentedEstimator
+from .batches import BATCH_BYTES, MAY_BE_IN_BATCHES
 from .capabilities import offers, training_speeds, unfolded_steps
 from .metadata import metadata_routing, requested_by_steps
 from .parallel import map_batches
 from .state import expect
 from .validation import warn_user
 
-#: Bytes of the rows of a batch: so many that the calls around the loops take little
-#: time, and so few that the results of several models for them are soon used again.
-_BATCH_BYTES = 2**22
 #: Rows of a batch, however long they are, while they take fewer bytes than the second
 #: number: the recursions process this many signals side by side.
 _ROWS_TOGETHER = LANES
@@ -61,9 +59,10 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
     The innovations of a bank are many times larger than its windows. A batch of windows
     goes through all steps before the next one, so the memory between the steps is the
-    same for any number of windows. Only `fit` holds the innovations of all windows, as
-    many copies of X as there are models. Every window is diagnosed by itself: all
-    results are those of `sklearn.pipeline.Pipeline`, bit for bit.
+    same for any number of windows. In `fit`, too, steps that learn from sums compute
+    the output of the steps before them batch by batch, unless there is a `memory`.
+    Every window is diagnosed by itself: all results are those of
+    `sklearn.pipeline.Pipeline`, bit for bit.
 
     Metadata such as ``rpm``, the speed of each window, and ``sample_weight``, its
     weight, reach the steps that request them by scikit-learn's metadata routing, as the
@@ -154,8 +153,13 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             (name, step if step in (None, "passthrough") else clone(step))
             for name, step in self.steps
         ]
-        with metadata_routing(params):
-            super(DiagnosisPipeline, trial).fit(X, y, **params)
+        # A cache holds arrays.
+        before = MAY_BE_IN_BATCHES.set(self.memory is None)
+        try:
+            with metadata_routing(params):
+                super(DiagnosisPipeline, trial).fit(X, y, **params)
+        finally:
+            MAY_BE_IN_BATCHES.reset(before)
         vars(self).update(vars(trial))
         return self
 
@@ -428,7 +432,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         # The loops take double precision, whatever the windows are stored in.
         bytes_a_window = max(8 * math.prod(X.shape[1:]), 1)
         together = min(_ROWS_TOGETHER, _MOST_BYTES // bytes_a_window)
-        batch_size = max(_BATCH_BYTES // bytes_a_window, together, 1)
+        batch_size = max(BATCH_BYTES // bytes_a_window, together, 1)
         # Batches of one size, so that no thread waits for a last one. Also one without
         # windows, which the steps refuse.
         n_rows = max(n_windows, 1)

@@ -9,10 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import OneToOneFeatureMixin
-from sklearn.utils import check_array, check_scalar, get_tags
+from sklearn.utils import (
+    check_array,
+    check_consistent_length,
+    check_scalar,
+    column_or_1d,
+    get_tags,
+)
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
 
+from .batches import RowsInBatches
 from .state import expect
 
 
@@ -55,6 +62,10 @@ def validate_signals(
         If X has another number of axes, channels or samples than in `fit`, or y has no
         classes or is missing although required.
     """
+    if isinstance(X, RowsInBatches):
+        if estimator._learns_in_batches:
+            return X, _validate_batches(estimator, X, y)
+        X = np.asarray(X)
     X = as_samples(X, "X")
     # scikit-learn converts big-endian float32 to float64, but the byte order must not
     # matter.
@@ -84,6 +95,17 @@ def validate_signals(
     if reset:
         estimator.window_shape_ = np.array(X.shape[1:])
     return X, y
+
+
+def _validate_batches(estimator, X, y):
+    """Check the first row, which sets the attributes of `fit`, and the conditions of all."""
+    first = None if y is None else column_or_1d(y, warn=True)
+    validate_signals(estimator, X[:1], None if first is None else first[:1], reset=True)
+    if first is not None:
+        check_consistent_length(X, first)
+        check_labels(y)
+        check_classification_targets(first)
+    return first
 
 
 def as_samples(values: Any, name: str) -> Any:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import clone
 from sklearn.utils import Bunch, column_or_1d
 
+from ..core.batches import batches_of, chosen_rows
 from ..core.capabilities import capabilities, requests, training_speeds
 from ..core.fault_locations import FAULT_LOCATIONS, check_locations
 from ..core.speeds import log_speeds, with_plausible_speeds
@@ -132,6 +133,8 @@ class ConditionClassifier(SignalClassifier):
     recorded_prior: float = 0.5
     false_alarm_rate: float = 0.01
 
+    _learns_in_batches = True
+
     def _learn(self, X, y, rpm, sample_weight, specimen):
         rows, labels, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         classes, target = np.unique(labels, return_inverse=True)
@@ -187,15 +190,16 @@ class ConditionClassifier(SignalClassifier):
         Rows of the fit are nearer to the mean of their condition than new ones. Rows of
         the group -1 are never left out.
         """
-        levels = _levels(residual, X, rpm)
+        levels = _levels_in_batches(residual, X, rpm)
         for number in range(groups.max() + 1):
             is_other = groups != number
             metadata = self._metadata(
                 _chosen(rpm, is_other), _chosen(sample_weight, is_other)
             )
-            fitted = clone(residual).fit(X[is_other], y[is_other], **metadata)
-            speeds = _chosen(rpm, ~is_other)
-            levels[~is_other] = _levels(fitted, X[~is_other], speeds)
+            others = chosen_rows(X, is_other)
+            fitted = clone(residual).fit(others, y[is_other], **metadata)
+            rest, speeds = chosen_rows(X, ~is_other), _chosen(rpm, ~is_other)
+            levels[~is_other] = _levels_in_batches(fitted, rest, speeds)
         return levels
 
     def questions(self) -> tuple[NDArray[Any], int]:
@@ -375,6 +379,14 @@ def _levels(residual, X, rpm):
     takes_rpm = rpm is not None and requests(residual, "transform", "rpm")
     metadata = {"rpm": rpm} if takes_rpm else {}
     return np.array(residual.transform(X, **metadata))
+
+
+def _levels_in_batches(residual, X, rpm):
+    """Return the same, computed batch by batch."""
+    parts = [
+        _levels(residual, X[batch], _chosen(rpm, batch)) for batch in batches_of(X)
+    ]
+    return np.concatenate(parts)
 
 
 def _probes(X, rpm):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.base import StretchTransformer
+from ..core.batches import RowsInBatches, batches_of
 from ..core.parallel import one_thread
 from ..core.speeds import log_speeds
 from ..core.state import SQUARABLE, expect, uses_fitted
@@ -121,13 +123,20 @@ class SpectralDistance(StretchTransformer):
     frequency_drift: float = 0.06
 
     _suffix = "distance"
+    _learns_in_batches = True
 
     @one_thread
     def _learn(self, X, target, weights, rpm):
         log_speed = np.zeros(len(X)) if rpm is None else log_speeds(rpm, len(X))
         train_log_speed, at = speed_references.group_speeds(log_speed)
-        means, recorded, scatter = _moments(X, at, target, weights)
-        of_class = speed_references.group_means(X, target, weights)
+        table = len(train_log_speed), len(self.classes_)
+        group = np.ravel_multi_index((at, target), table)
+        weight, spectra, scatter = _moments(X, group, math.prod(table), weights)
+        means = _coefficients(spectra).reshape(*table, -1)
+        recorded = weight.reshape(table) > 0
+        spectra = spectra.reshape(*table, *X.shape[1:])
+        of_class = np.einsum("sc,scgf->cgf", weight.reshape(table), spectra)
+        of_class /= weight.reshape(table).sum(axis=0)[:, np.newaxis, np.newaxis]
         moved = drift.scaled_frequency(of_class.reshape(-1, X.shape[-1]))
         moved = _coefficients(moved.reshape(-1, *X.shape[1:]))
         change = np.diag(self._smooth_variance(self.rough_drift))
@@ -230,7 +239,9 @@ class SpectralDistance(StretchTransformer):
 
     def _validate(self, X, y=None, *, reset=False):
         X, y = validate_signals(self, X, y, reset=reset)
-        largest = float(np.abs(X).max())
+        if isinstance(X, RowsInBatches):
+            return X, y
+        largest = max(float(X.max()), -float(X.min()))
         expected = "natural logarithms of power"
         expect(largest <= _LARGEST, "Largest size in X", largest, expected)
         return X.reshape(len(X), -1, X.shape[-1]), y
@@ -257,28 +268,34 @@ class SpectralDistance(StretchTransformer):
         self._check_array("references_", (*recorded_shape, n_coefficients), SQUARABLE)
 
 
-def _moments(X, at, target, weights):
-    """Return mean coefficients by speed and condition, which exist, and the scatter about them.
+def _moments(X, group, n_groups, weights):
+    """Return weight and mean spectra of each group, and the scatter of coefficients about them.
 
-    One condition at one speed is transformed at a time, because the coefficients of all
-    windows would take several times the memory of their spectra.
+    The spectra are read once, batch by batch. Sums of products are taken about the mean
+    of the first batch, so that they lose no digits to a common mean.
     """
     n_coefficients = X.shape[1] * (X.shape[2] - 1)
-    recorded = np.zeros((at.max() + 1, target.max() + 1), dtype=bool)
-    recorded[at, target] = True
-    means = np.zeros((*recorded.shape, n_coefficients))
     scatter = np.zeros((n_coefficients, n_coefficients))
-    for speed, condition in np.argwhere(recorded):
-        rows = (at == speed) & (target == condition)
-        coefficients = _coefficients(X[rows])
-        means[speed, condition] = np.average(
-            coefficients, axis=0, weights=weights[rows]
-        )
-        coefficients -= means[speed, condition]
+    sums = np.zeros((n_groups, *X.shape[1:]))
+    centre = None
+    for batch in batches_of(X):
+        rows = np.asarray(X[batch], dtype=np.float64)
+        if centre is None:
+            centre = rows.mean(axis=0)
+        rows = rows - centre
+        of_rows = weights[batch]
+        for number in np.unique(group[batch]):
+            of_group = group[batch] == number
+            sums[number] += np.tensordot(of_rows[of_group], rows[of_group], axes=1)
         # A covariance holds squares, so a weight counts by its root.
-        coefficients *= np.sqrt(weights[rows])[:, np.newaxis]
+        coefficients = _coefficients(rows) * np.sqrt(of_rows)[:, np.newaxis]
         scatter += coefficients.T @ coefficients
-    return means, recorded, scatter / weights.sum()
+    weight = np.bincount(group, weights, n_groups)
+    means = sums / np.where(weight > 0, weight, 1.0)[:, np.newaxis, np.newaxis]
+    of_means = _coefficients(means) * np.sqrt(weight)[:, np.newaxis]
+    scatter -= of_means.T @ of_means
+    means[weight > 0] += centre
+    return weight, means, scatter / weights.sum()
 
 
 def _flat(spectra):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
@@ -13,6 +12,7 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils import Bunch
 
 from ..core.base import SignalEstimator
+from ..core.batches import RowsInBatches
 from ..core.parallel import BATCH, map_batches
 from ..core.state import expect, uses_fitted
 from ..core.validation import (
@@ -59,6 +59,7 @@ class Observer(SignalEstimator, TransformerMixin, BaseEstimator):
     #: `set_transform_request`.
     __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
     __metadata_request__transform: ClassVar = {"rpm": True}
+    _learns_in_batches = True
 
     def fit(
         self,
@@ -121,47 +122,12 @@ class Observer(SignalEstimator, TransformerMixin, BaseEstimator):
         vars(self).update(vars(fitted))
         return self._residuals(measured, rpm)
 
-    def fit_transform_batches(
-        self,
-        batches: Iterable[NDArray[Any]],
-        y: NDArray[Any] | None = None,
-        rpm: ArrayLike | None = None,
-        sample_weight: ArrayLike | None = None,
-    ) -> NDArray[Any]:
-        """Fit on innovations that come batch by batch, and compute their residuals.
-
-        Parameters
-        ----------
-        batches : iterable of ndarray
-            Innovations of some windows each.
-        y, rpm, sample_weight : array-like
-            Those of all windows, as in `fit`.
-
-        Returns
-        -------
-        ndarray of shape (n_windows, n_classes) or (n_windows, n_models)
-            As `transform` returns them.
-        """
-        fitted = copy.copy(self)
-        measured = fitted._fit_batches(iter(batches), y, rpm, sample_weight)
-        vars(self).update(vars(fitted))
-        return self._residuals(measured, rpm)
-
     def _fit(self, X, y, rpm, sample_weight):
         """Fit, and return what the observers measure of each window."""
         self._check_parameters()
         X, y = validate_innovations(self, X, y, reset=True)
         self._begin(y, sample_weight)
-        return self._learn(self._measure(X), y, rpm, sample_weight)
-
-    def _fit_batches(self, batches, y, rpm, sample_weight):
-        self._check_parameters()
-        first = next(batches)
-        of_first = None if y is None else y[: len(first)]
-        first, _ = validate_innovations(self, first, of_first, reset=True)
-        self._begin(y, sample_weight)
-        rest = [self._measure(X.reshape(-1, *first.shape[1:])) for X in batches]
-        measured = np.concatenate([self._measure(first), *rest])
+        measured = np.asarray(RowsInBatches(X, self._measure))
         return self._learn(measured, y, rpm, sample_weight)
 
     def _begin(self, y, sample_weight):
@@ -219,7 +185,7 @@ class Observer(SignalEstimator, TransformerMixin, BaseEstimator):
         measure, together = self._levels, max(LANES, BATCH // innovations.shape[1])
         if self._is_bank():
             measure, together = self._groups, BATCH
-        # The trajectories of a batch stay in the processor's caches.
+        # The trajectories of so few windows stay in the processor's caches.
         parts = map_batches(
             lambda batch: measure(innovations[batch]),
             len(innovations),

@@ -50,9 +50,6 @@ def test_residuals_are_distances_of_the_levels_of_the_mean_innovations(
     expected = distance.fit(groups, y).transform(groups)
     assert_array_equal(bank.transform(innovations), expected)
     assert_array_equal(make(n_observers=8).fit_transform(innovations, y), expected)
-    parts = (innovations[start : start + 30] for start in (0, 30, 60))
-    in_batches = make(n_observers=8).fit_transform_batches(parts, y)
-    assert_array_equal(in_batches, expected)
 
 
 def test_speeds_reach_the_comparison(innovations, y):
