@@ -124,7 +124,7 @@ def compare_combs(
     scores: NDArray[Any],
     speeds: NDArray[Any],
     healthy: HealthyCombs,
-    gain: float,
+    gain: float | NDArray[Any],
     false_alarm_rate: float,
     wrong_name_rate: float,
 ) -> ComparedCombs:
@@ -138,7 +138,7 @@ def compare_combs(
         Speeds of the rows; NaN if a speed is not known.
     healthy : HealthyCombs
         What healthy rows show.
-    gain : float
+    gain : float or ndarray of shape (n_rows,)
         How much less the scores scatter than those of one row. It counts at the speeds
         of healthy rows only, at which the reference is known.
     false_alarm_rate, wrong_name_rate : float

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
 from typing import Any, ClassVar
@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import log_softmax
 from sklearn.base import clone
 from sklearn.utils import Bunch
-from sklearn.utils.metaestimators import available_if
 
 from ..bearings import BearingLike, bearing_orders, listed
 from ..core.capabilities import training_speeds
@@ -53,8 +52,9 @@ def _orders(bearings):
     return np.array([_ORDERS(bearing_orders(bearing)) for bearing in bearings])
 
 
-def _has_conditions(classifier):
-    return classifier.conditions is not None
+def _gain(n_rows):
+    """Return how much less the mean of several rows of a machine scatters."""
+    return np.sqrt(effective_number(n_rows, COMB_CORRELATION))
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -327,6 +327,7 @@ class FaultOrderClassifier(SignalClassifier):
             judged = self._judge(matches, bearing=bearing)
             has_no_combs = np.isnan(matches.rpm)
             judged.refusal = np.where(has_no_combs, _NO_COMBS, "").astype(object)
+            judged.row_evidence = np.column_stack([matches.scores, matches.rpm])
         else:
             learned = self.conditions_.diagnose(X, rpm)
             judged = self._judge(matches, learned.log_probability, bearing=bearing)
@@ -341,11 +342,12 @@ class FaultOrderClassifier(SignalClassifier):
         )
         return judged
 
-    join: ClassVar[Callable[..., Bunch]] = available_if(_has_conditions)(
-        SignalClassifier.join
-    )
-
     def _joined(self, evidence, n_rows):
+        if self.conditions_ is None:
+            scores, rpm = evidence[:, :-1], evidence[:, -1]
+            healthy = self._healthy()
+            compared = self._compared(scores, rpm, n_rows, healthy)
+            return self._by_combs(compared, ~np.isnan(rpm), healthy)
         by_spectra, by_combs = np.split(evidence, [len(self.classes_)], axis=1)
         learned = self.conditions_.join(by_spectra, n_rows)
         weights = effective_number(n_rows).reshape(-1, 1)
@@ -418,14 +420,10 @@ class FaultOrderClassifier(SignalClassifier):
 
     def _judge(self, matches, spectra=None, n_rows=1, bearing=None):
         """Judge matched rows, with the log probabilities by spectra if conditions were learned."""
-        healthy = HealthyCombs(
-            self.reference_, self.healthy_scores_, self.healthy_speeds_, self.limit_
-        )
+        healthy = self._healthy()
         if bearing is not None:
             healthy = without_healthy(self.false_alarm_rate)
-        gain = np.sqrt(effective_number(n_rows, COMB_CORRELATION))
-        rates = self.false_alarm_rate, self.wrong_name_rate
-        compared = compare_combs(matches.scores, matches.rpm, healthy, gain, *rates)
+        compared = self._compared(matches.scores, matches.rpm, n_rows, healthy)
         bearings = self._bearings(bearing)
         sentences = comb_sentences(matches, compared, _orders(bearings), bearings)
         judged = Bunch(
@@ -433,25 +431,38 @@ class FaultOrderClassifier(SignalClassifier):
         )
         has_combs = ~np.isnan(matches.rpm)
         if spectra is None:
-            judged.alarm = compared.alarm
-            judged.update(
-                verdicts_by_combs(
-                    compared,
-                    has_combs,
-                    self.classes_,
-                    self.class_locations_,
-                    healthy_was_recorded=len(healthy.best) > 0,
-                )
-            )
+            judged.update(self._by_combs(compared, has_combs, healthy))
         else:
             combs = evidence_beside_spectra(
-                gain * (matches.scores - healthy.without_comb),
+                _gain(n_rows) * (matches.scores - healthy.without_comb),
                 has_combs,
                 self.class_locations_,
             )
             judged.update(self._decided(spectra + combs.log_probability))
             judged.update(comb=combs.of_fault, by_combs=combs.log_probability)
         return judged
+
+    def _healthy(self):
+        """Return what the combs of healthy rows show."""
+        return HealthyCombs(
+            self.reference_, self.healthy_scores_, self.healthy_speeds_, self.limit_
+        )
+
+    def _compared(self, scores, rpm, n_rows, healthy):
+        """Compare mean scores of rows with those of healthy rows."""
+        rates = self.false_alarm_rate, self.wrong_name_rate
+        return compare_combs(scores, rpm, healthy, _gain(n_rows), *rates)
+
+    def _by_combs(self, compared, has_combs, healthy):
+        """Return the verdicts of combs alone."""
+        verdicts = verdicts_by_combs(
+            compared,
+            has_combs,
+            self.classes_,
+            self.class_locations_,
+            healthy_was_recorded=len(healthy.best) > 0,
+        )
+        return Bunch(alarm=compared.alarm, **verdicts)
 
     def _decided(self, scores):
         """Return log probabilities, probabilities, verdicts and scores of conditions."""
@@ -473,6 +484,8 @@ class FaultOrderClassifier(SignalClassifier):
             "combs_alone": True,
             "healthy_was_recorded": len(self.healthy_scores_) > 0,
             "limits": f"combs {self.limit_:.2f} nepers above the healthy rows",
+            # The scores of the faults, and the speed.
+            "n_evidence": len(FAULTS) + 1,
             "healthy": next(iter(healthy.tolist()), None),
             "is_stretch": True,
             "needs_rpm": self.speed_range is None,

@@ -130,15 +130,17 @@ class SignalClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
     def join(self, evidence: ArrayLike, n_rows: ArrayLike = 1.0) -> Bunch:
         """Diagnose recordings by the mean evidence of their rows.
 
-        The log probabilities of locations by combs count as often as the effective
-        number of rows (`skarxlag.kernels.evidence.effective_number`).
+        Beside spectra, the log probabilities of locations by combs count as often as
+        the effective number of rows (`skarxlag.kernels.evidence.effective_number`). If
+        combs decide alone, their mean scores do, which scatter less than those of a row.
 
         Parameters
         ----------
         evidence : array-like of shape (n_recordings, n_values)
-            Means of ``row_evidence``, which `diagnose` returns with learned conditions:
-            natural logarithms of the residuals of each class, followed by log
-            probabilities of combs, if there is a bearing.
+            Means of ``row_evidence``, which `diagnose` returns. With learned
+            conditions: natural logarithms of the residuals of each class, followed by
+            log probabilities of combs, if there is a bearing. By combs alone: their
+            scores and the speed.
         n_rows : float or array-like of shape (n_recordings,), default=1.0
             Number of rows, or the sum of their weights, above 0.
 

@@ -15,7 +15,6 @@ from scipy.special import log_softmax
 from sklearn.utils import Bunch
 
 from ..core.capabilities import Capabilities, capabilities, offers
-from ..core.fault_locations import NOT_IDENTIFIABLE
 from ..core.pipelines import as_diagnosis_pipeline
 from ..core.state import expect
 from ..kernels.evidence import (
@@ -25,7 +24,7 @@ from ..kernels.evidence import (
     effective_number,
 )
 from ..kernels.fault_orders import FAULTS, NEPER_IN_DB
-from .limits import MOST_WINDOWS, RECORDED
+from .limits import RECORDED
 from .names import UNKNOWN, Named, VerdictNames
 from .windows import WindowResults, WindowStatus
 
@@ -293,7 +292,7 @@ class Classifier(Member):
         """
         if self.described.n_evidence:
             joined = self._pipeline.steps[-1][1].join(evidence, n_windows)
-            return [self._named(logs) for logs in self._in_order(joined)]
+            return self._names_of(joined)
         weights = effective_number(n_windows)[:, np.newaxis]
         logs = log_softmax(weights * evidence, axis=1)
         n_conditions = len(self.names.conditions)
@@ -324,16 +323,19 @@ class Classifier(Member):
         """
         decide = self._pipeline.steps[-1][1]
         diagnosed = decide.diagnose_gathered(*contrast, evidence, n_windows)
-        if "named" not in diagnosed:
-            return self._named(self._in_order(diagnosed)[0])
-        verdict = diagnosed.named[0]
-        is_condition = verdict in self.names.names
-        probability = float(diagnosed.probability.max()) if is_condition else np.nan
-        return Named(verdict, probability, None)
+        return self._names_of(diagnosed)[0]
 
-    def _named(self, logs):
-        probability = np.exp(logs)
-        return self.names.name(probability[:-1], float(probability[-1]))
+    def _names_of(self, diagnosed):
+        """Return the verdicts of a classifier, as it names them itself if it does."""
+        if "named" not in diagnosed:
+            probability = np.exp(self._in_order(diagnosed))
+            return [self.names.name(row[:-1], float(row[-1])) for row in probability]
+        names = self.names.names
+        highest = diagnosed.probability.max(axis=1).tolist()
+        return [
+            Named(verdict, probability if verdict in names else np.nan, None)
+            for verdict, probability in zip(diagnosed.named, highest, strict=True)
+        ]
 
     def of_recording(
         self, usable: pd.DataFrame, evidence: NDArray[Any]
@@ -352,8 +354,6 @@ class Classifier(Member):
         dict
             These columns of `recording_verdicts`.
         """
-        if (usable["verdict"] == NOT_IDENTIFIABLE).mean() > MOST_WINDOWS:
-            return {"verdict": NOT_IDENTIFIABLE, "probability": np.nan}
         mean = evidence.mean(axis=0, keepdims=True)
         [named] = self.named(mean, np.full(1, len(evidence)))
         entries = {"verdict": named.verdict, "probability": named.probability}

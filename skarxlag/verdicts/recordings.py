@@ -109,7 +109,8 @@ def recording_verdicts(
       reason, such as an implausible speed;
     - ``"unknown condition"`` if the recording resembles no condition (with `known`),
       and combs of the bearing, if the diagnoser uses them, show no location of a fault;
-    - ``"not identifiable"`` if most windows are, see `FaultOrderClassifier.diagnose`;
+    - ``"not identifiable"`` if the combs of two fault locations fit nearly as well, see
+      `FaultOrderClassifier.diagnose`;
     - ``"unknown condition"`` if that is more probable than a healthy condition and than
       a fault, for diagnosers that state its probability;
     - the healthy condition, if it is more probable than a fault; ``"no fault pattern
@@ -124,7 +125,8 @@ def recording_verdicts(
     Windows of a recording share specimen, mounting and load, so they are no independent
     evidence. A diagnoser of `make_diagnoser` is asked once for a recording, about the
     mean logarithms of the residuals of its windows, see
-    :func:`skarxlag.kernels.posterior.condition_log_probabilities`. With a correlation
+    :func:`skarxlag.kernels.posterior.condition_log_probabilities`, and one by combs
+    alone about the mean of their scores. With a correlation
     :math:`\varrho`, n windows count as :math:`n_e = n / (1 + (n - 1) \varrho)`: the
     probabilities of other classifiers are the softmax of :math:`n_e` times the mean log
     probability (:math:`\varrho = 0.7`), and p-values are combined by Stouffer's method

@@ -245,6 +245,29 @@ def test_healthy_is_named_if_healthy_rows_are_known(rows, labels, named):
     assert found.named.tolist()[1:] == ["outer", "inner", named]
 
 
+def test_a_longer_recording_never_lowers_the_probability_of_a_right_name(fitted):
+    signal = row("outer", amplitude=6.0, seconds=4)[np.newaxis, np.newaxis]
+    lengths = (RATE * np.array([0.5, 1, 2, 4])).astype(int)
+    proba = [fitted.predict_proba(signal[..., :n], rpm=900) for n in lengths]
+    outer = np.concatenate(proba)[:, 3]
+    assert (np.diff(outer) >= 0).all() and outer[0] < 0.3 and outer[-1] > 0.99
+
+
+@pytest.mark.parametrize("with_healthy", [False, True])
+def test_rows_of_a_recording_join_by_their_scores(rows, healthy, with_healthy):
+    fitted = classifier().fit(rows)
+    if with_healthy:
+        fitted.fit(healthy, ["healthy"] * 40, rpm=900)
+    found = fitted.diagnose(rows, rpm=900)
+    alone = fitted.join(found.row_evidence)
+    np.testing.assert_allclose(alone.probability, found.probability)
+    assert alone.named.tolist() == found.named.tolist()
+    # At the speed of healthy rows, a mean of more rows is surer.
+    faint = np.array([[0.0, 0.0, fitted.limit_ - 0.05, 900.0]])
+    few, many = (fitted.join(faint, n).probability[0, 3] for n in (1, 10))
+    assert many > few if with_healthy else many == few
+
+
 def test_several_bearings(rows):
     fitted = classifier(bearing=["6203", GEOMETRY]).fit(rows)
     assert fitted.orders_.shape == (2, 4)

@@ -495,19 +495,6 @@ def test_means_of_windows_are_named_by_the_classifier(
     assert [one.verdict for one in named] == verdicts
 
 
-def test_half_of_the_windows_do_not_make_a_recording_unidentifiable(diagnoser):
-    columns = {"quality": "good", "limits": "no", "alarm": np.nan}
-    table = pd.DataFrame(columns, index=range(4))
-    table[["probability of white", "probability of coloured"]] = [0.2, 0.8]
-    for verdicts, expected in (("uuww", "coloured"), ("uuuw", NOT_IDENTIFIABLE)):
-        table["verdict"] = [
-            {"u": NOT_IDENTIFIABLE, "w": "white"}[each] for each in verdicts
-        ]
-        answer = Judge(diagnoser).recording(table, log_probabilities(table))
-        assert answer["verdict"] == expected
-        assert answer["share of white"] == verdicts.count("w") / 4
-
-
 @pytest.mark.parametrize(
     ("with_detector", "rpm", "limits"),
     [
