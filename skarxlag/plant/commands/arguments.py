@@ -87,20 +87,6 @@ def speed_or_source(text: str) -> dict[str, Any]:
     return {"rpm": positive_number(text)}
 
 
-def speed_range(text: str) -> tuple[float, float]:
-    """Return the ends of a range of shaft speeds, which belong to it.
-
-    >>> speed_range("1797"), speed_range("1700..1800")
-    ((1797.0, 1797.0), (1700.0, 1800.0))
-    """
-    ends = text.split("..")
-    with suppress(ValueError):
-        low, high = float(ends[0]), float(ends[-1])
-        if len(ends) <= 2 and 0 < low <= high < math.inf:
-            return low, high
-    raise ArgumentTypeError(f"{text!r}, expected a speed such as 1797, or 1700..1800")
-
-
 def bearing(text: str) -> str:
     """Check a name, dimensions or orders of a bearing, as `bearing_orders` takes them."""
     from ...bearings import bearing_orders

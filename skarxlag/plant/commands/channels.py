@@ -62,21 +62,6 @@ def units_of(channels: Sequence[Channels]) -> list[str]:
     return list(units.values())
 
 
-def are_compared(facts: dict[str, Any], stated: Any) -> bool:
-    """Return whether the channels of a recording are compared with those of a model.
-
-    Parameters
-    ----------
-    facts : dict
-        Of the model.
-    stated : str, list of str or None
-        Channels of the recording as they were stated.
-    """
-    is_same = [*np.atleast_1d(stated)] == facts.get("channels")
-    has_names = bool(facts.get("channel_names")) and not is_same
-    return has_names or facts.get("unit") is not None
-
-
 def channel_remarks(
     channels: Channels, facts: dict[str, Any], stated: Any
 ) -> Iterator[str]:

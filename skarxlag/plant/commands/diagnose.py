@@ -26,7 +26,7 @@ _MOST_NAMES = 5
 def run(args: argparse.Namespace) -> int:
     """Run the command with parsed arguments."""
     model = _model(args)
-    reporter = Reporter(args.quiet, args.verbose)
+    reporter = Reporter(args.quiet)
     options = keywords(diagnose, args) | {"model": model, "reporter": reporter}
     rows, diagnoses = diagnose(**options | {"recordings": args.listed})
     table = results.verdict_table(rows)
@@ -121,7 +121,7 @@ def _diagnoses(recordings, model, resample, unit, n_jobs, reporter):
     for recording, diagnosis in zip(recordings, results, strict=True):
         diagnoses.append(diagnosis)
         verdict = diagnosis.error or diagnosis.verdict["verdict"]
-        reporter.step(f"{recording.name}: {verdict}", diagnosis.details())
+        reporter.step(f"{recording.name}: {verdict}")
     return diagnoses
 
 

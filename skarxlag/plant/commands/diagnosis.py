@@ -76,15 +76,6 @@ class Diagnosis:
             {"verdict": no_verdict(reason)}, None, error=" ".join(reason.split())
         )
 
-    def details(self) -> str:
-        """Return details for --verbose: windows, alarm, and verdicts of several outputs."""
-        shown = [
-            name
-            for name in self.verdict
-            if name.startswith(("alarm", "windows", "verdict "))
-        ]
-        return ", ".join(f"{name} {self.verdict[name]}" for name in shown)
-
 
 def diagnose_file(
     recording: Any,

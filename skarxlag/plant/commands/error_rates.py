@@ -99,19 +99,22 @@ class ErrorRates(NamedTuple):
         """
         hours = self.n_healthy * row_seconds / 3600
         highest = chi2.ppf(_CONFIDENCE, 2 * (self.n_false_alarms + 1)) / 2 / hours
-        missed = "Missed faults: not measured, because no fault was recorded."
-        if self.n_faulty:
-            missed = (
-                f"Missed faults: {self.n_missed} of {self.n_faulty} {word} of recorded "
-                "faults are within the healthy limits."
-            )
         return [
             f"False alarms of single {word}: {self.n_false_alarms} in {hours:.2g} h of "
             f"healthy signal that was left out, so at most {highest:.2g} an hour "
             f"({100 * _CONFIDENCE:.0f} % confidence); {3600 * rate / row_seconds:.2g} an "
             "hour are expected.",
-            missed,
+            self.missed(word),
         ]
+
+    def missed(self, word: str) -> str:
+        """Describe the missed faults."""
+        if not self.n_faulty:
+            return "Missed faults: not measured, because no fault was recorded."
+        return (
+            f"Missed faults: {self.n_missed} of {self.n_faulty} {word} of recorded faults "
+            "are within the healthy limits."
+        )
 
 
 def _exceeds(detector, train, test):

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from joblib import parallel_config
 
 from ...core.capabilities import capabilities, requests
@@ -27,7 +26,6 @@ from .messages import (
     Reporter,
     UsageError,
     as_command_error,
-    listed,
     show,
 )
 from .remarks import why_no_orders
@@ -38,7 +36,7 @@ from .training_rows import training_rows
 
 def run(args: argparse.Namespace) -> int:
     """Run the command with parsed arguments."""
-    reporter = Reporter(args.quiet, args.verbose)
+    reporter = Reporter(args.quiet)
     options = keywords(fit, args)
     show(*fit(args.listed, source=args.table, reporter=reporter, **options))
     return 0
@@ -52,7 +50,6 @@ def fit(
     diagnoser: str | None = None,
     bearing: str | None = None,
     healthy: str | None = None,
-    train_rpm: tuple[float, float] | None = None,
     false_alarm_rate: float = 0.01,
     outputs: int | None = None,
     fixed_gain: bool = False,
@@ -74,8 +71,6 @@ def fit(
     diagnoser, bearing, healthy, false_alarm_rate, outputs, fixed_gain, window_length, \
 resample_to, n_jobs
         As in ``skarxlag fit``.
-    train_rpm : tuple of two floats or None, default=None
-        Lowest and highest speed. None: all recordings.
     reporter : Reporter or None, default=None
         Progress reporter. None prints nothing.
 
@@ -91,7 +86,6 @@ resample_to, n_jobs
     """
     reporter = reporter or Reporter()
     diagnoser = _kind(recordings, diagnoser, bearing, healthy)
-    recordings = _recordings_at_speeds(recordings, train_rpm)
     rows = training_rows(
         recordings,
         source,
@@ -101,7 +95,6 @@ resample_to, n_jobs
         reporter=reporter,
     )
     kind = diagnoser or ("stretches" if rows.word == "stretches" else "diagnoser")
-    rows = _rows_at_speeds(rows, source, train_rpm)
     if bearing is not None and rows.speeds is None:
         raise CommandError(
             f"{source}: no speed is stated; expected a column rpm, or --rpm"
@@ -194,30 +187,6 @@ def _kind(recordings, kind, bearing, healthy):
     if healthy is None:
         is_healthy = location_of_label(only) == HEALTHY
     return "detector" if kind is None and only is not None and is_healthy else kind
-
-
-def _recordings_at_speeds(recordings, train_rpm):
-    """Leave out recordings with a stated speed outside a range, before they are read."""
-    low, high = train_rpm or (0.0, np.inf)
-    near = [each for each in recordings if low <= (each.rpm or low) <= high]
-    return near or recordings
-
-
-def _rows_at_speeds(rows, source, train_rpm):
-    """Return the rows within a range of speeds."""
-    if train_rpm is None:
-        return rows
-    low, high = train_rpm
-    rpm = rows.facts.get("rpm", pd.Series(np.nan, rows.facts.index))
-    is_near = rpm.between(low, high).to_numpy()
-    if not is_near.any():
-        is_known = rpm.notna().all()
-        stated = listed(np.unique(rpm)) if is_known else "no column rpm"
-        raise UsageError(
-            f"argument --train-rpm: {low:g} to {high:g} holds no speed of "
-            f"{source}: {stated}"
-        )
-    return rows.where(is_near)
 
 
 def _training_speeds(rows):

@@ -11,7 +11,6 @@ from ...decisions.row_outliers import too_few_rows
 from ...verdicts.limits import LEAST_HEALTHY
 from ..readers.entries import ListedRecording
 from ..readers.files import list_channels
-from .error_rates import ErrorRates
 from .files import is_model_file
 from .messages import as_command_error, show
 from .models import SavedModel
@@ -94,9 +93,9 @@ def limits(model: SavedModel) -> list[str]:
     }
     sentences = [sentence for sentence, holds in cases.items() if holds]
     sentences += _order_limits(model)
-    if facts.get("error_counts"):
+    rates = model.error_rates
+    if rates is not None:
         seconds = model.window_length / model.sampling_rate
-        rates = ErrorRates(*facts["error_counts"])
         sentences += rates.sentences(facts["false_alarm_rate"], seconds, facts["rows"])
     if facts.get("n_windows") and facts.get("false_alarm_rate"):
         n_healthy = facts["n_windows"][0]

@@ -1,6 +1,5 @@
 """Messages of the commands: errors in one line, names and numbers, and progress."""
 
-import argparse
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -76,16 +75,6 @@ def listed(speeds: Iterable[float]) -> str:
     return ", ".join(f"{speed:g}" for speed in speeds)
 
 
-def add_progress_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare how much the command prints while it works."""
-    how_much = parser.add_mutually_exclusive_group()
-    how_much.add_argument(
-        "-q", "--quiet", action="store_true", help="print no progress"
-    )
-    text = "print details of each step"
-    how_much.add_argument("-v", "--verbose", action="store_true", help=text)
-
-
 def say(text: object) -> None:
     """Print a line to standard error, without the control characters of names."""
     print(printable(text), file=sys.stderr, flush=True)
@@ -99,14 +88,11 @@ class Reporter:
     ----------
     quiet : bool, default=True
         Whether to print nothing.
-    verbose : bool, default=False
-        Whether to print details of each step, too.
     total : int, default=0
         Number of steps.
     """
 
     quiet: bool = True
-    verbose: bool = False
     total: int = 0
     done: int = 0
 
@@ -120,11 +106,10 @@ class Reporter:
         self.total = total
         self.done = 0
 
-    def step(self, text: str, details: str = "") -> None:
-        """Count a step; print its line, with details if they are asked for."""
+    def step(self, text: str) -> None:
+        """Count a step, and print its line."""
         self.done += 1
-        shown = f" ({details})" if self.verbose and details else ""
-        self.line(f"[{self.done}/{self.total}] {text}{shown}")
+        self.line(f"[{self.done}/{self.total}] {text}")
 
 
 def show(*lines: object) -> None:

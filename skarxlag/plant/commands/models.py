@@ -21,6 +21,7 @@ from ..readers.entries import ListedRecording, OpenRecording
 from ..readers.formats.rates import rates_agree, unit_advice
 from ..readers.windows import block_length, cut_blocks
 from .channels import channels_of_model
+from .error_rates import ErrorRates
 from .messages import CommandError, as_command_error, counted, listed, printable
 
 
@@ -270,6 +271,12 @@ class SavedModel(RecordingModel):
     def short_identity(self) -> str:
         """Beginning of the SHA-256 of the file, which results and states name."""
         return self.identity[:12]
+
+    @property
+    def error_rates(self) -> ErrorRates | None:
+        """False alarms and missed faults that `fit` measured, if it did."""
+        counts = self.facts.get("error_counts")
+        return ErrorRates(*counts) if counts else None
 
     def open(self, recording: ListedRecording, resample: bool = False) -> OpenRecording:
         """Open a recording, and refuse other channels or another rate than those of `fit`."""

@@ -13,7 +13,7 @@ from ...verdicts.limits import FEW_HEALTHY, HOLD_FOR_RECORDED, LEAST_HEALTHY
 from ...verdicts.names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
 from ...verdicts.windows import HOLD
 from ..readers.entries import ListedRecording, OpenRecording
-from .channels import are_compared, channel_remarks
+from .channels import channel_remarks
 from .training_facts import unstated_facts
 
 if TYPE_CHECKING:
@@ -53,12 +53,10 @@ def recording_remarks(
     verdict : dict
         As `Judge.recording` returns it.
     """
-    stated_channels = recording.channel
     is_trained = model.judge is not None
     if opened.old_rate is not None:
         yield f"Resampled from {opened.old_rate:g} to {model.sampling_rate:g} Hz."
-    if are_compared(model.facts, stated_channels):
-        yield from channel_remarks(opened.channels, model.facts, stated_channels)
+    yield from channel_remarks(opened.channels, model.facts, recording.channel)
     if not is_trained and "evidence" in windows:
         for text in windows["evidence"].dropna().unique():
             yield f"{text[0].upper()}{text[1:]}."

@@ -9,7 +9,8 @@ from scipy.signal import periodogram
 #: Stated speeds below this one are repeated to the reader.
 _SLOW = 60.0
 #: Stated speeds that may be in another unit: below the first in Hertz, above the second
-#: sixty times too high.
+#: sixty times too high. Lines cannot tell a speed from twice or half of it: of 199 right
+#: speeds on eight rigs, 57 have higher lines there.
 _LIKE_HERTZ = 200.0
 _LIKE_SIXTY = 20_000.0
 #: Multiples of the shaft's frequency that are compared, the tolerance of each, and the
@@ -52,16 +53,22 @@ def speed_remark(
     if rpm is None:
         return None
     text = f"The speed was read as {rpm:g} rpm ({rpm / 60:.3g} Hz)."
-    other = 60 * rpm
-    if rpm > _LIKE_SIXTY:
-        other = rpm / 60
-    if sampling_rate is not None and not _LIKE_HERTZ <= rpm <= _LIKE_SIXTY:
-        height = _line_height(samples, sampling_rate, other / 60)
-        stated = _line_height(samples, sampling_rate, rpm / 60)
-        if height > max(_LEAST_HEIGHT, stated):
+    others = []
+    if rpm < _LIKE_HERTZ:
+        # A motor of four poles turns at half the frequency of its supply.
+        others = [30 * rpm, 60 * rpm]
+    elif rpm > _LIKE_SIXTY:
+        others = [rpm / 60]
+    if sampling_rate is not None and others:
+        heights = {
+            speed: _line_height(samples, sampling_rate, speed / 60)
+            for speed in (rpm, *others)
+        }
+        best = max(others, key=lambda speed: heights[speed])
+        if heights[best] > max(_LEAST_HEIGHT, heights[rpm]):
             return (
-                f"{text} The signal has lines of a shaft at {other:.4g} rpm "
-                f"({other / 60:.3g} Hz): state the speed in revolutions per minute."
+                f"{text} The signal has lines of a shaft at {best:.4g} rpm "
+                f"({best / 60:.3g} Hz): state the speed in revolutions per minute."
             )
     return text if rpm < _SLOW else None
 

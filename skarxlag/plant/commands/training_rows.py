@@ -187,7 +187,7 @@ def training_rows(
                 max_windows=max(MOST_SAMPLES // n_values, 2),
                 resample=resample_to,
                 note=lambda entry, n_windows: reporter.step(
-                    f"{entry.name}: read", f"{n_windows} windows of {length} samples"
+                    f"{entry.name}: {n_windows} windows of {length} samples"
                 ),
             )
 

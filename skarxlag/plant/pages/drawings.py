@@ -6,15 +6,13 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 from scipy.signal import find_peaks, welch
 
-from ...core.fault_locations import NO_FINDING
 from ...diagnosers import make_fault_order_classifier
 from ...measures.envelope_spectra import envelope_spectrum
 from ...plotting import EnvelopeSpectrumDisplay, OrderSpectrumDisplay, condition_styles
-from ...plotting._style import ANY_PAGE, LEGEND, NEUTRAL
+from ...plotting._style import ANY_PAGE, LEGEND
 from ..commands.messages import counted, listed
 from .recording_overview import Overview, Stretch, extremes
 
@@ -26,9 +24,8 @@ _LOW_ORDERS = 10
 _HIGHEST_ORDER = 20
 #: Hum of the mains in Hz.
 _MAINS = (50.0, 60.0)
-#: Peaks in a list, and multiples of the shaft that are marked.
+#: Peaks in a list.
 _N_PEAKS = 5
-_SHAFT_MULTIPLES = (1, 2, 3)
 #: Samples from which on spectra are drawn.
 _FEWEST_SAMPLES = 64
 #: Power relative to the largest of a spectrum that is drawn as its lowest.
@@ -61,15 +58,13 @@ class Picture(NamedTuple):
     source: str
 
 
-def _picture(
-    title: str, draw: Callable[[Any], str | None], height: float = 2.3
-) -> Picture:
+def _picture(title: str, draw: Callable[[Any], str | None]) -> Picture:
     """Return the picture that a function draws into axes; the function returns its text."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
     with rc_context(_SETTINGS):
-        figure = Figure(figsize=(7.0, height), layout="constrained")
+        figure = Figure(figsize=(7.0, 2.3), layout="constrained")
         text = draw(figure.subplots()) or ""
         return Picture(title, text, _embedded(figure))
 
@@ -153,8 +148,23 @@ def power_spectrum(
         stretch.sampling_rate or 1.0,
         nperseg=min(segment, len(stretch.samples)),
     )
-    level = 10 * np.log10(np.maximum(power, _FLOOR * power.max()))
-    return frequencies, level + 20 * np.log10(scale)
+    return frequencies, _in_decibel(power) + 20 * np.log10(scale)
+
+
+def _in_decibel(power):
+    return 10 * np.log10(np.maximum(power, _FLOOR * power.max()))
+
+
+def _draw_spectrum(ax, stretch, frequencies, level, **labels):
+    """Draw the largest values of equal parts of a spectrum, so that no line is lost."""
+    unit = "1/sample" if stretch.sampling_rate is None else "Hz"
+    density = "Power density (dB)"
+    if stretch.unit is not None and stretch.sampling_rate is not None:
+        density = f"Power density (dB re 1 ({stretch.unit})²/Hz)"
+    points = extremes(frequencies)[0], extremes(level)[1]
+    ax.plot(*points, color=_COLOURS["signal"], linewidth=0.8, label="this recording")
+    ax.set(**{"xlabel": f"Frequency ({unit})", "ylabel": density} | labels)
+    ax.margins(x=0)
 
 
 def spectrum_picture(stretch: Stretch, healthy: Sequence[Stretch]) -> Picture:
@@ -163,18 +173,14 @@ def spectrum_picture(stretch: Stretch, healthy: Sequence[Stretch]) -> Picture:
     references = [np.interp(frequencies, *power_spectrum(other)) for other in healthy]
 
     def draw(ax):
-        _draw_curve(ax, frequencies, level, "this recording")
-        unit = "1/sample" if stretch.sampling_rate is None else "Hz"
-        ax.set(xlabel=f"Frequency ({unit})", ylabel=_decibel(stretch))
-        ax.margins(x=0)
+        _draw_spectrum(ax, stretch, frequencies, level)
         if not references:
             return None
         low = extremes(np.min(references, axis=0))[0]
         high = extremes(np.max(references, axis=0))[1]
-        across = extremes(frequencies)[0]
         label = f"stated healthy: {counted(len(healthy), 'recording')}"
-        colour = _COLOURS["healthy"]
-        ax.fill_between(across, low, high, color=colour, alpha=0.4, label=label)
+        style = {"color": _COLOURS["healthy"], "alpha": 0.4, "label": label}
+        ax.fill_between(extremes(frequencies)[0], low, high, **style)
         ax.legend(loc="upper right", ncols=2, **LEGEND)
         speeds = {other.mean_rpm for other in healthy if other.rpm is not None}
         of_speeds = f" at {listed(sorted(speeds))} rpm" if speeds else ""
@@ -183,48 +189,36 @@ def spectrum_picture(stretch: Stretch, healthy: Sequence[Stretch]) -> Picture:
     return _picture("Spectrum", draw)
 
 
-def _decibel(stretch):
-    """Return the unit of a power density, as far as that of the samples is known."""
-    if stretch.unit is None or stretch.sampling_rate is None:
-        return "Power density (dB)"
-    return f"Power density (dB re 1 ({stretch.unit})²/Hz)"
-
-
 def low_frequency_picture(stretch: Stretch) -> Picture:
     """Draw the spectrum of low frequencies, with the lines of the shaft and the mains."""
-    rate = stretch.sampling_rate
     frequencies, level = power_spectrum(stretch, len(stretch.samples))
-    shaft = None if stretch.rpm is None else stretch.mean_rpm / 60
     highest = 2.5 * max(_MAINS)
-    if shaft is not None:
-        highest = max(highest, _LOW_ORDERS * shaft)
-    is_shown = frequencies <= min(highest, rate / 2)
+    if stretch.shaft is not None:
+        highest = max(highest, _LOW_ORDERS * stretch.shaft)
+    is_shown = frequencies <= highest
     frequencies, level = frequencies[is_shown], level[is_shown]
 
     def draw(ax):
-        _draw_curve(ax, frequencies, level)
+        lowest = level.max() - 80
+        _draw_spectrum(ax, stretch, frequencies, level, ylim=(lowest, level.max() + 5))
         for mains in _MAINS:
-            _mark(ax, mains, f"{mains:g} Hz mains", "alarm", ":")
-        if shaft is not None:
-            for multiple in _SHAFT_MULTIPLES:
-                _mark(ax, multiple * shaft, f"{multiple}x shaft", "fault", "--")
-        ax.set(xlabel="Frequency (Hz)", ylabel=_decibel(stretch))
-        ax.set(xlim=(0, frequencies[-1]), ylim=(level.max() - 80, level.max() + 5))
-        return _highest_peaks(frequencies, level, shaft)
+            _mark(ax, mains, f"{mains:g} Hz mains", "alarm")
+        if stretch.shaft is not None:
+            _mark_shaft(ax, stretch.shaft, 3)
+        return _highest_peaks(frequencies, level, stretch.shaft)
 
     return _picture("Spectrum of low frequencies", draw)
 
 
-def _draw_curve(ax, across, heights, label=None):
-    """Draw the largest values of equal parts of a curve, so that no line is lost."""
-    points = extremes(across)[0], extremes(heights)[1]
-    ax.plot(*points, color=_COLOURS["signal"], linewidth=0.8, label=label)
+def _mark_shaft(ax, shaft, n_multiples):
+    for multiple in range(1, n_multiples + 1):
+        _mark(ax, multiple * shaft, f"{multiple}x shaft", "fault")
 
 
-def _mark(ax, position, label, colour, style):
+def _mark(ax, position, label, colour):
     """Draw a line across the axes, with its name at the upper end, if it is within them."""
     if position <= ax.dataLim.x1:
-        ax.axvline(position, color=_COLOURS[colour], linestyle=style, zorder=0)
+        ax.axvline(position, color=_COLOURS[colour], linestyle="--", zorder=0)
         where = ax.get_xaxis_transform()
         ax.text(position, 1, label, transform=where, fontsize="x-small", rotation=30)
 
@@ -232,14 +226,11 @@ def _mark(ax, position, label, colour, style):
 def _highest_peaks(frequencies, heights, shaft):
     """Return a sentence on the five highest peaks: frequency in Hz, order and height."""
     peaks, _ = find_peaks(heights)
-    highest = peaks[np.argsort(heights[peaks])[::-1][:_N_PEAKS]]
-    if len(highest) == 0:
-        return None
     texts = []
-    for place in highest:
+    for place in peaks[np.argsort(heights[peaks])[::-1][:_N_PEAKS]]:
         order = "" if shaft is None else f" (order {frequencies[place] / shaft:.2f})"
         texts.append(f"{frequencies[place]:.4g} Hz{order} {heights[place]:.0f} dB")
-    return f"Highest peaks: {', '.join(texts)}."
+    return f"Highest peaks: {', '.join(texts)}." if texts else ""
 
 
 def envelope_picture(stretch: Stretch, bearing: str | None) -> Picture | str:
@@ -265,12 +256,10 @@ def envelope_picture(stretch: Stretch, bearing: str | None) -> Picture | str:
             classifier, row, rpm=stretch.rpm, ax=ax
         )
         ax.set_title("")
-        for multiple in _SHAFT_MULTIPLES[:2]:
-            _mark(ax, multiple, f"{multiple}x shaft", "alarm", "--")
+        _mark_shaft(ax, 1, 2)
         orders, contrast = shown.line_.get_data()
-        shaft = stretch.mean_rpm / 60
-        peaks = _highest_peaks(orders * shaft, contrast, shaft)
-        return f"{shown.evidence[:1].upper()}{shown.evidence[1:]}. {peaks or ''}"
+        peaks = _highest_peaks(orders * stretch.shaft, contrast, stretch.shaft)
+        return f"{shown.evidence[:1].upper()}{shown.evidence[1:]}. {peaks}"
 
     try:
         return _picture(f"{title} and lines of bearing {bearing}", draw)
@@ -281,59 +270,18 @@ def envelope_picture(stretch: Stretch, bearing: str | None) -> Picture | str:
 def _draw_envelope(ax, stretch):
     """Draw the spectrum of the squared envelope of all frequencies; return its peaks."""
     frequencies, power = envelope_spectrum(stretch.samples, stretch.sampling_rate)
-    shaft = None if stretch.rpm is None else stretch.mean_rpm / 60
+    shaft = stretch.shaft
     highest = frequencies[-1] if shaft is None else _HIGHEST_ORDER * shaft
     is_shown = (frequencies > 0) & (frequencies <= highest)
-    frequencies = frequencies[is_shown]
-    level = 10 * np.log10(np.maximum(power[is_shown], _FLOOR * power.max()))
-    unit = 1.0 if shaft is None else shaft
-    _draw_curve(ax, frequencies / unit, level)
-    if shaft is not None:
-        for multiple in _SHAFT_MULTIPLES[:2]:
-            _mark(ax, multiple, f"{multiple}x shaft", "alarm", "--")
-    ax.set(xlabel="Frequency (Hz)" if shaft is None else "Order of the shaft")
-    ax.set(ylabel="Power (dB)", xlim=(0, frequencies[-1] / unit))
+    frequencies, level = frequencies[is_shown], _in_decibel(power)[is_shown]
+    if shaft is None:
+        _draw_spectrum(ax, stretch, frequencies, level, ylabel="Power (dB)")
+    else:
+        labels = {"xlabel": "Order of the shaft", "ylabel": "Power (dB)"}
+        _draw_spectrum(ax, stretch, frequencies / shaft, level, **labels)
+        _mark_shaft(ax, 1, 2)
     peaks = _highest_peaks(frequencies, level, shaft)
-    return f"Squared envelope of all frequencies, prewhitened. {peaks or ''}"
-
-
-def windows_picture(
-    windows: pd.DataFrame, sampling_rate: float | None, healthy: Any
-) -> Picture:
-    """Draw verdicts and alarms of windows over time.
-
-    Parameters
-    ----------
-    windows : DataFrame
-        As `window_verdicts` returns them, with the column ``start``: two or more.
-    sampling_rate : float or None
-        In Hz.
-    healthy : label or None
-        The healthy condition.
-    """
-    time = windows["start"].to_numpy(dtype=float) / (sampling_rate or 1.0)
-    verdicts = windows["verdict"].astype(str).str.partition(":")[0]
-    names = verdicts.value_counts().index.tolist()
-    exceeds = (windows["alarm"] == 1).to_numpy()
-
-    def draw(ax):
-        for name in names:
-            at = time[verdicts == name]
-            colour = _COLOURS["healthy" if name == str(healthy) else "fault"]
-            colour = NEUTRAL if name == NO_FINDING else colour
-            ax.plot(at, [name] * len(at), "|", color=colour, rasterized=True)
-        if exceeds.any():
-            label = ["exceeds the limits"] * int(exceeds.sum())
-            ax.plot(time[exceeds], label, "|", color=_COLOURS["alarm"], rasterized=True)
-        ax.set(xlabel=_time_label(sampling_rate), ylim=(-0.5, len(names) + 0.5))
-        counts = [
-            f"{name}: {count} of {counted(len(windows), 'window')}"
-            for name, count in verdicts.value_counts().items()
-        ]
-        counts.append(f"exceeds the healthy limits: {exceeds.sum()}")
-        return f"{'; '.join(counts)}."
-
-    return _picture("Windows over time", draw, 1.2 + 0.2 * len(names))
+    return f"Squared envelope of all frequencies, prewhitened. {peaks}"
 
 
 def order_pictures(

@@ -49,6 +49,11 @@ class Stretch:
         """Mean shaft speed."""
         return None if self.rpm is None else float(np.mean(self.rpm))
 
+    @property
+    def shaft(self) -> float | None:
+        """Mean frequency of the shaft in Hz."""
+        return None if self.rpm is None else self.mean_rpm / 60
+
 
 @dataclass(frozen=True)
 class Overview:

@@ -15,7 +15,7 @@ from ..commands.diagnosis import Diagnosis
 from ..commands.messages import CommandError, counted, percent
 from ..commands.results import agreement, records
 from ..readers.listing import ListedRecording
-from .drawings import order_pictures, recording_pictures, windows_picture
+from .drawings import order_pictures, recording_pictures
 from .pages import render
 from .recording_overview import overview
 
@@ -140,8 +140,7 @@ def _figures(model, recording, diagnosis, resample, bearing):
     stretch = view.stretch
     pictures = [*recording_pictures(view, bearing)]
     if len(windows) > 1:
-        rate = stretch.sampling_rate
-        pictures.insert(1, windows_picture(windows, rate, model.healthy))
+        pictures.append(_windows_in_words(windows))
     # A model that is fitted to the row itself learned nothing else.
     if verdict != NO_SIGNAL and model.judge is not None:
         speed = stretch.rpm
@@ -150,6 +149,17 @@ def _figures(model, recording, diagnosis, resample, bearing):
         orders = None if bearing is None else bearing_orders(bearing)
         pictures += order_pictures(model.diagnoser, view.row, speed, orders)
     return pictures
+
+
+def _windows_in_words(windows):
+    """Count the verdicts on windows, and those that exceed the healthy limits."""
+    verdicts = windows["verdict"].astype(str).str.partition(":")[0].value_counts()
+    counts = [f"{name} {number}" for name, number in verdicts.items()]
+    n_exceeding = int((windows["alarm"] == 1).sum())
+    return (
+        f"Of {len(windows)} windows: {', '.join(counts)}. {n_exceeding} of them exceed "
+        "the healthy limits."
+    )
 
 
 def _view(model, recording, resample, at):

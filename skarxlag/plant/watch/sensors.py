@@ -172,6 +172,8 @@ class Sensor:
         self._lines.begin(model)
         self._say(model.heading)
         self._say(follower.alarm() or "No alarm: the model has no healthy limits.")
+        if model.error_rates is not None:
+            self._say(model.error_rates.missed(model.rows))
         self.follower = follower
 
     def _restore(self, follower, model):

@@ -100,11 +100,6 @@ def test_another_channel_is_said(verdict, plant, model, channel):
     assert condition == "worn" and f"new.csv: {ANOTHER}" in out
 
 
-def test_another_channel_of_a_table_is_said(run, plant, model):
-    (plant / "one.csv").write_text("path,channel\nnew.csv,acc_y\n")
-    assert ANOTHER in run("diagnose", model, "--table", plant / "one.csv")[1]
-
-
 def test_files_of_one_channel_may_call_it_as_they_like(verdict, plant, model):
     np.save(plant / "alone.npy", sound("good", N, 2))
     condition, out = verdict(model, plant / "alone.npy")
@@ -114,30 +109,21 @@ def test_files_of_one_channel_may_call_it_as_they_like(verdict, plant, model):
     assert "The channel is velocity, but the model was fitted on acc_x." in out
 
 
-CLOCKS = {
-    "seconds": np.arange(N) / RATE,
-    "seconds that start again": np.arange(N) / RATE % 1.5,
-    "a count": np.arange(float(N)),
-    "seconds back": -np.arange(N) / RATE,
-}
-
-
-@pytest.mark.parametrize("clock", CLOCKS)
-@pytest.mark.parametrize("channel", ["0", "clock"])
-def test_a_column_of_times_is_no_signal(run, saved, tmp_path, clock, channel):
+@pytest.mark.parametrize("seconds", [1.5, 1e9])
+def test_a_column_of_times_is_no_signal(run, saved, tmp_path, seconds):
     """Its windows have a spectrum like any other: `diagnose` named a condition."""
+    clock = np.arange(N) / RATE % seconds
     paths = [tmp_path / f"{condition}.csv" for condition in COLOURS]
     for path in paths:
-        write(path, path.stem, 2, "clock,acc_x,acc_y", CLOCKS[clock])
+        write(path, path.stem, 2, "clock,acc_x,acc_y", clock)
     message = "only rises or only falls: it holds times or a count, and is no signal"
-    stated = rf"\w+.csv: channel '{channel}' {message}"
     for load in (load_recordings, read_recording_table):
-        with pytest.raises(ValueError, match=stated):
-            load(tmp_path / "*.csv", channel=channel, sampling_rate=RATE)
-    code, out, err = run("diagnose", saved("1"), paths[0], "--channel", channel)
+        with pytest.raises(ValueError, match=rf"\w+.csv: channel 'clock' {message}"):
+            load(tmp_path / "*.csv", channel="clock", sampling_rate=RATE)
+    code, out, err = run("diagnose", saved("1"), paths[0], "--channel", "clock")
     assert code == 1 and message in err and "no verdict: channel" in out
     output = tmp_path / "m.skops"
-    code, _, err = run(*fit(tmp_path, output, channel), "--sampling-rate", RATE)
+    code, _, err = run(*fit(tmp_path, output, "clock"), "--sampling-rate", RATE)
     assert code == 1 and message in err and not output.exists()
 
 

@@ -169,18 +169,6 @@ def test_a_file_without_facts_and_its_windows(run, model, workshop):
     assert windows["verdict"].tolist() == predicted.tolist()
 
 
-def test_table_and_files_together(run, model, workshop):
-    code, out, _ = run(
-        "diagnose", model, workshop / "good_300.npy", "--table", workshop / "table.csv"
-    )
-    assert code == 0
-    rows = [line.split() for line in out.splitlines() if ".npy" in line and "%" in line]
-    assert len(rows) == 7
-    assert rows[0][1:4] == ["-", "-", "good"]
-    # Conditions and speeds that the table states stand beside the verdicts.
-    assert all(row[1] == row[3] and row[2] in ("300", "500") for row in rows[1:])
-
-
 def test_detector_needs_healthy_recordings_only(run, workshop):
     path, full = workshop / "detector.skops", workshop / "table.csv"
     options = ("--diagnoser", "detector", "--window-length", WINDOW)
@@ -262,8 +250,6 @@ def test_another_sampling_rate_is_refused(run, model, workshop):
     ("arguments", "message"),
     [
         (["--healthy", "x"], "--healthy: 'x', expected a condition of"),
-        (["--train-rpm", "400"], "--train-rpm: 400 to 400 holds no speed of "),
-        (["--train-rpm", "0"], "--train-rpm: '0', expected a speed such as 1797"),
         (
             ["--false-alarm-rate", "1"],
             "--false-alarm-rate: '1', expected a number between 0 and 1",
@@ -298,9 +284,6 @@ def test_tables_that_cannot_be_fitted_are_named(run, workshop):
             "fit", table, "-o", workshop / "m.skops", "--window-length", WINDOW
         )
         assert code == 1 and message in err and str(table) in err
-    table.write_text("path,condition,sampling_rate\ngood_300.npy,good,5\n")
-    code, _, err = run("fit", table, "-o", workshop / "m.skops", "--train-rpm", "300")
-    assert code == 2 and "no column rpm" in err
     table.write_text("path,sampling_rate\ngood_300.npy,5\n")
     options = ("--diagnoser", "detector", "--healthy", "good")
     options += ("--window-length", WINDOW)
@@ -361,19 +344,6 @@ def test_foreign_model_files_are_refused_in_one_line(run, workshop):
     assert code == 1 and not out
     assert err.strip().count("\n") == 0
     assert f"{path}: no diagnoser saved by skarxlag" in err
-
-
-def test_fit_that_fails_keeps_the_old_file(run, model, workshop, monkeypatch):
-    before = model.read_bytes()
-
-    def full_disk(*args):
-        raise OSError(f"{model}: no space left")
-
-    monkeypatch.setattr("skarxlag.core.files.os.replace", full_disk)
-    code, _, err = run("fit", workshop / "table.csv", "-o", model, *FIT)
-    assert code == 1 and "no space left" in err
-    assert model.read_bytes() == before
-    assert not list(workshop.glob(".*"))
 
 
 def test_a_dead_sensor_gives_no_verdict_and_says_what_to_look_at(run, model, workshop):

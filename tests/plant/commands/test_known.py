@@ -93,16 +93,3 @@ def test_other_and_unknown_speeds_are_said(run, plant, model, options):
     ]
     assert (rows["p_value_of_nearest"] > at_500["p_value_of_nearest"]).all()
     assert rows["verdict"][0] == "good"
-
-
-def test_too_few_rows_are_said(run, plant):
-    np.save(plant / "short.npy", signal("outer", WINDOW, 3))
-    table = plant / "short.csv"
-    table.write_text((plant / "table.csv").read_text() + "\nshort.npy,outer,500,50e3")
-    path = plant / "short.skops"
-    arguments = ("fit", table, "-o", path, "--window-length", WINDOW)
-    arguments += ("--diagnoser", "diagnoser")
-    code, out, _ = run(*arguments)
-    assert code == 0
-    assert "'unknown condition' is not possible: fewer than two windows" in out
-    assert "outer" in out.partition("not possible")[2]

@@ -35,8 +35,10 @@ def workshop(tmp_path_factory):
 @pytest.fixture
 def model(run, workshop):
     path = workshop / "two.skops"
-    options = ("--train-rpm", 600, "--window-length", WINDOW, "--outputs", 2)
-    code, out, err = run("fit", workshop / "table.csv", "-o", path, *options)
+    options = ("--window-length", WINDOW, "--outputs", 2)
+    lines = (workshop / "table.csv").read_text().splitlines()
+    (workshop / "600.csv").write_text("\n".join(lines[:3]))
+    code, out, err = run("fit", workshop / "600.csv", "-o", path, *options)
     assert code == 0, err
     assert "Outputs: x, y. Inputs: torque\n" in out and "for the first output" in out
     return path
@@ -45,9 +47,8 @@ def model(run, workshop):
 def test_one_verdict_and_that_of_each_output(run, workshop, model):
     file, results = workshop / "worn_900.npz", workshop / "two.json"
     facts = ("--channel", "x;y;torque", "--sampling-rate", RATE, "--rpm", 900)
-    code, out, err = run("diagnose", model, file, *facts, "-v", "-o", results)
+    code, out, err = run("diagnose", model, file, *facts, "-o", results)
     assert code == 0, err
-    assert "verdict of x worn, verdict of y good" in err
     (found,) = json.loads(results.read_text())["recordings"]
     assert (found["verdict_of_x"], found["verdict_of_y"]) == ("worn", "good")
     assert found["window_rows"][0]["verdict_of_x"] == "worn"

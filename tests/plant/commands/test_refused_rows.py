@@ -57,23 +57,6 @@ def test_rows_without_a_signal_are_left_out_and_reported(run, workshop):
     assert "4 of 10 windows carry no signal (constant: 3, clipped: 1)" in out
 
 
-def test_an_output_without_a_signal_is_named(run, workshop):
-    lines = ["path,condition,sampling_rate"]
-    for condition in ORDERS:
-        signal = np.stack([np.load(workshop / f"{condition}_{i}.npy") for i in (0, 1)])
-        if condition == "outer":
-            signal[1, :1000] = 0.0
-        np.save(workshop / f"both_{condition}.npy", signal.T)
-        lines.append(f"both_{condition}.npy,{condition},{RATE}")
-    (workshop / "both.csv").write_text(
-        "\n".join([f"{lines[0]},channel", *(f"{line},0;1" for line in lines[1:])])
-    )
-    options = ("--window-length", 1000, "--outputs", 2)
-    code, out, err = run(*fit(workshop, *options, table="both.csv"))
-    assert code == 0, err
-    assert "1 window left out, without a signal: 1 constant in output 2 in both" in out
-
-
 def test_a_condition_without_any_signal_is_an_error(run, workshop):
     for i in (0, 1):
         np.save(workshop / f"outer_{i}.npy", np.full(int(SECONDS * RATE), float(i)))

@@ -141,7 +141,6 @@ def check(code, out, err):
     options(
         diagnoser=of("diagnoser", "stretches", "detector"),
         healthy=of("good", "none", "x"),
-        train_rpm=of("300", "1..900", "290..310", "x"),
         false_alarm_rate=of(0.2, 1),
         bearing=of("6205", "outer=3.5,inner=5.4", "x"),
         fixed_gain=FLAG,

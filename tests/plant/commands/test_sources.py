@@ -56,19 +56,6 @@ def test_a_folder_whose_names_say_everything_needs_no_table(run, folder, model):
     assert code == 0 and sum(".npy " in line for line in out.splitlines()) == 4
 
 
-def test_speeds_of_the_training_are_a_range(run, folder):
-    path = folder / "m.skops"
-    options = ("--pattern", PATTERN, "--sampling-rate", "5e3", "--train-rpm")
-    for text, expected in [
-        ("300", [300]),
-        ("305..600", [310, 500]),
-    ]:
-        assert run("fit", folder / "runs", "-o", path, *FIT, *options, text)[0] == 0
-        assert load_diagnoser(path)[1]["train_rpm"] == expected
-    code, _, err = run("fit", folder / "runs", "-o", path, *FIT, *options, "650..750")
-    assert code == 2 and "--train-rpm: 650 to 750 holds no speed of" in err
-
-
 def test_another_sampling_rate_is_resampled_on_request_and_this_is_reported(
     run, folder, model
 ):

@@ -40,10 +40,10 @@ def model(workshop):
 
 def test_long_recordings_are_compared_by_stretches_and_speeds(run, workshop):
     model = workshop / "bearing.skops"
-    code, out, err = run("fit", workshop / "900.csv", *HEALTHY, "-o", model, "-v")
+    code, out, err = run("fit", workshop / "900.csv", *HEALTHY, "-o", model)
     assert code == 0 and "8 stretches: fitting" in err
     # Each recording is read once.
-    assert err.count(": read (") == 2
+    assert err.count(" windows of 1200 samples") == 2
     assert (
         "Stretches of 7200 samples, 0.9 s at 8000 Hz, 13.5 revolutions at 900 rpm"
         in out
@@ -122,11 +122,11 @@ def test_more_than_memory_shall_hold_is_sampled(run, workshop, monkeypatch):
     fit = ("fit", workshop / "900.csv", *HEALTHY, "-o", workshop / "sampled.skops")
     # Two recordings of 4 stretches of 7200 samples, or of 26 windows of 1200.
     monkeypatch.setattr("skarxlag.plant.commands.training_rows.MOST_SAMPLES", 4 * 7200)
-    code, out, err = run(*fit, "-v")
+    code, out, err = run(*fit)
     assert code == 0 and counts(out)["inner"] == [1, 2]
     assert "; at most 2 windows of each, fewer than there are in 2" in out
-    assert "[1/2] inner_900.npy: read (26 windows of 1200 samples)" in err
-    assert "[2/2] outer_900.npy: read (4 windows of 7200 samples)" in err
+    assert "[1/2] inner_900.npy: 26 windows of 1200 samples" in err
+    assert "[2/2] outer_900.npy: 4 windows of 7200 samples" in err
     assert "4 stretches: fitting" in err
     stretches = load_diagnoser(workshop / "sampled.skops")[0]
     X = [

@@ -6,11 +6,10 @@ import pytest
 @pytest.mark.parametrize(
     ("arguments", "message", "of_help"),
     [
-        ("fit t.csv -o m.skops --train-rpm x", "argument --train-rpm: 'x'", "1700.."),
+        ("fit t.csv -o m.skops --outputs x", "argument --outputs: 'x'", "are sensors"),
         ("fit t.csv", "required: -o/--output", "-o FILE.skops"),
         ("fit -o m", "required: table", "csv table of the"),
         ("diagnose", "argument MODEL.skops: none", "MODEL.skops  or --bearing"),
-        ("diagnose -q -v", "argument -v/--verbose: not allowed", "-v, --verbose"),
         ("watch m.skops --idle 0", "argument --idle: '0', expected", "--idle SECONDS"),
         ("info --jason", "required: FILE", "FILE "),
         ("info f --jason", "unrecognized arguments: --jason", "--help lists all"),

@@ -64,6 +64,7 @@ def test_no_pattern_is_not_called_healthy(run, tmp_path, noise):
     [
         (900, None),
         (15, "lines of a shaft at 900 rpm (15 Hz)"),
+        (30, "lines of a shaft at 900 rpm (15 Hz)"),
         (54_000, "lines of a shaft at 900 rpm (15 Hz)"),
         (50, "The speed was read as 50 rpm (0.833 Hz)."),
     ],

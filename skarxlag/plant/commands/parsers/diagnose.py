@@ -26,7 +26,7 @@ from ..files import (
     is_result_file,
     result_paths,
 )
-from ..messages import UsageError, add_progress_arguments, as_command_error, require
+from ..messages import UsageError, as_command_error, require
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     option(parser, "--bearing", arguments.BEARING, arguments.bearing, "BEARING")
     text = "of signals whose files state none: m/s2, g, mm/s"
     option(parser, "--unit", text, str, "UNIT")
-    add_progress_arguments(parser)
+    flag(parser, "-q --quiet", "print no progress")
     arguments.add_source_arguments(
         parser, "each RECORDING, or of lines of the table without them"
     )

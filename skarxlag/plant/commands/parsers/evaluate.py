@@ -14,8 +14,8 @@ across speeds. All verdicts are written to the output folder.
 import argparse
 from pathlib import Path
 
-from .. import arguments, messages
-from ..arguments import BEARING, bearing, option, positive_int, refuse
+from .. import arguments
+from ..arguments import BEARING, bearing, flag, option, positive_int, refuse
 from ..messages import UsageError, as_command_error
 
 
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     option(parser, "--outputs", text, positive_int)
     option(parser, "--n-jobs", "threads; default: all cores", arguments.job_count)
     option(parser, "-o --output", "default: skarxlag-results", Path, "FOLDER")
-    messages.add_progress_arguments(parser)
+    flag(parser, "-q --quiet", "print no progress")
     text = "recordings whose line in the table lacks them"
     arguments.add_source_arguments(parser, text)
     parser.set_defaults(n_jobs=-1, output=Path("skarxlag-results"))

@@ -39,8 +39,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "healthy condition, or none if no recording is",
         metavar="LABEL",
     )
-    text = "recordings to use, such as 1797 or 1700..1800; default: all"
-    option(parser, "--train-rpm", text, arguments.speed_range, "RPM")
     option(
         parser,
         "--false-alarm-rate",
@@ -52,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser, "--n-jobs", "number of threads; default: all cores", arguments.job_count
     )
     parser.set_defaults(false_alarm_rate=0.01, n_jobs=-1)
-    messages.add_progress_arguments(parser)
+    flag(parser, "-q --quiet", "print no progress")
     arguments.add_source_arguments(
         parser, "recordings whose line in the table lacks them"
     )
