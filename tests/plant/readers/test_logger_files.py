@@ -93,6 +93,11 @@ READ = {
     + lines(np.arange(N), Y, separator=";"),
     "a rate after a sign of equality": "SamplingRate=2000\nacc\n" + lines(Y),
     "an interval in the head": '"Sample Interval",5e-4,s\nn,CH1\n' + lines(range(N), Y),
+    "a rate in the unit of its name": "Abtastrate [kHz];2\nacc\n" + lines(Y),
+    "a rate with its unit": "Fréquence d'échantillonnage,2.0 kS/s\nacc\n" + lines(Y),
+    "a period": "Sample Period;500;us\nacc\n" + lines(Y),
+    "dates with slashes": "Time,acc\n"
+    + lines([f"2024/03/05 10:00:{t:09.6f}" for t in T], Y),
     "dates of the US": "time,acc\n"
     + lines([f"01/25/2024 10:00:{t:09.6f} AM" for t in T], Y),
     "minutes and seconds": "time,acc\n" + lines([f"59:{t:09.6f}" for t in T], Y),

@@ -11,10 +11,9 @@ import numpy as np
 #: Names are compared by their letters in lower case. A unit may stand at their end.
 _SAMPLE = "sampl(?:e|ing)"
 _RATES = rf"fs|sr|f{_SAMPLE}|{_SAMPLE}(?:rate|freq|frequency)"
+_RATES += "|abtast(?:rate|frequenz)|fr[eé]quenced[eé]chantillonnage"
 _RATE_NAME = re.compile(rf"(?:{_RATES})(?:(?:in)?(k?hz))?")
-_STEPS = (
-    rf"dt|delta[tx]|timestep|(?:wf|t|x)?inc(?:rement)?|{_SAMPLE}(?:interval|period)"
-)
+_STEPS = rf"dt|delta[tx]|timestep|tinterval|(?:wf|t|x)?inc(?:rement)?|{_SAMPLE}(?:interval|period)"
 _STEP_NAME = re.compile(rf"(?:{_STEPS})(?:(?:in)?([mu]?s))?")
 _TIMES = "times?|t|timestamps?|datetime|date|xvalues?|elapsed(?:time)?"
 _TIMES += "|(?:uhr)?zeit|datum|zeitstempel|temps|heure|dateheure|horodatage"
@@ -285,7 +284,7 @@ def time_unit_in_name(name: str) -> str | None:
 def seconds_of_date(field: Any) -> float:
     """Return a date in seconds since 1970, NaN if the field is not a text of a date.
 
-    Dates are in ISO 8601, or with the day first as in ``22.11.2026 07:00:00,5``,
+    Dates are in ISO 8601, also with slashes, or with the day first as in ``22.11.2026 07:00:00,5``,
     ``22/11/2026`` or ``22.11.26``, which is in this century. Before a time with AM or
     PM, and as in ``11/22/2026``, the month comes first. Dates are in UTC unless they
     state a zone.
@@ -306,7 +305,7 @@ def seconds_of_date(field: Any) -> float:
                 day, month = month, day
             date = datetime(int(century + year), int(month), int(day), tzinfo=UTC)
             return date.timestamp() + seconds_of_day(clock)
-        date = datetime.fromisoformat(text)
+        date = datetime.fromisoformat(text.replace("/", "-"))
         return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
     except (ValueError, AttributeError, OverflowError):
         # The year 1 overflows in some time zones.

@@ -22,8 +22,8 @@ from .facts import (
 #: First fields of a line of names or units that are none of a column.
 _TAGS = ("header", "headers", "names", "columns", "fields", "channels", "kanal")
 _TAGS += ("unit", "units", "einheit")
-#: Name and value in one field of the head, as in ``Rate: 2000 Hz``.
-_NAME_AND_VALUE = re.compile(r"\s*([^:=]+?)\s*[:=]\s*(\S+)\s*([^\s.,;]*)")
+#: Name, value and unit in a line of the head, as in ``Rate: 2000 Hz``.
+_STATEMENT = re.compile(r"\s*([^:=;,\t]+?)\s*[:=;,\t]\s*([^\s;]+)[\s;]*([^\s.,;]*)")
 
 
 def kind_of(text: str) -> str:
@@ -79,8 +79,8 @@ def header_of(
 
 def _may_be_names(fields):
     """Return whether a line above the samples holds no number, and states no value."""
-    is_value = len(fields) == 1 and _NAME_AND_VALUE.match(fields[0])
-    return not is_value and "number" not in map(kind_of, fields)
+    is_statement = len(fields) == 1 and re.search("[:=]", fields[0])
+    return not is_statement and "number" not in map(kind_of, fields)
 
 
 def _are_units(fields):
@@ -141,16 +141,14 @@ def stated_rates(rows: Iterable[list[str]]) -> dict[str, float]:
     """Return the sampling rates that lines state, by their names."""
     rates = {}
     for fields in rows:
-        parts = [*fields, "", ""][:3]
-        match = _NAME_AND_VALUE.match(" ".join(fields[:3]))
-        if np.isnan(number(parts[1])) and match:
-            parts = match.groups()
-        name, text, unit = parts
-        # Values of further channels follow that of the first.
-        unit = unit_in_name(name) or (unit if unit.strip(" []()").isalpha() else "")
-        plain = all_letters(re.split(r"[(\[]", name)[0])
-        value = number(text)
+        match = _STATEMENT.match(";".join(fields[:3]))
+        value = number(match[2]) if match else np.nan
         if np.isfinite(value) and value > 0:
-            rate = stated_rate(plain, value, unit.strip(" []()").lower() or None)
-            rates |= {name.strip(): rate} if rate else {}
+            name = match[1]
+            # Values of further channels follow that of the first.
+            unit = match[3] if np.isnan(number(match[3])) else ""
+            unit = (unit_in_name(name) or unit).strip(" []()").lower() or None
+            plain = all_letters(re.split(r"[(\[]", name)[0])
+            rate = stated_rate(plain, value, unit)
+            rates |= {name: rate} if rate else {}
     return rates
