@@ -10,9 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.lanes import LANES
+
 #: Bytes of the rows of a batch: so many that the calls around the loops take little
 #: time, and so few that the results of several models for them are soon used again.
 BATCH_BYTES = 2**22
+#: Bytes of as many rows as the recursions process side by side.
+_MOST_BYTES = 2**25
 
 #: Whether `fit_transform` of a step may return `RowsInBatches`. `DiagnosisPipeline.fit`
 #: allows it.
@@ -71,21 +75,20 @@ class RowsInBatches:
 
 
 def batches_of(X: Any) -> Iterator[slice]:
-    """Yield slices of so many rows that they, or the rows that they are computed from, take 4 MiB.
-
-    Parameters
-    ----------
-    X : ndarray or RowsInBatches of shape (n_rows, ...)
-        Rows, of which at least one is in each slice.
-
-    Yields
-    ------
-    slice
-        The slices, in order.
-    """
-    together = max(BATCH_BYTES // _bytes_of_row(X), 1)
+    """Yield slices of the rows of a batch, in order."""
+    together = rows_of_batch(X)
     for start in range(0, len(X), together):
         yield slice(start, start + together)
+
+
+def rows_of_batch(X: Any) -> int:
+    """Return the number of rows that are processed together.
+
+    They, or the rows that they are computed from, take 4 MiB in double precision. Of
+    long rows, there are as many as the recursions process side by side.
+    """
+    of_row = _bytes_of_row(X)
+    return max(BATCH_BYTES // of_row, min(LANES, _MOST_BYTES // of_row), 1)
 
 
 def chosen_rows(X: Any, index: NDArray[Any]) -> Any:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from copy import copy
-from functools import partial
 from typing import Any, Self
 
 import numpy as np
@@ -15,19 +14,14 @@ from sklearn.pipeline import Pipeline
 from sklearn.utils import Bunch
 from sklearn.utils.metaestimators import available_if
 
-from ..kernels.lanes import LANES
 from .base import DocumentedEstimator
-from .batches import BATCH_BYTES, MAY_BE_IN_BATCHES
+from .batches import MAY_BE_IN_BATCHES, rows_of_batch
 from .capabilities import offers, training_speeds, unfolded_steps
 from .metadata import metadata_routing, requested_by_steps
 from .parallel import map_batches
 from .state import expect
 from .validation import warn_user
 
-#: Rows of a batch, however long they are, while they take fewer bytes than the second
-#: number: the recursions process this many signals side by side.
-_ROWS_TOGETHER = LANES
-_MOST_BYTES = 2**25
 #: Methods of the last step that `diagnose` calls, by the names of their results.
 _METHODS = {
     "verdict": "predict",
@@ -72,8 +66,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
     ``sklearn.set_config(enable_metadata_routing=True)``.
 
     The pipeline returns a result for each window, also if the window carries no signal.
-    Use :func:`skarxlag.window_verdicts` or :func:`skarxlag.recording_verdicts` for
-    recordings of a machine: they check the quality of the windows first.
+    :func:`skarxlag.window_verdicts` and :func:`skarxlag.recording_verdicts` check the
+    quality of the windows first.
 
     Parameters
     ----------
@@ -169,10 +163,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-            Windows.
-        **params : dict of str to object
-            Metadata, as in `fit`.
+        X, **params : array-like
+            Windows and their metadata, as in `predict`.
 
         Returns
         -------
@@ -180,7 +172,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             Output of the last step.
         """
         with metadata_routing(params):
-            return self._of_last_step("transform", X, **params)
+            return self._of_last_step("transform", X, params)
 
     @_if_last_step_offers("predict")
     def predict(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -199,7 +191,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows,)
             Predictions of the last step.
         """
-        return self._in_batches(partial(self._of_last_step, "predict"), X, params)
+        return self._in_batches("predict", X, params)
 
     @_if_last_step_offers("predict_proba")
     def predict_proba(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -215,7 +207,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows, n_classes)
             Probabilities, in the order of `classes_`.
         """
-        return self._in_batches(partial(self._of_last_step, "predict_proba"), X, params)
+        return self._in_batches("predict_proba", X, params)
 
     @_if_last_step_offers("predict_log_proba")
     def predict_log_proba(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -231,9 +223,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows, n_classes)
             Natural logarithms, in the order of `classes_`.
         """
-        return self._in_batches(
-            partial(self._of_last_step, "predict_log_proba"), X, params
-        )
+        return self._in_batches("predict_log_proba", X, params)
 
     @_if_last_step_offers("decision_function")
     def decision_function(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -249,9 +239,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows, n_classes), or (n_windows,) for two conditions
             Scores of the last step.
         """
-        return self._in_batches(
-            partial(self._of_last_step, "decision_function"), X, params
-        )
+        return self._in_batches("decision_function", X, params)
 
     @_if_last_step_offers("predict")
     def diagnose(self, X: ArrayLike, **params: Any) -> Bunch:
@@ -283,11 +271,9 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         >>> diagnosis.verdict[[0, 20]], diagnosis.alarm[[0, 20]]
         (array(['good', 'worn'], dtype='<U4'), array([False,  True]))
         """
-        return self._in_batches(self._diagnose, X, params)
+        return self._in_batches("diagnose", X, params)
 
-    def _diagnose(self, X, **params):
-        levels, routed = self._before_last_step(X, params)
-        last = self.steps[-1][1]
+    def _diagnose(self, last, levels, routed):
         if offers(last, "diagnose"):
             return Bunch(**{"levels": levels} | last.diagnose(levels, **routed))
         results = {
@@ -299,17 +285,22 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             results["alarm"] = results["verdict"] == -1
         return Bunch(levels=levels, **results)
 
-    def _before_last_step(self, X, params, method="predict"):
-        """Return the input of the last step, and the metadata that its method requests."""
+    def _of_last_step(self, method, X, params):
+        """Pass rows through the steps, and return the result of a method of the last one."""
         steps = [
             (name, step)
             for name, step in self.steps
             if step not in (None, "passthrough")
         ]
-        *before, last = requested_by_steps(self, method, steps, params)
+        # All methods that decide take what `predict` takes.
+        requests = "transform" if method == "transform" else "predict"
+        *before, routed = requested_by_steps(self, requests, steps, params)
         for (_, step), requested in zip(steps, before, strict=False):
             X = step.transform(X, **requested)
-        return X, last
+        last = self.steps[-1][1]
+        if method == "diagnose":
+            return self._diagnose(last, X, routed)
+        return getattr(last, method)(X, **routed)
 
     @_if_last_step_offers("score_samples")
     def score_samples(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -325,13 +316,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows,)
             Scores of the last step.
         """
-        return self._in_batches(partial(self._of_last_step, "score_samples"), X, params)
-
-    def _of_last_step(self, method, X, **params):
-        # All methods that decide take what `predict` takes.
-        requests = "transform" if method == "transform" else "predict"
-        levels, routed = self._before_last_step(X, params, requests)
-        return getattr(self.steps[-1][1], method)(levels, **routed)
+        return self._in_batches("score_samples", X, params)
 
     @_if_last_step_offers("p_values")
     def p_values(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -347,7 +332,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows,) or (n_windows, n_conditions)
             Probabilities in (0, 1].
         """
-        return self._in_batches(partial(self._of_last_step, "p_values"), X, params)
+        return self._in_batches("p_values", X, params)
 
     @available_if(lambda pipeline: pipeline._step_with("adapt") is not None)
     def adapt(self, X: ArrayLike, y: ArrayLike, **params: Any) -> Self:
@@ -359,10 +344,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-            Windows at the new speed.
-        y : array-like of shape (n_windows,)
-            Their conditions, among those of `fit`.
+        X, y : array-like
+            Windows at the new speed, and their conditions among those of `fit`.
         **params : dict of str to object
             Further arguments of the step's `adapt`, such as ``rpm``, the new speed.
 
@@ -386,12 +369,12 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
     def score(self, X: ArrayLike, y: ArrayLike | None = None, **params: Any) -> float:
         """Compute the score of the last step: the accuracy if it is a classifier.
 
+        A warning is given if `fit` had ``rpm`` and this method has not.
+
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-            Windows.
-        y : array-like of shape (n_windows,) or None, default=None
-            Condition of each window.
+        X, y : array-like
+            Windows and the condition of each, as in `fit`.
         **params : dict of str to object
             Metadata, as in `fit`. ``sample_weight`` alone is given to the last step, as
             in `sklearn.pipeline.Pipeline`.
@@ -400,12 +383,6 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         -------
         float
             The score.
-
-        Warns
-        -----
-        UserWarning
-            If `fit` was given ``rpm`` and this method is not: the score is then that
-            for unknown speeds.
         """
         if params.get("rpm") is None and training_speeds(self):
             warn_user(_SCORED_WITHOUT_SPEEDS)
@@ -429,19 +406,16 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         for name, value in of_windows.items():
             expected = f"{n_windows}, the number of windows in X"
             expect(len(value) == n_windows, f"Length of {name}", len(value), expected)
-        # The loops take double precision, whatever the windows are stored in.
-        bytes_a_window = max(8 * math.prod(X.shape[1:]), 1)
-        together = min(_ROWS_TOGETHER, _MOST_BYTES // bytes_a_window)
-        batch_size = max(BATCH_BYTES // bytes_a_window, together, 1)
         # Batches of one size, so that no thread waits for a last one. Also one without
         # windows, which the steps refuse.
         n_rows = max(n_windows, 1)
-        batch_size = math.ceil(n_rows / math.ceil(n_rows / batch_size))
+        n_batches = math.ceil(n_rows / rows_of_batch(X))
+        batch_size = math.ceil(n_rows / n_batches)
 
         def of_batch(batch):
             windows = X if n_windows <= batch_size else rows[batch]
             metadata = {name: value[batch] for name, value in of_windows.items()}
-            return method(windows, **params | metadata)
+            return self._of_last_step(method, windows, params | metadata)
 
         with metadata_routing(params):
             parts = map_batches(of_batch, n_rows, self.n_jobs, batch_size)

@@ -3,30 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..core.capabilities import capabilities
 from ..core.fault_locations import NO_FINDING
 from ..core.state import expect
 from ..core.validation import ABOVE_0, check_count, check_flag, check_rate, check_real
-from ..measures.levels import signal_levels
 from ..verdicts.judge import Judge
 from ..verdicts.names import CHANGED, NO_VERDICT, POSSIBLY_CHANGED
 from .alarm import CumulativeSumAlarm
 from .recent import RecentWindows
+from .together import CutBlock, diagnose_together
 from .verdict import MonitorVerdict
 from .windows import WindowStream, checked_samples, saved_count, speeds_of_samples
 
 #: Largest delay of an alarm in windows; the mean time between false alarms is computed
 #: from it.
 _LONGEST_DELAY = 1000
-#: Largest number of windows that are diagnosed together.
-_BATCH = 256
 
 
 class ConditionMonitor:
@@ -41,8 +39,7 @@ class ConditionMonitor:
     dropouts), windows at an implausible speed and gaps between blocks are counted.
     Meanwhile the evidence grows older, and the cumulative sum stays.
 
-    The same samples in other blocks give the same verdicts, to the last bit. The
-    monitor keeps less than one window of samples and a few numbers. Use
+    The same samples in other blocks give the same verdicts, to the last bit. Use
     :func:`window_verdicts` or :func:`recording_verdicts` for a complete recording.
 
     Parameters
@@ -167,8 +164,9 @@ class ConditionMonitor:
             train_rpm=train_rpm,
         )
         described = capabilities(detector if diagnoser is None else diagnoser)
-        has_conditions = described.conditions is not None
-        self.conditions: list[Any] = self._judge.conditions if has_conditions else []
+        self.conditions: list[Any] = []
+        if described.conditions is not None:
+            self.conditions = self._judge.conditions
         self.healthy: Any = self._judge.healthy
         # A saved state holds no numbers of NumPy.
         self._settings = {
@@ -188,7 +186,6 @@ class ConditionMonitor:
         }
         # Windows of monitors of the same models may be diagnosed together.
         self._models = (id(diagnoser), id(detector), *map(repr, self._settings.items()))
-        self._n_channels = described.n_channels
         self._latch = bool(latch)
         self._start_afresh()
 
@@ -198,9 +195,9 @@ class ConditionMonitor:
         hop = settings["hop"]
         rate = settings["sampling_rate"]
         # The shaft speed is one more channel.
-        self._stream = WindowStream(
-            self._n_channels + 1, length, hop, rate, settings["gap_tolerance"]
-        )
+        n_rows = settings["n_channels"] + 1
+        tolerance = settings["gap_tolerance"]
+        self._stream = WindowStream(n_rows, length, hop, rate, tolerance)
         self._recent = RecentWindows(self._judge, settings["half_life"])
         self._windows_an_hour = 3600 * rate / hop
         self._alarm: CumulativeSumAlarm | None = None
@@ -302,11 +299,9 @@ class ConditionMonitor:
         time: float | None = None,
         rpm: ArrayLike | None = None,
     ) -> CutBlock:
-        """Add the next block, and return its complete windows for `diagnose_together`.
-
-        Parameters and errors are those of `update`.
-        """
-        signal = checked_samples(samples, self._n_channels)
+        """Add the next block as `update` does, and return its windows for `diagnose_together`."""
+        n_channels = self._settings["n_channels"]
+        signal = checked_samples(samples, n_channels)
         if time is not None:
             check_real(time, "time")
         speeds = self._speeds(rpm, signal.shape[1])
@@ -316,7 +311,7 @@ class ConditionMonitor:
         if self._varies:
             is_missing = np.isnan(windows[:, -1])
             rpm = np.where(is_missing, middle[:, np.newaxis], windows[:, -1])
-        rows = windows[:, 0] if self._n_channels == 1 else windows[:, :-1]
+        rows = windows[:, 0] if n_channels == 1 else windows[:, :-1]
         return CutBlock(self, start, rows, middle, rpm)
 
     def _speeds(self, rpm, n_samples):
@@ -451,116 +446,3 @@ class ConditionMonitor:
             stream = self._stream
             stream.note_time(stream.time_of(stream.n_samples) + pause)
         return self
-
-
-class CutBlock(NamedTuple):
-    """Windows of a monitor that are complete and not yet diagnosed.
-
-    Parameters
-    ----------
-    monitor : ConditionMonitor
-        The monitor.
-    start : int
-        Number of samples before the first window.
-    rows : ndarray of shape (n_windows[, n_channels], window_length)
-        The windows.
-    middle : ndarray of shape (n_windows,)
-        Speed in the middle of each; NaN if it is not stated.
-    rpm : ndarray of shape (n_windows,) or (n_windows, window_length), or None
-        Speeds of the windows.
-    """
-
-    monitor: ConditionMonitor
-    start: int
-    rows: NDArray[Any]
-    middle: NDArray[Any]
-    rpm: NDArray[Any] | None
-
-
-def diagnose_together(cuts: Sequence[CutBlock]) -> list[list[MonitorVerdict]]:
-    """Diagnose windows of several monitors; those of the same models in one batch.
-
-    Parameters
-    ----------
-    cuts : sequence of CutBlock
-        Results of `ConditionMonitor.cut`, each of another monitor.
-
-    Returns
-    -------
-    list of list of MonitorVerdict
-        As `ConditionMonitor.update` returns them, for each of the monitors.
-
-    Examples
-    --------
-    >>> from skarxlag import make_detector
-    >>> X = np.random.default_rng(0).normal(size=(100, 1200))
-    >>> import warnings
-    >>> with warnings.catch_warnings(action="ignore"):  # the speed is not known
-    ...     detector = make_detector().fit(X)
-    >>> monitors = [ConditionMonitor(None, 20e3, detector=detector) for _ in range(2)]
-    >>> signals = np.random.default_rng(1).normal(size=(2, 2400))
-    >>> cuts = [one.cut(signal) for one, signal in zip(monitors, signals)]
-    >>> [[verdict.verdict for verdict in of_one] for of_one in diagnose_together(cuts)]
-    [['healthy', 'healthy'], ['healthy', 'healthy']]
-    """
-    alike = defaultdict(list)
-    for number, cut in enumerate(cuts):
-        kind = None if cut.rpm is None else cut.rpm.ndim
-        alike[cut.monitor._models, kind].append(number)
-    verdicts: list[list[MonitorVerdict]] = [[] for _ in cuts]
-    for numbers in alike.values():
-        owners = [(i, row) for i in numbers for row in range(len(cuts[i].rows))]
-        for first in range(0, len(owners), _BATCH):
-            batch = owners[first : first + _BATCH]
-            for number, verdict in _of_batch(cuts, batch):
-                verdicts[number].append(verdict)
-    return verdicts
-
-
-def _of_batch(cuts, owners):
-    """Yield the number of the monitor and the verdict of each window of a batch."""
-    judge = cuts[owners[0][0]].monitor._judge
-    rows = np.stack([cuts[i].rows[row] for i, row in owners])
-    rpm = None
-    if cuts[owners[0][0]].rpm is not None:
-        rpm = np.stack([cuts[i].rpm[row] for i, row in owners])
-    counted = []
-    for (i, row), result in zip(owners, _results(judge, rows, rpm), strict=True):
-        counted.append(cuts[i].monitor._count(cuts[i], row, result))
-    with_means = [means for _, means, _ in counted if means is not None]
-    named = iter(())
-    if with_means:
-        evidence, n_windows, contrasts = zip(*with_means, strict=True)
-        named = iter(judge.named(np.array(evidence), np.array(n_windows), contrasts))
-    for (i, _), (judged, means, is_active) in zip(owners, counted, strict=True):
-        if means is not None:
-            judged = cuts[i].monitor._named(judged, is_active, next(named))
-        yield i, judged
-
-
-class _Result(NamedTuple):
-    """Results of the models for one window."""
-
-    verdict: Any
-    alarm: float
-    quality: str
-    share: float
-    limits: str
-    p_value: float
-    refusal: str
-    rms: float
-    peak: float
-    crest_factor: float
-    evidence: tuple[Any, ...]
-
-
-def _results(judge, rows, rpm):
-    """Yield the results of the models for each window."""
-    results = judge.window_results(rows, rpm)
-    names = ("verdict", "alarm", "quality", "quality share", "limits", "p-value")
-    unknown = np.full(len(rows), np.nan)
-    columns = [results.columns.get(name, unknown).tolist() for name in names]
-    levels = signal_levels(rows if rows.ndim == 2 else rows[:, 0])
-    columns += [results.refusal.tolist(), *(level.tolist() for level in levels)]
-    for row, values in enumerate(zip(*columns, strict=True)):
-        yield _Result(*values, (results.evidence, results.gathered, row))

@@ -24,7 +24,7 @@ from skarxlag import (
 )
 from skarxlag.decisions.comb_probabilities import comb_evidence
 from skarxlag.kernels.evidence import P_VALUE_CORRELATION, effective_number
-from skarxlag.monitoring.monitor import diagnose_together
+from skarxlag.monitoring.together import diagnose_together
 
 from .conftest import RATE, WINDOW, sound
 

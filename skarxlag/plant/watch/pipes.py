@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ...monitoring import ConditionMonitor
-from ...monitoring.monitor import CutBlock
+from ...monitoring.together import CutBlock
 from ..commands.arguments import refuse
 from ..commands.channels import channel_remarks
 from ..commands.messages import CommandError, UsageError, counted, listed

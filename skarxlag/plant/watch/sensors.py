@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from ...monitoring.monitor import diagnose_together
+from ...monitoring.together import diagnose_together
 from ...persistence.monitor_states import load_monitor_state, save_monitor_state
 from ...verdicts.windows import HOLD
 from ..commands.arguments import refuse
