@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .clock import DRIFT
 from .contents import (
     Channel,
     ContentError,
@@ -19,7 +18,7 @@ from .contents import (
     one_rate,
 )
 from .facts import RATE_TOLERANCE, names_speed, names_times
-from .times import EvenTimes, TimeAxis, find_time_axis
+from .times import DRIFT, EvenTimes, TimeAxis, find_time_axis
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .clock import Clock, changes
 from .contents import ContentError, Contents
 from .facts import (
     RATE_TOLERANCE,
@@ -28,6 +27,10 @@ _COARSE_TOLERANCE = 5e-3
 #: Share of the steps of times that have the same sign. The others are jumps of the
 #: clock.
 _ONE_WAY = 0.9
+#: Share by which the rate of the times may differ from the sampling rate, apart from
+#: rounding, and seconds over which it is measured.
+DRIFT = 0.01
+_MEASURED_FOR = 10.0
 #: Samples and steps of times by which one may be late, and samples before the rate is
 #: checked.
 _LATE = 0.6
@@ -94,6 +97,11 @@ class TimeAxis:
 class EvenTimes:
     """Check that the times of a file are even, block by block.
 
+    A sample of unknown time follows the sample before. Equal times were rounded. No
+    step from one time to the next may fall, or be late by more than the tolerance. The
+    rate over ten to twenty seconds must agree with the sampling rate within 1 % and the
+    rounding of the times, and no time may stay the same for more than ten seconds.
+
     Parameters
     ----------
     axis : TimeAxis
@@ -104,10 +112,12 @@ class EvenTimes:
 
     def __init__(self, axis: TimeAxis, rate: float) -> None:
         self._axis = axis
-        self._last = np.empty(0)
-        self._clock = Clock(
-            rate, tolerance=_LATE / rate, shortest=_SHORTEST, may_fall=False
-        )
+        self._rate = rate
+        self._n_samples = 0
+        # Samples and seconds of the last known time: the first sample that has it, and
+        # the last one.
+        self._samples = np.empty(0, dtype=int)
+        self._seconds = np.empty(0)
 
     def check(self, values: Any) -> None:
         """Refuse times that are not even, in themselves or after the block before.
@@ -118,37 +128,75 @@ class EvenTimes:
             Times of the next block.
         """
         axis = self._axis
-        clock = self._clock
-        start = clock.n_samples
-        n_last = len(self._last)
-        times, _ = _in_seconds(values, axis.scale, self._last)
+        times, _ = _in_seconds(values, axis.scale, self._seconds[-1:])
+        known = np.flatnonzero(np.isfinite(times))
+        samples = np.append(self._samples, known + self._n_samples)
+        seconds = np.append(self._seconds, times[known])
+        self._n_samples += len(times)
+        if not len(samples):
+            return
         written = axis.last_digit or last_decimal(times[-_N_LAST:])
-        clock.resolution = max(axis.resolution, written)
-        clock.tolerance = max(_LATE / clock.rate, _LATE_STEPS * clock.resolution)
-        if not axis.has_equal:
-            joined = np.append(self._last, times)
-            equal = np.flatnonzero(np.diff(joined) == 0) + 1 - n_last
-            if len(equal) and 0 < written < 1 / clock.rate / _FINE:
-                sample = start + equal[0]
-                time = joined[n_last + equal[0]]
-                raise ContentError(_equal_times(axis.name, sample, time))
-        self._last = times[np.isfinite(times)][-1:]
-        compared = clock.compare(times)
-        wrong = compared.wrong
-        if compared.is_break.any():
-            first = np.argmax(compared.is_break)
-            sample = start + compared.samples[first]
-            if wrong is None or sample <= wrong.sample:
-                raise ContentError(
-                    f"{axis.name!r} is not evenly spaced: {compared.steps[first]:g} s "
-                    f"before sample {sample}, expected {1 / clock.rate:g} s"
-                )
-        if wrong is not None:
+        is_fine = 0 < written < 1 / self._rate / _FINE
+        changed = changes(seconds)
+        is_equal = np.diff(seconds) == 0
+        # The last known time is there twice.
+        is_equal[: len(self._samples) // 2] = False
+        if is_fine and not axis.has_equal and is_equal.any():
+            i = int(np.argmax(is_equal)) + 1
+            raise ContentError(_equal_times(axis.name, int(samples[i]), seconds[i]))
+        self._samples = samples[[changed[-1], -1]]
+        self._seconds = seconds[[changed[-1], -1]]
+        resolution = max(axis.resolution, written)
+        self._check_steps(samples[changed], seconds[changed], resolution)
+        self._check_rate(samples[changed], seconds[changed], samples[-1])
+
+    def _check_steps(self, samples, seconds, resolution):
+        """Refuse a step that falls or is late."""
+        steps = np.diff(seconds)
+        late = steps - np.maximum(np.diff(samples) / self._rate, resolution)
+        tolerance = max(_LATE / self._rate, _LATE_STEPS * resolution)
+        is_break = (late > tolerance) | (steps < 0)
+        if is_break.any():
+            i = np.argmax(is_break)
             raise ContentError(
-                f"{axis.name!r} is not evenly spaced: {wrong.n_samples} samples before "
-                f"sample {wrong.sample} take {wrong.seconds:g} s, expected "
-                f"{wrong.n_samples / clock.rate:g} s at {clock.rate:g} Hz"
+                f"{self._axis.name!r} is not evenly spaced: {steps[i]:g} s before sample "
+                f"{samples[i + 1]}, expected {1 / self._rate:g} s"
             )
+
+    def _check_rate(self, samples, seconds, last):
+        """Refuse times of another rate, and those that stand still up to the last sample."""
+        part = (samples - samples[0]) // int(_MEASURED_FOR * self._rate + 1)
+        origin = np.searchsorted(part, part - 1)
+        n_samples = samples - samples[origin]
+        passed = seconds - seconds[origin]
+        expected = n_samples / self._rate
+        largest = np.abs(np.diff(seconds)).max(initial=0)
+        is_wrong = np.abs(passed - expected) > DRIFT * expected + 2 * largest
+        is_wrong &= n_samples >= _SHORTEST
+        n_equal = np.diff(samples, append=last)
+        is_still = n_equal > _MEASURED_FOR * self._rate
+        if not (is_wrong | is_still).any():
+            return
+        i = np.argmax(is_wrong | is_still)
+        sample, n, time = samples[i], n_samples[i], passed[i]
+        if is_still[i]:
+            sample, n, time = samples[i] + n_equal[i], n_equal[i], 0.0
+        raise ContentError(
+            f"{self._axis.name!r} is not evenly spaced: {n} samples before sample "
+            f"{sample} take {time:g} s, expected {n / self._rate:g} s at {self._rate:g} Hz"
+        )
+
+
+def changes(times: NDArray[Any]) -> NDArray[Any]:
+    """Return the samples whose time is known and differs from the last known one.
+
+    Examples
+    --------
+    >>> changes(np.array([0.5, 0.5, np.nan, 0.5, 0.6, np.nan]))
+    array([0, 4])
+    """
+    samples = np.flatnonzero(np.isfinite(times))
+    return samples[np.diff(times[samples], prepend=np.nan) != 0]
 
 
 def even_rate(name: str, times: NDArray[Any]) -> float | None:
