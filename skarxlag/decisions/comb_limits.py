@@ -26,6 +26,11 @@ HEALTHY_SCALE = 0.28
 _PRIOR_ROWS = 10
 #: Score of a row without a comb if no healthy row is known.
 WITHOUT_COMB = HEALTHY_LOCATION
+#: Nepers by which a comb at no order of the bearing may be above those of its faults,
+#: and the largest score above the limit that counts if it is further above. With another
+#: bearing than the stated one, or another speed, it is.
+_STRONGER = 0.5
+_MOST_BESIDE_OTHERS = 0.25
 #: p-values are above 0.
 LEAST_P = np.finfo(float).tiny
 
@@ -62,7 +67,8 @@ class ComparedCombs(NamedTuple):
     Parameters
     ----------
     beyond_limit : ndarray of shape (n_rows, 3)
-        Scores of ball, inner and outer race above the limit.
+        Scores of ball, inner and outer race above the limit, at most .25 if impacts at
+        no order of the bearing are more than .5 nepers stronger.
     ranking : ndarray of int of shape (n_rows, 2)
         Faults of the largest and of the second largest score above the reference.
     alarm : ndarray of bool of shape (n_rows,)
@@ -122,6 +128,7 @@ def without_healthy(rate: float) -> HealthyCombs:
 
 def compare_combs(
     scores: NDArray[Any],
+    other_scores: NDArray[Any],
     speeds: NDArray[Any],
     healthy: HealthyCombs,
     gain: float | NDArray[Any],
@@ -134,6 +141,8 @@ def compare_combs(
     ----------
     scores : ndarray of shape (n_rows, 3)
         Scores of ball, inner and outer race.
+    other_scores : ndarray of shape (n_rows,)
+        Scores of the strongest comb at no order of the bearing.
     speeds : ndarray of shape (n_rows,)
         Speeds of the rows; NaN if a speed is not known.
     healthy : HealthyCombs
@@ -159,8 +168,11 @@ def compare_combs(
     ranking = excess.argsort(axis=1, kind="stable")[:, :-3:-1]
     best, second = np.take_along_axis(excess, ranking, axis=1).T
     alarm = best > limits
+    beyond = excess - limits[:, np.newaxis]
+    is_doubted = other_scores > scores.max(axis=1) + _STRONGER
+    beyond[is_doubted] = np.minimum(beyond[is_doubted], _MOST_BESIDE_OTHERS)
     return ComparedCombs(
-        excess - limits[:, np.newaxis],
+        beyond,
         ranking,
         alarm,
         is_close=alarm & (ODDS * (best - second) < -logit(wrong_name_rate)),

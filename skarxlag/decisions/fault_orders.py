@@ -89,7 +89,8 @@ class FaultOrderClassifier(SignalClassifier):
     The probabilities follow from the scores above the limit by
     :func:`skarxlag.decisions.comb_probabilities.comb_evidence`. A fault shows its comb
     with the probability .6, so that of healthy is at most .45 if all locations are
-    classes.
+    classes. If impacts at no order of the bearing are stronger by more than .5 nepers,
+    as with another bearing than the stated one, no location gets more than .73.
 
     With `conditions`, a classifier that learned the spectra of several conditions, the
     probability of condition c is
@@ -327,7 +328,9 @@ class FaultOrderClassifier(SignalClassifier):
             judged = self._judge(matches, bearing=bearing)
             has_no_combs = np.isnan(matches.rpm)
             judged.refusal = np.where(has_no_combs, _NO_COMBS, "").astype(object)
-            judged.row_evidence = np.column_stack([matches.scores, matches.rpm])
+            judged.row_evidence = np.column_stack(
+                [matches.scores, matches.other_scores, matches.rpm]
+            )
         else:
             learned = self.conditions_.diagnose(X, rpm)
             judged = self._judge(matches, learned.log_probability, bearing=bearing)
@@ -344,9 +347,9 @@ class FaultOrderClassifier(SignalClassifier):
 
     def _joined(self, evidence, n_rows):
         if self.conditions_ is None:
-            scores, rpm = evidence[:, :-1], evidence[:, -1]
+            scores, (others, rpm) = evidence[:, :-2], evidence[:, -2:].T
             healthy = self._healthy()
-            compared = self._compared(scores, rpm, n_rows, healthy)
+            compared = self._compared(scores, others, rpm, n_rows, healthy)
             return self._by_combs(compared, ~np.isnan(rpm), healthy)
         by_spectra, by_combs = np.split(evidence, [len(self.classes_)], axis=1)
         learned = self.conditions_.join(by_spectra, n_rows)
@@ -423,7 +426,9 @@ class FaultOrderClassifier(SignalClassifier):
         healthy = self._healthy()
         if bearing is not None:
             healthy = without_healthy(self.false_alarm_rate)
-        compared = self._compared(matches.scores, matches.rpm, n_rows, healthy)
+        compared = self._compared(
+            matches.scores, matches.other_scores, matches.rpm, n_rows, healthy
+        )
         bearings = self._bearings(bearing)
         sentences = comb_sentences(matches, compared, _orders(bearings), bearings)
         judged = Bunch(
@@ -448,10 +453,11 @@ class FaultOrderClassifier(SignalClassifier):
             self.reference_, self.healthy_scores_, self.healthy_speeds_, self.limit_
         )
 
-    def _compared(self, scores, rpm, n_rows, healthy):
+    def _compared(self, scores, other_scores, rpm, n_rows, healthy):
         """Compare mean scores of rows with those of healthy rows."""
         rates = self.false_alarm_rate, self.wrong_name_rate
-        return compare_combs(scores, rpm, healthy, _gain(n_rows), *rates)
+        gain = _gain(n_rows)
+        return compare_combs(scores, other_scores, rpm, healthy, gain, *rates)
 
     def _by_combs(self, compared, has_combs, healthy):
         """Return the verdicts of combs alone."""
@@ -484,8 +490,8 @@ class FaultOrderClassifier(SignalClassifier):
             "combs_alone": True,
             "healthy_was_recorded": len(self.healthy_scores_) > 0,
             "limits": f"combs {self.limit_:.2f} nepers above the healthy rows",
-            # The scores of the faults, and the speed.
-            "n_evidence": len(FAULTS) + 1,
+            # The scores of the faults and of other impacts, and the speed.
+            "n_evidence": len(FAULTS) + 2,
             "healthy": next(iter(healthy.tolist()), None),
             "is_stretch": True,
             "needs_rpm": self.speed_range is None,

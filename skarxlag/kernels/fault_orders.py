@@ -70,7 +70,8 @@ class Comb(NamedTuple):
     factors : ndarray of shape (3,)
         Order of the comb over the order of the fault: slip of the elements.
     other_order, other_score : float
-        Order of the strongest comb at none of these orders, and its score in nepers.
+        Order of the strongest comb at none of these orders and their multiples, and its
+        score in nepers.
     """
 
     scores: NDArray[np.float64]
@@ -207,12 +208,12 @@ def speed_error(contrasts: Array, orders: Array, tolerance: float) -> float:
     """
     errors = _steps(tolerance)
     multiples = np.arange(1, int(HIGHEST_ORDER))[:, np.newaxis]
-    is_apart = _apart(multiples, orders).ravel()
+    is_apart = _apart(multiples, orders, _NEAR_FAULT).ravel()
     # Those near lines of faults come last.
     multiples = multiples[np.argsort(~is_apart, kind="stable")[:_SHAFT_MULTIPLES]]
     at = multiples * np.exp(errors)
     # At another speed, a multiple of the shaft may meet a line of a fault.
-    is_apart = _apart(at, orders)
+    is_apart = _apart(at, orders, _NEAR_FAULT)
     counts = np.maximum(is_apart.sum(axis=0), _SHAFT_MULTIPLES // 2)
     fit = -np.log1p(np.abs(errors) / _SPEED_SCALE)
     for contrast in np.minimum(contrasts, _CLEAR_LINE):
@@ -221,11 +222,11 @@ def speed_error(contrasts: Array, orders: Array, tolerance: float) -> float:
     return float(errors[fit.argmax()])
 
 
-def _apart(at, orders):
-    """Return which orders are not near lines of faults."""
+def _apart(at, orders, distance):
+    """Return which orders have this distance in their logarithm from all lines of faults."""
     lines = np.outer(orders, np.arange(1, N_MULTIPLES + 1)).ravel()
     distances = np.abs(np.log(at[..., np.newaxis] / lines))
-    return distances.min(axis=-1) > _NEAR_FAULT
+    return distances.min(axis=-1) > distance
 
 
 def _steps(largest):
@@ -331,8 +332,7 @@ def fault_comb(
     highest = np.log(HIGHEST_ORDER / N_MULTIPLES)
     others = np.exp(np.arange(np.log(_LOWEST_OTHER), highest, FACTOR_STEP))
     fit = _mean_of_comb(lines, masked, others)
-    distances = np.abs(np.log(others / orders[:, np.newaxis])).min(axis=0)
-    fit[distances <= slip] = 0
+    fit[~_apart(others, orders, slip)] = 0
     # Of a train and its multiples, the train.
     first = np.argmax(fit >= fit.max() - _SAME_TRAIN)
     n_near = int(slip / FACTOR_STEP) + 1

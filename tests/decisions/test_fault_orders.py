@@ -263,9 +263,23 @@ def test_rows_of_a_recording_join_by_their_scores(rows, healthy, with_healthy):
     np.testing.assert_allclose(alone.probability, found.probability)
     assert alone.named.tolist() == found.named.tolist()
     # At the speed of healthy rows, a mean of more rows is surer.
-    faint = np.array([[0.0, 0.0, fitted.limit_ - 0.05, 900.0]])
+    faint = np.array([[0.0, 0.0, fitted.limit_ - 0.05, 0.0, 900.0]])
     few, many = (fitted.join(faint, n).probability[0, 3] for n in (1, 10))
     assert many > few if with_healthy else many == few
+
+
+@pytest.mark.parametrize(("other", "named"), [(3.2, 1.0), (4.2, 0.73)])
+def test_stronger_impacts_at_no_order_of_the_bearing_are_a_doubt(rows, other, named):
+    fitted = classifier().fit(rows)
+    lines = contrast(outer=3.5)
+    for multiple in range(1, 5):
+        lines[round(258 * multiple)] = other
+    found = fitted.diagnose_gathered(lines, 10, 900.0)
+    assert found.named.tolist() == ["outer"]
+    assert found.probability.max() == pytest.approx(named, abs=0.02)
+    # Rows that join are doubted alike.
+    joined = fitted.join(np.array([[0.0, 0.0, 3.5, other, 900.0]]))
+    assert joined.probability.max() == pytest.approx(named, abs=0.02)
 
 
 def test_several_bearings(rows):
@@ -394,7 +408,7 @@ def test_adapt_moves_the_spectra_of_a_new_speed(joint, healthy):
     np.testing.assert_array_equal(probability, expected.predict_proba(X, rpm=1200))
     assert not np.allclose(probability, joint.predict_proba(X, rpm=1200))
     without = classifier().fit(healthy)
-    assert not hasattr(without, "adapt") and not hasattr(without, "join")
+    assert not hasattr(without, "adapt")
 
 
 def test_rows_of_fit_have_two_revolutions_and_one_model(rows):
