@@ -4,24 +4,15 @@
 other ones each time.
 """
 
-import os
-
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from skarxlag import make_alpio, make_diagnoser, make_extended_state_pio, signal_quality
+from tests.damage import some_examples
 
-EXAMPLES = os.environ.get("SKARXLAG_EXAMPLES")
-some_examples = settings(
-    max_examples=int(EXAMPLES or 8),
-    derandomize=EXAMPLES is None,
-    deadline=None,
-    database=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
-)
 MAKERS = [make_alpio, make_extended_state_pio, make_diagnoser]
 
 

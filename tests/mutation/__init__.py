@@ -1,1 +1,0 @@
-"""Mutation tests: the share of small errors in modules that the tests detect."""
