@@ -18,7 +18,7 @@ from .contents import (
     one_rate,
 )
 from .facts import RATE_TOLERANCE, names_speed, names_times
-from .times import DRIFT, EvenTimes, TimeAxis, find_time_axis
+from .time_axis import DRIFT, EvenTimes, TimeAxis, find_time_axis
 
 
 @dataclass(frozen=True)
