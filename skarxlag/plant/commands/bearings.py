@@ -53,8 +53,9 @@ def fitting_bearings(recording: ListedRecording) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns ``comb_dB``, the contrast of the strongest comb, and ``fault``, its
-        location. The index is the bearing.
+        Columns ``comb_dB``, the contrast of the strongest comb, ``off_%``, how far its
+        lines are from the nominal orders, and ``fault``, its location. The index is the
+        bearing.
 
     Raises
     ------
@@ -75,7 +76,16 @@ def fitting_bearings(recording: ListedRecording) -> pd.DataFrame:
         rows = {}
         for name in BEARINGS:
             classifier = FaultOrderClassifier(bearing=name, sampling_rate=rate)
-            scores = classifier.fit(X).match(X, rpm=rpm).scores[0]
-            best = int(np.argmax(scores))
-            rows[name] = {"comb_dB": NEPER_IN_DB * scores[best], "fault": FAULTS[best]}
-    return pd.DataFrame(rows).T.sort_values("comb_dB", ascending=False)
+            found = classifier.fit(X).match(X, rpm=rpm)
+            best = int(np.argmax(found.scores[0]))
+            rows[name] = {
+                "comb_dB": NEPER_IN_DB * found.scores[0, best],
+                "off_%": 100 * (found.factors[0, best] - 1),
+                "fault": FAULTS[best],
+            }
+    table = pd.DataFrame(rows).T
+    # Bearings of nearly equal orders fit the same lines.
+    keys = table.assign(level=table["comb_dB"].astype(float).round(1))
+    keys = keys.assign(off=keys["off_%"].abs())
+    order = keys.sort_values(["level", "off"], ascending=[False, True]).index
+    return table.loc[order]

@@ -104,7 +104,7 @@ def diagnose(
             write_atomically(output, page.encode(), follows_links=False)
         elif output is not None:
             windows = results.window_rows(recordings, diagnoses)
-            results.write_tables(output, rows, windows, model.summary)
+            results.write_tables(output, rows, windows, model.facts)
     return rows, diagnoses
 
 

@@ -96,16 +96,7 @@ def run(args: argparse.Namespace) -> int:
             cases = [public_case(args.dataset, **keywords(public_case, args))]
         else:
             cases = list(simulated_cases(**keywords(simulated_cases, args)))
-        n_fits = sum(len(case.methods) * len(case.splits) for case in cases)
-        done = 0
-
-        def note(name, n_rows):
-            nonlocal done
-            done += 1
-            line = f"[{done}/{n_fits}] {name}: fitted and tested with {n_rows} rows"
-            reporter.line(line)
-
-        evaluate_cases(cases, args.output, n_jobs=args.n_jobs, note=note)
+        evaluate_cases(cases, args.output, n_jobs=args.n_jobs, reporter=reporter)
     return 0
 
 
@@ -114,9 +105,9 @@ def evaluate_cases(
     output: Path,
     *,
     n_jobs: int | None = None,
-    note: Any = None,
+    reporter: Reporter | None = None,
 ) -> None:
-    """Evaluate cases, print a summary, and write tables and figures.
+    """Evaluate cases, print a summary, and write tables.
 
     Parameters
     ----------
@@ -126,10 +117,12 @@ def evaluate_cases(
         Folder of the results; it is made.
     n_jobs : int or None, default=None
         Threads.
-    note : callable or None, default=None
-        As in `skarxlag.model_selection.evaluate`.
+    reporter : Reporter or None, default=None
+        Counts the fits. None: nobody.
     """
     output.mkdir(parents=True, exist_ok=True)
+    reporter = reporter or Reporter()
+    reporter.start(sum(len(case.methods) * len(case.splits) for case in cases))
     results = []
     for case in cases:
         verdicts = evaluate(
@@ -140,14 +133,15 @@ def evaluate_cases(
             splits=case.splits,
             params=case.params,
             n_jobs=n_jobs,
-            note=note,
+            note=lambda name, n_rows: reporter.step(
+                f"{name}: fitted and tested with {n_rows} rows"
+            ),
         )
         results.append((case, verdicts, evaluation_summary(verdicts)))
     text = summary_text(results, RECOMMENDED)
-    drawn = save_results(results, text, output)
+    where = save_results(results, text, output)
     # A summary whose tables cannot be written is not printed.
-    print(text)
-    print(drawn, flush=True)
+    print(text, where, sep="\n", flush=True)
 
 
 def _paper_methods(healthy):

@@ -54,9 +54,9 @@ def describe(path: Path) -> tuple[list[str], dict[str, Any]]:
         if model.healthy is not None and basis:
             further["healthy_limits"] = basis
         sentences = limits(model)
-        lines = [_line(*fact) for fact in (model.summary | further).items()]
+        lines = [_line(*fact) for fact in (model.facts | further).items()]
         lines += ["Limits", *(f"  - {sentence}" for sentence in sentences)]
-        facts = model.summary | {"model": model.short_identity, "limits": sentences}
+        facts = model.facts | {"model": model.short_identity, "limits": sentences}
     return lines, facts
 
 

@@ -3,6 +3,7 @@
 import operator
 import os
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import lru_cache, partial
 from hashlib import sha256
 from pathlib import Path
@@ -25,6 +26,7 @@ from .error_rates import ErrorRates
 from .messages import CommandError, as_command_error, counted, listed, printable
 
 
+@dataclass(eq=False)
 class RecordingModel:
     """Model that diagnoses recordings.
 
@@ -42,6 +44,10 @@ class RecordingModel:
         Description in one line.
     load : callable
         Returns the model in a worker.
+    training_files : frozenset of str, default=frozenset()
+        Names and sizes of the files of the training, which results mark.
+    other_bearing : str or None, default=None
+        Bearing of the recordings, if it is not that of the training.
 
     Attributes
     ----------
@@ -57,41 +63,24 @@ class RecordingModel:
         Samples in a row; None if a recording is one row.
     usual_channels : list of list of str
         Ways to state its channels, the best first.
-    summary : dict
-        The model and its facts, as results state them.
-    training_files : set of str
-        Names and sizes of the files of the training, which results mark.
-    other_bearing : str or None
-        Bearing of the recordings, if it is not that of the training.
     """
 
-    def __init__(
-        self,
-        diagnoser: Any,
-        facts: dict[str, Any],
-        judge: Judge | None,
-        *,
-        takes_rpm: bool,
-        heading: str,
-        load: Callable[[], "RecordingModel"],
-    ) -> None:
-        self.diagnoser = diagnoser
-        self.facts = facts
-        self.judge = judge
-        self.takes_rpm = takes_rpm
-        self.heading = heading
-        self.load = load
-        self.summary = facts
-        self.conditions: list[Any] = facts["conditions"]
-        self.healthy: Any = facts["healthy"]
-        self.train_rpm: list[float] = facts.get("train_rpm") or []
-        self.sampling_rate: float | None = facts.get("sampling_rate")
-        self.window_length: int | None = facts.get("window_length")
-        #: Samples that are read at a time.
-        self._n_read = block_length(self.window_length or 1)
-        self.usual_channels = channels_of_model(facts)
-        self.training_files: set[str] = set()
-        self.other_bearing: str | None = None
+    diagnoser: Any
+    facts: dict[str, Any]
+    judge: Judge | None
+    takes_rpm: bool
+    heading: str
+    load: Callable[[], "RecordingModel"]
+    training_files: frozenset[str] = frozenset()
+    other_bearing: str | None = None
+
+    def __post_init__(self) -> None:
+        self.conditions: list[Any] = self.facts["conditions"]
+        self.healthy: Any = self.facts["healthy"]
+        self.train_rpm: list[float] = self.facts.get("train_rpm") or []
+        self.sampling_rate: float | None = self.facts.get("sampling_rate")
+        self.window_length: int | None = self.facts.get("window_length")
+        self.usual_channels = channels_of_model(self.facts)
 
     @property
     def has_combs_alone(self) -> bool:
@@ -109,19 +98,14 @@ class RecordingModel:
         A file that has no more channels than the model needs none to be stated. With
         `resample`, the recording is brought to the sampling rate of the model.
         """
+        usual = [names if len(names) > 1 else names[0] for names in self.usual_channels]
+        stated = recording.channel
         return recording.open(
-            self._n_read,
-            channels=self.channel_choices(recording),
+            block_length(self.window_length or 1),
+            channels=[*usual, None] if stated is None else [stated],
             reads_speed=self.takes_rpm,
             resample=self.sampling_rate if resample else None,
         )
-
-    def channel_choices(self, recording: ListedRecording) -> list[Any]:
-        """Return ways to state the channels of a recording, the best first."""
-        if recording.channel is not None:
-            return [recording.channel]
-        usual = [names if len(names) > 1 else names[0] for names in self.usual_channels]
-        return [*usual, None]
 
     def windows(self, opened: OpenRecording) -> Iterator[NDArray[Any]]:
         """Yield the rows of an open recording, block by block; blocks without a length."""
@@ -129,21 +113,15 @@ class RecordingModel:
             return (signal[np.newaxis] for signal in opened.blocks)
         return cut_blocks(opened.blocks, opened.entry.name, self.window_length)
 
-    def fitted(self, row: NDArray[Any], sampling_rate: float | None) -> Any:
-        """Return the diagnoser, which is fitted to the row unless it was trained."""
-        if self.judge is not None:
-            return self.diagnoser
-        diagnoser = clone(self.diagnoser)
-        diagnoser.set_params(decide__sampling_rate=sampling_rate)
-        return diagnoser.fit(row[np.newaxis])
-
     def judge_of(
         self, row: NDArray[Any], rpm: Any, sampling_rate: float | None
     ) -> Judge:
         """Return a judge that is fitted to a row, for a model without one."""
+        diagnoser = clone(self.diagnoser)
+        diagnoser.set_params(decide__sampling_rate=sampling_rate)
         # Its limits hold at the speed of the row that it is fitted to.
         return Judge(
-            self.fitted(row, sampling_rate),
+            diagnoser.fit(row[np.newaxis]),
             conditions=self.conditions,
             train_rpm=[np.mean(rpm)],
         )
@@ -244,15 +222,15 @@ class SavedModel(RecordingModel):
             takes_rpm=self.capabilities.takes_rpm,
             heading=_heading(path, self.rows, facts, bearing),
             load=partial(_cached_model, os.path.abspath(path), changed, bearing),
+            training_files=frozenset(training_files),
+            other_bearing=bearing,
         )
         self.identity = identity
-        self.training_files = set(training_files)
-        self.other_bearing = bearing
-        self.summary = {"file": printable(path)} | facts
 
     def _all_facts(self, diagnoser, judge, stated):
         """Return the facts that the file states, and those of the models themselves."""
         facts = {
+            "file": printable(self.path),
             "diagnoser": type(diagnoser).__name__,
             "conditions": judge.conditions,
             "healthy": judge.healthy,

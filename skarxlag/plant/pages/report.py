@@ -74,7 +74,7 @@ def html_report(
     )
     entries = records(ranked)
     n_drawn = min(len(entries), MOST_DRAWN)
-    bearing = bearing or model.summary.get("bearing")
+    bearing = bearing or model.facts.get("bearing")
     for place, entry in zip(ranked.index[:n_drawn], entries, strict=False):
         entry["figures"] = _figures(
             model, recordings[place], diagnoses[place], resample, bearing
@@ -89,20 +89,7 @@ def html_report(
         counts=counts.items(),
         n_drawn=n_drawn,
         n_detailed=max(int((severity != "healthy").sum()), n_drawn),
-        accuracy=stated_conditions(rows, model.conditions),
         agreement=agreement(rows, model),
-    )
-
-
-def stated_conditions(rows: pd.DataFrame, conditions: Sequence[Any]) -> pd.DataFrame:
-    """Return counts of verdicts (columns) by stated condition (rows)."""
-    judged = rows[rows["condition"].notna() & (rows["error"] == "")]
-    names = dict.fromkeys(
-        [*map(str, conditions), *judged["condition"], *judged["verdict"]]
-    )
-    in_order = pd.CategoricalDtype([*names])
-    return pd.crosstab(
-        judged["condition"].astype(in_order), judged["verdict"].astype(in_order)
     )
 
 

@@ -9,7 +9,6 @@ from scipy.signal import lfilter
 from skarxlag import bearing_orders, load_diagnoser
 
 from ...bearing_rows import RATE, row
-from ..watch.watching import lines_of
 from .conftest import counts
 
 RATES = ("--sampling-rate", RATE)
@@ -95,25 +94,6 @@ def test_wrong_arguments_are_named(run, plant, monkeypatch, arguments, message):
     assert code == 2 and message in err
 
 
-@pytest.mark.slow
-def test_two_outputs_name_a_place_together(run, plant):
-    for place in ("healthy", "inner"):
-        signal = np.load(plant / f"{place}.npy")
-        np.savez(plant / f"{place}.npz", x=signal, y=signal[::-1])
-    facts = ("--channel", "x;y", "--rpm", 900, *RATES)
-    fit = ("fit", plant / "healthy*.npz", *facts, "-o", plant / "two.skops")
-    fit += ("--bearing", "6205")
-    code, out, err = run(*fit, "--outputs", 2, "--healthy", "healthy")
-    assert code == 0 and "Outputs: x, y. Inputs: none" in out, err
-    both = (plant / "two.skops", plant / "healthy.npz", plant / "inner.npz")
-    code, out, err = run("diagnose", *both, *facts)
-    assert code == 0, err
-    assert [line.split()[2] for line in out.splitlines()[2:4]] == ["healthy", "inner"]
-    report = ("-o", plant / "two.html", "--bearing", "6205")
-    code, _, err = run("diagnose", *both, *facts, *report)
-    assert code == 0 and "lines of bearing 6205" in (plant / "two.html").read_text()
-
-
 def test_what_is_wrong_with_one_recording_is_reported(run, plant):
     code, _, err = run("diagnose", plant / "none.npy", plant / "inner.npy", "--bearing", "6205",
                        "--rpm", 900, *RATES)  # fmt: skip
@@ -131,7 +111,7 @@ def test_what_is_wrong_with_one_recording_is_reported(run, plant):
 
 
 @pytest.mark.slow
-def test_fit_stores_the_bearing_and_healthy_limits(run, plant, piped):
+def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
     rng = np.random.default_rng(9)
     lines = ["path,rpm,sampling_rate"]
     for number in range(3):
@@ -156,15 +136,6 @@ def test_fit_stores_the_bearing_and_healthy_limits(run, plant, piped):
     # The healthy limits are exceeded and no comb is found.
     assert verdicts["rough.npy"] == "changed"
     assert "No comb of bearing 6205 shows a fault." in out
-    piped(lines_of(np.load(plant / "inner.npy")))
-    command = ("watch", model, "-")
-    code, out, err = run(*command, "--rpm", 900)
-    assert code == 0 and json.loads(out.splitlines()[-1])["verdict"] == "inner", err
-    code, out, err = run(*command)
-    assert code == 2
-    assert out == ""
-    assert "--rpm: needed" in err
-    assert "fitted at 900 rpm" in err
 
 
 @pytest.fixture

@@ -69,12 +69,6 @@ def test_what_save_diagnoser_saved_is_printed_as_far_as_it_is_known(
     assert rows["conditions"] == "good, worn" and rows["sampling rate"] == "not stated"
     assert rows["train rpm"] == "not stated" and rows["window length"] == "200 samples"
     assert "The sampling rate of recordings cannot be checked" in limits
-    save_diagnoser(
-        make_detector(false_alarm_rate=0.1).fit(X[:20]), tmp_path / "d.skops"
-    )
-    rows, limits = card(run("info", tmp_path / "d.skops")[1])
-    assert rows["healthy"] == "healthy" and "names no fault" in limits
-    assert "At other speeds" in limits
     detector = make_detector(false_alarm_rate=0.1)
     detector.fit(X[:20], rpm=np.repeat([300.0, 600.0], 10))
     save_diagnoser(detector, tmp_path / "d.skops")
@@ -82,7 +76,7 @@ def test_what_save_diagnoser_saved_is_printed_as_far_as_it_is_known(
     assert rows["healthy limits"].startswith(
         "20 healthy rows; false alarms at speeds that were"
     )
-    assert "At other speeds" not in limits
+    assert rows["healthy"] == "healthy" and "names no fault" in limits
 
 
 def classifiers(X, y):

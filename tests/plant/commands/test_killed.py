@@ -5,7 +5,6 @@ import signal
 import sys
 from functools import partial
 
-import numpy as np
 import pytest
 
 from skarxlag import (
@@ -15,7 +14,6 @@ from skarxlag import (
     save_monitor_state,
 )
 from skarxlag.persistence.models import save_diagnoser
-from skarxlag.plant.commands import main
 from tests.plant.watch.watching import RATE, WINDOW, sound
 
 resource = pytest.importorskip("resource")
@@ -106,34 +104,3 @@ def test_models_and_states_are_whole_or_not_there(tmp_path, fitted, is_there):
                 path.write_bytes(b"old")
         write(path)
         read(path)
-
-
-@pytest.mark.parametrize("suffix", ["csv", "json"])
-def test_a_killed_run_leaves_whole_results_and_goes_on(run, tmp_path, models, suffix):
-    out = tmp_path / "out"
-    out.mkdir()
-    for number in range(2):
-        np.save(tmp_path / f"{number}.npy", sound("worn", 5 * WINDOW, number))
-    command = ["diagnose", models[0], tmp_path / "*.npy", "-o", out / f"found.{suffix}"]
-    command = [str(each) for each in [*command, "--sampling-rate", RATE, "--n-jobs", 1]]
-    assert run(*command)[0] == 0
-    wanted = {path.name: path.read_bytes() for path in out.iterdir()}
-
-    def finished():
-        return {
-            path.name: path.read_bytes()
-            for path in out.iterdir()
-            if path.name in wanted
-        }
-
-    for death in each_death(lambda: main(command), out, min(map(len, wanted.values()))):
-        assert finished().items() <= wanted.items(), death
-        code, _, err = run(*command)
-        assert code == 0 and "Traceback" not in err, death
-        assert finished() == wanted, death
-        # The name of a temporary file is random, so it may stay.
-        assert all(
-            path.suffix == ".tmp" for path in out.iterdir() if path.name not in wanted
-        )
-        for path in out.iterdir():
-            path.unlink()

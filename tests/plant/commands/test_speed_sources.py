@@ -39,11 +39,3 @@ def test_a_tacho_channel_and_a_log_give_the_verdict_of_the_stated_speed(run, pat
     assert pulsed[0] == 0 and pulsed[1][0][0] == stated[1][0][0]
     slow = diagnose(run, path, "--rpm", "tacho:tacho", "--pulses-per-revolution", 5)
     assert slow[1] != pulsed[1]
-
-
-def test_pulses_belong_to_a_tacho(run, path):
-    code, err = diagnose(run, path, "--rpm", 500, "--pulses-per-revolution", 4)
-    assert code == 2
-    assert "--pulses-per-revolution: belongs to --rpm tacho:CHANNEL" in err
-    code, err = diagnose(run, path, "--rpm", "fast")
-    assert code == 2 and "'fast', expected a number above 0" in err

@@ -198,7 +198,7 @@ def test_bearings_are_listed_and_found(run, tmp_path):
     code, out, _ = run("bearings", path, *FACTS, *SPEED)
     names = [line.split()[0] for line in out.splitlines()[1:]]
     assert code == 0 and len(names) == 10 and "6205" in names[:5]
-    assert out.splitlines()[1].split()[2] == "inner"
+    assert out.splitlines()[1].split()[3] == "inner"
     code, _, err = run("bearings", path, *FACTS)
     assert code == 1 and "the speed is missing; state it with --rpm" in err
 
