@@ -1,19 +1,18 @@
 """Blocks that are printed in full: a terminal example, bearings and file formats."""
 
 import csv
-import io
 import os
 import shutil
+import subprocess
+import sys
 import tempfile
-from contextlib import chdir, redirect_stdout
 from pathlib import Path
 
 import pandas as pd
 
 import skarxlag
-from benchmarks.blocks import markdown
+from benchmarks.blocks import ROOT, markdown
 from skarxlag import bearing_orders
-from skarxlag.plant.commands import main as run
 from skarxlag.plant.readers.formats import FORMATS
 
 _TRAIN_RPM, _RPM, _RATE = 800, 1400, "20000"
@@ -74,23 +73,25 @@ def terminal_example(home=None):
         for letter, name in _DIAGNOSED.items():
             shutil.copy(files[f"{letter}_{_RPM}"], Path(work, "rec", name))
         Path(work, "table.csv").write_text("\n".join(lines), encoding="utf-8")
-        with chdir(work):
-            fit = "fit table.csv --healthy healthy -o bearing.skops -q"
-            _printed(fit)
-            names = " ".join(f"rec/{name}" for name in _DIAGNOSED.values())
-            options = f"--sampling-rate {_RATE} --rpm {_RPM} -q"
-            text = _printed(f"diagnose bearing.skops {names} {options}")
+        _printed("fit table.csv --healthy healthy -o bearing.skops -q", work)
+        names = " ".join(f"rec/{name}" for name in _DIAGNOSED.values())
+        options = f"--sampling-rate {_RATE} --rpm {_RPM} -q"
+        text = _printed(f"diagnose bearing.skops {names} {options}", work)
     command = f"$ skarxlag diagnose bearing.skops rec/*.mat --rpm {_RPM}"
     return "\n".join(f"    {line}".rstrip() for line in [command, *text.splitlines()])
 
 
-def _printed(command):
-    text = io.StringIO()
-    with redirect_stdout(text):
-        status = run(command.split())
-    if status:
-        raise RuntimeError(f"status {status} of skarxlag {command}")
-    return text.getvalue()
+def _printed(command, folder):
+    """Run a command in a folder, and return its output."""
+    done = subprocess.run(
+        [sys.executable, "-m", "skarxlag", *command.split()],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout
 
 
 def formats(home=None):

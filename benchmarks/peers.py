@@ -232,14 +232,6 @@ def minirocket():
     return make_pipeline(FunctionTransformer(unit_rms), rocket)
 
 
-def quant():
-    """Return the classifier of aeon."""
-    from aeon.classification.interval_based import QUANTClassifier
-
-    forest = QUANTClassifier(random_state=RANDOM_STATE)
-    return make_pipeline(FunctionTransformer(unit_rms), forest)
-
-
 #: Functions that make classifiers of windows.
 PEERS = {
     "band energies + random forest": lambda: of_features(
@@ -274,4 +266,4 @@ WITH_TORQUE = {
     )
 }
 #: Peers that need aeon. They are computed only if they are named.
-SLOW = {"MiniRocket": minirocket, "QUANT": quant}
+SLOW = {"MiniRocket": minirocket}

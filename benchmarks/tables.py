@@ -96,12 +96,15 @@ TABLES = {
                 "lengths": ["4800", "1 s"],
                 "most_splits": 1,
             },
-            {
-                "rigs": ["CWRU fan end"],
-                "lengths": ["1200"],
-                "methods": tuple(SLOW),
-                "most_splits": 1,
-            },
+            *(
+                {
+                    "rigs": ["CWRU fan end"],
+                    "lengths": ["1200"],
+                    "methods": [method],
+                    "most_splits": 1,
+                }
+                for method in SLOW
+            ),
         ),
         kept=tuple(SLOW),
         figures={
@@ -143,12 +146,10 @@ TABLES = {
         (
             {"every": 9, "lengths": ["5 s"]},
             {"rigs": ["UESTC"], "every": 5, "lengths": ["whole", "1 s"]},
-            {
-                "rigs": ["MFPT"],
-                "every": 9,
-                "lengths": ["5 s"],
-                "methods": tuple(fault_orders.SLOW),
-            },
+            *(
+                {"rigs": ["MFPT"], "every": 9, "lengths": ["5 s"], "methods": [method]}
+                for method in fault_orders.SLOW
+            ),
         ),
         kept=tuple(fault_orders.SLOW),
     ),
@@ -319,6 +320,8 @@ def check_cells(name, home=None, cells=None):
         pairs = zip(lines["rig"], lines["method"], strict=True)
         lines = lines[[pair in printed for pair in pairs]]
     keys = keys_of(lines)
+    # Peers without probabilities have fewer columns.
+    lines = lines.reindex(columns=[*keys, *values])
     stored_lines = stored.set_index(_texts(stored, keys))
     lines = lines.set_index(_texts(lines, keys))
     wrong = [
@@ -346,7 +349,8 @@ def _selected(table, home, cells):
         try:
             lines += table.lines(home=home, **selection)
         except ModuleNotFoundError as error:
-            absent.append(error.name)
+            # Some packages raise it with a text alone.
+            absent.append(error.name or str(error))
     lines = pd.DataFrame(lines)
     return lines.drop_duplicates(keys_of(lines)), absent
 

@@ -14,12 +14,12 @@ import pandas as pd
 from sklearn.utils import Bunch
 
 from benchmarks.blocks import markdown, page_parser, publish
-from benchmarks.paper.ladders import DIAGNOSERS, LADDERS
+from benchmarks.paper.ladders import DIAGNOSERS, LADDERS, SINGLE_OBSERVER
 from benchmarks.paper.printed_tables import load_tables
 from benchmarks.paper.protocol import run_protocol
 from benchmarks.paper.report import paper_report
 from benchmarks.paper.tables_plot import averages_figure
-from skarxlag import ExtendedStatePIObserver, make_alpio, make_diagnoser
+from skarxlag import make_alpio, make_diagnoser
 from skarxlag.bearings import SKF_6205, defect_frequencies
 from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import LOCATIONS
@@ -47,7 +47,7 @@ def make_single_observer_pio(**pipeline):
     sliding-mode gain, which settles at a median over the whole window, is the residual
     of that condition.
     """
-    return make_alpio(**pipeline).set_params(observe=ExtendedStatePIObserver())
+    return make_alpio(**pipeline).set_params(observe=SINGLE_OBSERVER())
 
 
 def window_of_impacts(n_impacts):
