@@ -26,7 +26,6 @@ from .measures.quality import signal_quality as signal_quality
 from .measures.spectra import LogSpectra as LogSpectra
 from .model_selection import SpecimenSplit as SpecimenSplit
 from .model_selection import SpeedSplit as SpeedSplit
-from .model_selection import cross_speed_predict as cross_speed_predict
 from .models.identification import ARXLaguerre as ARXLaguerre
 from .models.observers import ExtendedStatePIObserver as ExtendedStatePIObserver
 from .models.observers import PIObserver as PIObserver

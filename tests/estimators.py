@@ -5,7 +5,7 @@ import numpy as np
 import skarxlag
 from skarxlag import make_detector, make_diagnoser
 from skarxlag.core.registry import ESTIMATORS as REGISTRY
-from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
+from skarxlag.models.observer_base import EVALUATIONS
 
 #: Parameters of estimators that are tested with other ones than the defaults.
 VARIANTS = {
@@ -14,10 +14,10 @@ VARIANTS = {
         {"pole": "optimise", "order": 4},
         {"bank": False, "unit_rms": False},
     ],
-    "PIObserver": [{"evaluation": name} for name in RESIDUAL_EVALUATIONS],
+    "PIObserver": [{"evaluation": name} for name in EVALUATIONS],
     "ExtendedStatePIObserver": [
         {"n_observers": 8},
-        *({"n_observers": 1, "evaluation": name} for name in RESIDUAL_EVALUATIONS),
+        *({"n_observers": 1, "evaluation": name} for name in EVALUATIONS),
     ],
     "FaultOrderClassifier": [
         {"bearing": "6205", "sampling_rate": 100.0, "speed_range": (2000.0, 2600.0)}

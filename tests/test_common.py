@@ -32,7 +32,6 @@ from skarxlag import (
     make_extended_state_pio,
 )
 from skarxlag.core.registry import ESTIMATORS as REGISTRY
-from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
 
 from .estimators import ESTIMATORS, labels, outputs, signals
 
@@ -275,10 +274,8 @@ def test_scale(estimator, factor):
         return
     levels = clone(estimator).fit(X * factor, y).transform(X * factor)
     expected = clone(estimator).fit(X, y).transform(X)
-    evaluation = RESIDUAL_EVALUATIONS.get(getattr(estimator, "evaluation", None))
-    if (evaluation and evaluation.trajectory) or getattr(
-        estimator, "unit_rms", True
-    ) is False:
+    is_level = "evaluation" in estimator.get_params()
+    if is_level or getattr(estimator, "unit_rms", True) is False:
         expected = expected * factor
     np.testing.assert_allclose(
         levels, expected, rtol=1e-5, atol=1e-9 * np.abs(expected).max()

@@ -18,7 +18,7 @@ import skarxlag
 from skarxlag import datasets, kernels, plotting
 from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import Rig
-from skarxlag.models.residual_evaluations import RESIDUAL_EVALUATIONS
+from skarxlag.models.observer_base import EVALUATIONS
 from tests.public_rigs import write_real_rigs
 
 ROOT = Path(__file__).parents[1]
@@ -238,7 +238,7 @@ def test_every_extra_is_in_the_table_of_the_installation():
 def test_every_residual_evaluation_is_in_the_table():
     text = (ROOT / "docs" / "paper" / "observers.md").read_text("utf-8")
     rows = re.findall(r"^\| `\"(\w+)\"` \|", text, flags=re.M)
-    assert rows == list(RESIDUAL_EVALUATIONS)
+    assert rows == EVALUATIONS
 
 
 def test_every_parameter_of_the_simulated_rig_is_in_its_table():

@@ -43,11 +43,10 @@ OBSERVER_EFFECTS = {
     "kp": ({}, 0.7, levels),
     "ki": ({}, 0.3, levels),
     "n_observers": ({}, 4, levels),
-    "evaluation": ({}, "whiteness", levels),
+    "evaluation": ({}, "switching_gain", levels),
     "sliding_slope": ({"evaluation": "switching_gain"}, 0.2, levels),
     "adaptation_step": ({"evaluation": "switching_gain"}, 0.3, levels),
     "boundary_layer": ({}, 2.0, trajectory),
-    "spectrum_order": ({"evaluation": "whiteness"}, 3, levels),
 }
 SINGLE = {"n_observers": 1}
 
@@ -75,6 +74,7 @@ EFFECTS = {
     }
     | {
         **{name: OBSERVER_EFFECTS[name] for name in ("pole", "kp", "ki")},
+        "evaluation": (SINGLE, "power", levels),
         "adaptation_step": ({}, 0.3, levels),
         "n_observers": ({}, 32, levels),
         "saturation": ({}, 0.3, levels),

@@ -8,15 +8,16 @@ speed. All results come from a simulation. The benchmark contains results on rea
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 
 from skarxlag import (
     SpeedSplit,
-    cross_speed_predict,
     make_alpio,
     make_diagnoser,
     make_extended_state_pio,
 )
 from skarxlag.datasets import simulate_rig
+from skarxlag.model_selection import Split, evaluate
 from skarxlag.plotting import SpeedAccuracyDisplay
 
 # %%
@@ -39,16 +40,16 @@ diagnosers = {
 _, ax = plt.subplots(layout="constrained")
 groups = np.column_stack([rig.rpm, rig.recording])
 cv = SpeedSplit(train_rpm=500, same_speed=True)
+splits = [Split(*rows, "speed", 500.0) for rows in cv.split(None, groups=groups)]
+facts = pd.DataFrame({"rpm": rig.rpm})
+verdicts = evaluate(diagnosers, rig.data, rig.target, facts, splits=splits)
 print("simulated rig, calibrated at 500 rpm: accuracy of single windows")
-for name, diagnoser in diagnosers.items():
-    verdicts = cross_speed_predict(
-        diagnoser, rig.data, rig.target, groups=groups, cv=cv
-    )
+for name, of_one in verdicts.groupby("estimator", sort=False):
     display = SpeedAccuracyDisplay(
-        verdicts["true"],
-        verdicts["predicted"],
+        of_one["true"],
+        of_one["predicted"],
         train_rpm=500,
-        test_rpm=rig.rpm[verdicts["window"]],
+        test_rpm=of_one["rpm"],
         name=name,
     ).plot(ax=ax)
     scores = zip(display.test_rpm, display.accuracy[0], strict=True)

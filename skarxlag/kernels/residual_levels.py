@@ -17,7 +17,6 @@ from .observer import (
     observe_block,
 )
 from .scaling import root_mean_square
-from .spectra import cepstrum
 
 #: Share of a window over which the switching gain is averaged, at its end, once it has
 #: settled.
@@ -149,32 +148,3 @@ def _fill_power_levels(innovations, loop, histories, levels):
                 carry_loop(histories, min(TILE, n_samples - start))
             for lane in range(min(LANES, n_windows - w)):
                 levels[w + lane, c] = math.sqrt(histories[POWER, lane] / n_samples)
-
-
-def cepstral_norm(log_spectra: Array, exponent: float) -> Array:
-    r"""Compute the weighted cepstral norm :math:`\sum_{n \ge 1} n^p d_n^2` of log spectra.
-
-    Here :math:`d_n` are the cosine coefficients over frequency. Coefficient 0, which is
-    the gain, is excluded. With p = 1, the norm is Martin's metric between
-    autoregressive models (Martin 2000).
-
-    Parameters
-    ----------
-    log_spectra : ndarray of shape (n_signals, n_frequencies)
-        Log spectra at the midpoints of equal cells.
-    exponent : float
-        The exponent p, at least 0.
-
-    Returns
-    -------
-    ndarray of shape (n_signals,)
-        The norm; 0 for a white spectrum, whatever its power.
-
-    Examples
-    --------
-    >>> cepstral_norm(np.full((1, 8), 3.0), exponent=0.5).round(12)
-    array([0.])
-    """
-    coefficients = cepstrum(log_spectra)
-    weights = np.arange(1.0, coefficients.shape[1] + 1) ** exponent
-    return np.sum(weights * coefficients**2, axis=1)

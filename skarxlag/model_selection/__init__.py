@@ -1,6 +1,5 @@
 """Cross-validation across shaft speeds and specimens, and the evaluation of all protocols."""
 
-from .cross_speed import cross_speed_predict
 from .evaluation import evaluate, evaluation_summary
 from .groups import first_and_second_half
 from .protocols import PROTOCOLS, Split, protocol_splits
@@ -14,7 +13,6 @@ __all__ = [
     "SpeedScorer",
     "SpeedSplit",
     "Split",
-    "cross_speed_predict",
     "evaluate",
     "evaluation_summary",
     "first_and_second_half",

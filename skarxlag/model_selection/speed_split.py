@@ -21,8 +21,7 @@ class SpeedSplit(GroupSplitter):
     """Splitter that trains at one speed and tests at another.
 
     It works in `cross_validate`, in `GridSearchCV`, and in one of these inside another
-    one. Use `cross_speed_predict` instead for the predictions themselves, such as for a
-    confusion matrix.
+    one. `evaluate` returns the predictions themselves.
 
     Parameters
     ----------
@@ -42,7 +41,7 @@ class SpeedSplit(GroupSplitter):
 
     See Also
     --------
-    cross_speed_predict : Predictions at all test speeds.
+    skarxlag.model_selection.evaluate : Predictions of all splits.
 
     Notes
     -----

@@ -28,8 +28,9 @@ from ..distances.comparison import SpectralDistance
 from ..kernels import observer, residual_levels
 from ..kernels.lanes import LANES
 from ..kernels.observer_bank import bank_levels, member_gains
-from .residual_evaluations import RESIDUAL_EVALUATIONS
 
+#: Residuals of a single observer.
+EVALUATIONS = ["power", "switching_gain"]
 #: Constants of the comparison of a bank.
 _DRIFT = {"smooth_drift": 0.1, "rough_drift": 0.005}
 #: Bounds of the nonlinearity that are tried in turn, as shares of the range in which a
@@ -52,7 +53,6 @@ class Observer(SignalEstimator, TransformerMixin, BaseEstimator):
     evaluation: str = "power"
     sliding_slope: float = 10.0
     boundary_layer: float = 0.0
-    spectrum_order: int = 64
     n_jobs: int | None = None
 
     #: Metadata routing passes these without `set_fit_request` and
@@ -196,7 +196,13 @@ class Observer(SignalEstimator, TransformerMixin, BaseEstimator):
 
     def _levels(self, innovations):
         rows = np.require(innovations, dtype=np.float64, requirements=["C", "W"])
-        return RESIDUAL_EVALUATIONS[self.evaluation].levels(rows, self)
+        if self.evaluation == "power":
+            return residual_levels.power_levels(rows, self._loop())
+        error = observer.observe(rows, self._loop())[0]
+        surface = residual_levels.sliding_surface(error, self.sliding_slope)
+        surface = surface.reshape(-1, surface.shape[-1])
+        gain = residual_levels.switching_gain(surface, self.adaptation_step)
+        return residual_levels.settled_level(gain).reshape(error.shape[:2])
 
     def _groups(self, innovations):
         mean = np.mean(innovations, axis=1, dtype=np.float64)
@@ -322,12 +328,10 @@ class Observer(SignalEstimator, TransformerMixin, BaseEstimator):
         check_real(self.ki, "ki", min_val=0)
         check_count(self.n_observers, "n_observers")
         check_real(self.adaptation_step, "adaptation_step", **UP_TO_1)
-        names = [*RESIDUAL_EVALUATIONS]
-        is_name = str(self.evaluation) in names
-        expect(is_name, "evaluation", self.evaluation, f"one of {names}")
+        is_name = str(self.evaluation) in EVALUATIONS
+        expect(is_name, "evaluation", self.evaluation, f"one of {EVALUATIONS}")
         check_real(self.sliding_slope, "sliding_slope", min_val=0)
         check_real(self.boundary_layer, "boundary_layer", min_val=0)
-        check_count(self.spectrum_order, "spectrum_order")
 
     def _check_fitted(self):
         super()._check_fitted()

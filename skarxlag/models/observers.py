@@ -70,21 +70,16 @@ class ExtendedStatePIObserver(Observer):
         Number M of observers, at least 1.
     adaptation_step : float, default=0.05
         Step s of the logarithm of the switching gain per sample, in (0, 1].
-    evaluation : {"power", "switching_gain", "whiteness"}, default="switching_gain"
+    evaluation : {"power", "switching_gain"}, default="switching_gain"
         Residual of a single observer, computed from its error e. "power": the root mean
         square of e. "switching_gain": the adapted gain of the sliding-mode residual,
-        which settles at the median size of the surface. "whiteness": the weighted
-        cepstral norm of the log spectrum of e, that is its distance from white noise of
-        any power (Mehra and Peschon 1971). The observer's own response is removed.
+        which settles at the median size of the surface.
     sliding_slope : float, default=10.0
         Slope :math:`\lambda` of the surface of a single observer, :math:`S = \lambda e
         + (e(k) - e(k-1))`, at least 0.
     boundary_layer : float, default=0.0
         Half-width of the boundary layer in units of the switching gain, at least 0. It
         affects the residual that `observe` returns, and nothing else.
-    spectrum_order : int, default=64
-        Order of the autoregressive model whose log spectrum is used for "whiteness", at
-        least 1.
     n_jobs : int or None, default=None
         Number of threads. Results do not depend on it.
 
@@ -180,13 +175,11 @@ class PIObserver(Observer):
         Number of observers, at least 1.
     adaptation_step : float, default=0.05
         As in `ExtendedStatePIObserver`.
-    evaluation : {"power", "switching_gain", "whiteness"}, default="power"
+    evaluation : {"power", "switching_gain"}, default="power"
         As in `ExtendedStatePIObserver`.
     sliding_slope : float, default=10.0
         As in `ExtendedStatePIObserver`.
     boundary_layer : float, default=0.0
-        As in `ExtendedStatePIObserver`.
-    spectrum_order : int, default=64
         As in `ExtendedStatePIObserver`.
     n_jobs : int or None, default=None
         Number of threads. Results do not depend on it.

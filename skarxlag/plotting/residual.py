@@ -13,10 +13,12 @@ from sklearn.pipeline import Pipeline
 from ..core.capabilities import offers
 from ..core.state import expect
 from ..kernels.ladder import log_level
-from ..models.residual_evaluations import RESIDUAL_EVALUATIONS
 from ._fitted import chosen_model, known_conditions, ordered_conditions
 from ._style import Axes, color_of, ink, legend_beside
 from ._thresholds import ThresholdDisplay, isolation_thresholds
+
+#: Trajectory of `Observer.observe` whose size a residual evaluation measures.
+_TRAJECTORIES = {"power": "error", "switching_gain": "residual"}
 
 
 @dataclass(repr=False, eq=False)
@@ -128,9 +130,8 @@ class ResidualDisplay(ThresholdDisplay):
         Raises
         ------
         ValueError
-            If the estimator has no observer or no model of the condition `model`, or if
-            its residual evaluation does not measure the size of a trajectory
-            ("whiteness").
+            If the estimator has no observer, a bank of observers, or no model of the
+            condition `model`.
         """
         observer = estimator[-2]
         decide = estimator[-1]
@@ -138,14 +139,6 @@ class ResidualDisplay(ThresholdDisplay):
         expect(is_observer, "Step before the decision", observer, "an observer")
         n_observers = observer.n_observers
         expect(n_observers == 1, "n_observers", n_observers, "1 for each model")
-        trajectories = {
-            name: evaluation.trajectory
-            for name, evaluation in RESIDUAL_EVALUATIONS.items()
-            if evaluation.trajectory
-        }
-        evaluation = observer.evaluation
-        expected = f"one of {list(trajectories)}"
-        expect(evaluation in trajectories, "evaluation", evaluation, expected)
         position, names = chosen_model(estimator, model)
         name = names[position]
         innovations = estimator[:-2].transform(np.asarray(window)[np.newaxis])
@@ -158,7 +151,7 @@ class ResidualDisplay(ThresholdDisplay):
             # residuals.
             gamma = gamma if name == str(fitted[0]) else None
             deltas = {name: deltas[name] * float(np.exp(log_level(levels).mean()))}
-        trajectory = observer.observe(innovations)[trajectories[evaluation]]
+        trajectory = observer.observe(innovations)[_TRAJECTORIES[observer.evaluation]]
         return cls(
             trajectory[0, position],
             level=float(levels[position]),

@@ -21,7 +21,7 @@ class SpeedAccuracyDisplay(AxesDisplay):
     Parameters
     ----------
     y_true, y_pred : array-like of shape (n_verdicts,)
-        True and predicted conditions, for example those of `cross_speed_predict`.
+        True and predicted conditions, for example those of `evaluate`.
     train_rpm, test_rpm : array-like of shape (n_verdicts,), or float
         Calibration speed and test speed of each verdict, in revolutions per minute.
     name : str or None, default=None

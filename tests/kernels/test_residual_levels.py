@@ -6,7 +6,6 @@ from skarxlag.kernels.lanes import LANES, TILE
 from skarxlag.kernels.observer import observe
 from skarxlag.kernels.residual_levels import (
     adapt_switching_gain,
-    cepstral_norm,
     power_levels,
     settled_level,
     sliding_surface,
@@ -73,22 +72,6 @@ def test_settled_level_is_the_geometric_mean_of_the_last_half():
     rising = np.arange(1.0, 101.0)
     expected = np.exp(np.mean(np.log(rising[50:])))
     assert_allclose(settled_level(rising[np.newaxis]), expected)
-
-
-@pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0])
-@pytest.mark.parametrize("n_frequencies", [1, 2, 7, 16])
-def test_cepstral_norm_is_the_weighted_sum_over_a_literal_dct(exponent, n_frequencies):
-    spectrum = np.random.default_rng(0).normal(size=(3, n_frequencies))
-    expected = np.zeros(3)
-    for row in range(3):
-        for n in range(1, n_frequencies):
-            total = 0.0
-            for m in range(n_frequencies):
-                total += spectrum[row, m] * np.cos(
-                    np.pi * n * (m + 0.5) / n_frequencies
-                )
-            expected[row] += n**exponent * (2 / n_frequencies * total) ** 2
-    assert_allclose(cepstral_norm(spectrum, exponent), expected, atol=1e-12)
 
 
 def test_switching_gain_by_hand():

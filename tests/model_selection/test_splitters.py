@@ -2,7 +2,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import sklearn
-from joblib import parallel_config
 from sklearn.base import clone
 from sklearn.model_selection import GridSearchCV, cross_validate
 
@@ -10,8 +9,6 @@ from skarxlag import (
     SpecimenSplit,
     SpeedSplit,
     ThresholdLadder,
-    cross_speed_predict,
-    make_diagnoser,
 )
 from skarxlag.model_selection import first_and_second_half
 
@@ -143,39 +140,6 @@ def test_splitter_within_a_search_within_a_cross_validation(routing):
     with sklearn.config_context(enable_metadata_routing=routing):
         scores = cross_validate(search, LEVELS, LABELS, **settings)
     assert len(scores["test_score"]) == 3 and scores["test_score"].min() > 0.5
-
-
-def test_predictions_are_those_of_the_estimator_of_each_split():
-    arguments = {"y": LABELS, "groups": SPEED}
-    table = cross_speed_predict(ThresholdLadder(), LEVELS, **arguments)
-    assert (table["true"] == table["predicted"]).mean() > 0.8
-    splits = speed_splits(SPEED)
-    for (train, test), (_, rows) in zip(splits, table.groupby("split"), strict=True):
-        assert rows["window"].tolist() == test.tolist()
-        assert rows["true"].tolist() == LABELS[test].tolist()
-        fitted = ThresholdLadder().fit(LEVELS[train], LABELS[train])
-        assert rows["predicted"].tolist() == fitted.predict(LEVELS[test]).tolist()
-    X = pd.DataFrame(LEVELS, columns=["r"])
-    with parallel_config(backend="threading"):
-        of_table = cross_speed_predict(ThresholdLadder(), X, **arguments, n_jobs=2)
-    pd.testing.assert_frame_equal(of_table, table)
-
-
-def test_each_method_gets_the_metadata_that_it_requests():
-    X = np.random.default_rng(0).normal(size=(60, 200)) * LEVELS
-    cv = SpeedSplit(train_rpm=300)
-    metadata = {"rpm": SPEED, "sample_weight": np.where(RUN % 4 < 2, 1.0, 0.0)}
-    arguments = {"y": LABELS, "groups": SPEED, "cv": cv}
-    table = cross_speed_predict(make_diagnoser(), X, **arguments, params=metadata)
-    for train, test in cv.split(None, groups=SPEED):
-        of_fit = {name: values[train] for name, values in metadata.items()}
-        fitted = make_diagnoser().fit(X[train], LABELS[train], **of_fit)
-        predicted = table["predicted"][table["window"].isin(test)].tolist()
-        assert predicted == fitted.predict(X[test], rpm=SPEED[test]).tolist()
-    with pytest.raises(TypeError, match="load"):
-        cross_speed_predict(
-            ThresholdLadder(), LEVELS, **arguments, params={"load": SPEED}
-        )
 
 
 @pytest.mark.parametrize(

@@ -1,12 +1,8 @@
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from sklearn.pipeline import make_pipeline
 
 from skarxlag import (
-    ARXLaguerre,
-    PIObserver,
-    ThresholdLadder,
     make_alpio,
     make_diagnoser,
 )
@@ -122,11 +118,3 @@ def test_what_cannot_be_shown_is_refused(bank, rig):
     message = r"conditions == .*'a', 'a'.* each condition once"
     with pytest.raises(ValueError, match=message):
         ResidualDisplay([1.0], conditions=["a", "a"])
-
-
-def test_whiteness_has_no_trajectory(rig):
-    white = make_pipeline(
-        ARXLaguerre(), PIObserver(evaluation="whiteness"), ThresholdLadder()
-    )
-    with pytest.raises(ValueError, match="evaluation == 'whiteness'"):
-        DRAW(white.fit(rig.X, rig.y), rig.X[0])

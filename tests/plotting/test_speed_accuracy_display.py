@@ -1,7 +1,5 @@
 import numpy as np
-from sklearn.dummy import DummyClassifier
 
-from skarxlag import cross_speed_predict
 from skarxlag.plotting import SpeedAccuracyDisplay
 
 from .conftest import COLORS
@@ -19,16 +17,6 @@ def test_accuracy_of_speed_pairs_from_predictions(ax):
     assert hollow.get_markerfacecolor() == ax.get_facecolor()
     assert hollow.get_color() == line.get_color()
     assert line.get_label() == "calibrated at 300 rpm"
-
-
-def test_verdicts_across_speeds_are_those_of_cross_speed_predict(ax, rig):
-    verdicts = cross_speed_predict(DummyClassifier(), rig.X, rig.y, groups=rig.rpm)
-    test_rpm = rig.rpm[verdicts["window"]]
-    train_rpm = np.where(test_rpm == 300, 500, 300)
-    display = SpeedAccuracyDisplay(
-        verdicts["true"], verdicts["predicted"], train_rpm=train_rpm, test_rpm=test_rpm
-    ).plot(ax=ax)
-    np.testing.assert_array_equal(display.accuracy, [[np.nan, 0.5], [0.5, np.nan]])
 
 
 def test_lines_of_several_displays_on_one_axes_differ(ax):
