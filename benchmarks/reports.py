@@ -278,8 +278,9 @@ def orders_named(lines):
         parts += [f"**{title}**", markdown(pd.DataFrame(rows))]
     return (
         "Right names of all recordings, by location, with the limits of `make_fault_order_"
-        "classifier`. No fault was recorded. A fault without a name is called healthy or not "
-        "identifiable.\n\n" + "\n\n".join(parts)
+        "classifier`. No fault was recorded. A fault without a name has the verdict \"no fault "
+        "pattern found\" or \"not identifiable\", and so has a healthy recording.\n\n"
+        + "\n\n".join(parts)
     )
 
 

@@ -16,7 +16,6 @@ from ..kernels.fault_orders import (
     N_MULTIPLES,
     N_ORDERS,
     ORDER_STEP,
-    Comb,
     at_true_speed,
     fault_comb,
     no_fault_lines,
@@ -158,7 +157,7 @@ class CombSearch:
         contrast : ndarray of shape (4001,)
             Over orders of the true speed.
         n_revolutions : float
-            Revolutions of the bearing's shaft in a row; NaN: nothing is matched.
+            Revolutions of the bearing's shaft in a row; NaN if there is no contrast.
         rpm : float
             True speed of the shaft whose speed is given.
 
@@ -169,18 +168,13 @@ class CombSearch:
             "other_scores" of the strongest other comb; "shaft_scores", the mean
             contrast at the first multiples of the shaft, or of half of it.
         """
-        n_bearings = len(self.orders)
-        if np.isnan(n_revolutions):
-            nothing = Comb(np.zeros(len(FAULTS)), np.ones(len(FAULTS)), np.nan, 0.0)
-            found = [nothing] * n_bearings
-        else:
-            # Rectifiers and magnetic forces have twice the frequency of the mains.
-            mains = [120 * mains / (rpm * self.gear_ratio) for mains in MAINS]
-            masked = no_fault_lines(mains)
-            found = [
-                fault_comb(contrast, impacts, self.slip, n_revolutions, masked)
-                for impacts in self.impacts
-            ]
+        # Rectifiers and magnetic forces have twice the frequency of the mains.
+        mains = [120 * mains / (rpm * self.gear_ratio) for mains in MAINS]
+        masked = no_fault_lines(mains)
+        found = [
+            fault_comb(contrast, impacts, self.slip, n_revolutions, masked)
+            for impacts in self.impacts
+        ]
         scores = np.array([comb.scores for comb in found])
         factors = np.array([comb.factors for comb in found])
         best = scores.argmax(axis=0)

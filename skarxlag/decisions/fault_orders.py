@@ -365,6 +365,7 @@ class FaultOrderClassifier(SignalClassifier):
         rpm: float,
         evidence: NDArray[Any] | None = None,
         n_joined: float = 1.0,
+        bearing: BearingLike | None = None,
     ) -> Bunch:
         """Diagnose the mean contrast of several rows of a machine.
 
@@ -387,18 +388,21 @@ class FaultOrderClassifier(SignalClassifier):
             `conditions`, and not used without them.
         n_joined : float, default=1.0
             Number of rows of `evidence`, or the sum of their weights, above 0.
+        bearing : BearingLike or None, default=None
+            As in `diagnose`.
 
         Returns
         -------
         Bunch
             As `diagnose` returns it, for one row, without ``contrasts``.
         """
-        matches = self._search().match_gathered(contrast, self.window_shape_[-1], rpm)
+        n_samples = self.window_shape_[-1]
+        matches = self._search(bearing).match_gathered(contrast, n_samples, rpm)
         if self.conditions_ is None:
-            return self._judge(matches, None, n_rows)
+            return self._judge(matches, None, n_rows, bearing)
         by_spectra = np.asarray(evidence)[: len(self.classes_)]
         learned = self.conditions_.join(by_spectra[np.newaxis], n_joined)
-        return self._judge(matches, learned.log_probability, n_rows)
+        return self._judge(matches, learned.log_probability, n_rows, bearing)
 
     def p_values(
         self, X: ArrayLike, rpm: ArrayLike | None = None, **params: Any

@@ -282,6 +282,14 @@ def test_stronger_impacts_at_no_order_of_the_bearing_are_a_doubt(rows, other, na
     assert joined.probability.max() == pytest.approx(named, abs=0.02)
 
 
+def test_gathered_combs_of_another_bearing(fitted):
+    lines = contrast(outer=3.5)
+    assert fitted.diagnose_gathered(lines, 10, 900.0).named.tolist() == ["outer"]
+    other = fitted.diagnose_gathered(lines, 10, 900.0, bearing="6203")
+    assert other.named.tolist() == [NO_FINDING]
+    assert "at 3.58 orders, which is no order of this bearing" in other.evidence[0]
+
+
 def test_several_bearings(rows):
     fitted = classifier(bearing=["6203", GEOMETRY]).fit(rows)
     assert fitted.orders_.shape == (2, 4)
