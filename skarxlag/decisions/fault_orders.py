@@ -127,10 +127,10 @@ class FaultOrderClassifier(SignalClassifier):
         is given, above 0.
     false_alarm_rate : float, default=0.02
         Share in (0, 1) of healthy rows that may be named faulty.
-    wrong_name_rate : float, default=0.02
-        Share in (0, 0.5) of wrong locations among the rows that are named. `diagnose`
-        names a row "not identifiable" if the odds of the two best locations are smaller:
-        closer than .49 nepers with the default.
+    wrong_name_rate : float, default=0.1
+        Largest probability in (0, 0.5) that, of the two best locations, the second is
+        right. `diagnose` names a row "not identifiable" if it is larger: with the
+        default, if their scores are closer than .27 nepers.
     speed_tolerance : float, default=0.12
         Largest logarithm of the true speed over the nominal speed, in [0, 0.3]. The
         true speed is found by the lines of the shaft.
@@ -204,7 +204,7 @@ class FaultOrderClassifier(SignalClassifier):
     conditions: Any = None
     gear_ratio: float = 1.0
     false_alarm_rate: float = 0.02
-    wrong_name_rate: float = 0.02
+    wrong_name_rate: float = 0.1
     speed_tolerance: float = 0.12
     slip: float = 0.02
     speed_range: tuple[float, float] | None = None
