@@ -278,8 +278,8 @@ def orders_named(lines):
         parts += [f"**{title}**", markdown(pd.DataFrame(rows))]
     return (
         "Right names of all recordings, by location, with the limits of `make_fault_order_"
-        "classifier`. No fault was recorded. A fault without a name has the verdict \"no fault "
-        "pattern found\" or \"not identifiable\", and so has a healthy recording.\n\n"
+        'classifier`. No fault was recorded. A fault without a name has the verdict "no fault '
+        'pattern found" or "not identifiable", and so has a healthy recording.\n\n'
         + "\n\n".join(parts)
     )
 
