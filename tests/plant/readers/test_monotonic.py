@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skarxlag import load_recordings, make_diagnoser, recording_verdicts, signal_quality
+from skarxlag import load_recordings, signal_quality
 from skarxlag.plant.readers.entries import refuse_one_way
 
 RNG = np.random.default_rng(0)
@@ -77,11 +77,3 @@ def test_an_input_may_rise(tmp_path):
     found = load_recordings(tmp_path, window_length=100, channel=["acc", "torque"])
     assert found.data.shape == (12, 2, 100)
     assert set(signal_quality(found.data)) == {"good"}
-
-
-def test_windows_of_times_get_no_verdict():
-    X = RNG.normal(size=(40, 400))
-    X[20:] = X[20:].cumsum(axis=1)
-    diagnoser = make_diagnoser(healthy="good").fit(X, np.repeat(["good", "worn"], 20))
-    found = recording_verdicts(diagnoser, TIME.reshape(3, 400), ["run"] * 3)
-    assert found["verdict"].tolist() == ["no signal"]

@@ -98,9 +98,12 @@ def _contents_of(file):
 
 def _rows_as_channels(block):
     """Return the channels of a text that has a line for each of them."""
-    columns = block.columns(block.layout.names)
-    arrays = NamedArrays(lambda _: np.stack(columns))
-    arrays.add("", (len(columns), len(columns[0])))
+    block.check_fields()
+    signs = block.layout.decimal, block.layout.thousands
+    rows = [[number(text, *signs) for text in fields] for _, fields in block.rows()]
+    samples = np.array(rows)
+    arrays = NamedArrays(lambda _: samples)
+    arrays.add("", samples.shape)
     return arrays.contents()
 
 
@@ -187,23 +190,24 @@ class _Block:
             except pd.errors.EmptyDataError:
                 return pd.DataFrame(columns=layout.names, dtype=float)
             except (pd.errors.ParserError, pd.errors.ParserWarning) as error:
-                self._check_fields()
+                self.check_fields()
                 raise DamagedError("the lines are no csv") from error
         # pandas fills a short row at its end, which may shift its values.
         if frame[layout.names[layout.n_fields - 1]].isna().any():
-            self._check_fields()
+            self.check_fields()
         return frame
 
-    def _rows(self):
+    def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Yield the number and the fields of each line of samples."""
         for n_before, fields in split_rows(self._lines, self.layout.separator):
             if fields or not self.layout.skips_blank:
                 yield self._n_before + n_before + 1, fields
 
-    def _check_fields(self):
+    def check_fields(self) -> None:
+        """Refuse a row that lacks a field, or has more than the others."""
         names = self.layout.names
         n_fields = self.layout.n_fields
-        for line, fields in self._rows():
+        for line, fields in self.rows():
             if any(fields[len(names) :]) or len(fields) < n_fields > 1:
                 raise ContentError(
                     f"line {line} has {len(fields)} fields, expected {n_fields}; "
@@ -247,7 +251,7 @@ class _Block:
 
     def _refuse(self, row, name):
         """Raise an error that quotes a field and its line."""
-        line, fields = next(islice(self._rows(), int(row), None))
+        line, fields = next(islice(self.rows(), int(row), None))
         text = fields[self.layout.names.index(name)]
         problem = f"{text!r:.80} in column {name!r} is no number"
         if is_ambiguous(text):
