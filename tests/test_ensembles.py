@@ -7,6 +7,7 @@ from sklearn.ensemble import BaggingClassifier
 from sklearn.preprocessing import FunctionTransformer
 
 from skarxlag import DiagnosisPipeline, make_diagnoser
+from skarxlag.core.capabilities import capabilities
 
 Y = np.repeat(["good", "worn"], 30)
 
@@ -71,3 +72,11 @@ def test_diagnosers_of_rows_and_of_windows_agree_to_the_last_bit():
     np.testing.assert_array_equal(
         of_rows[1:].predict_proba(X), of_windows.predict_proba(X)
     )
+
+
+def test_the_healthy_condition_of_an_ensemble_is_its_number():
+    X = two_channels()[:, 0]
+    with pytest.raises(ValueError, match="number the sorted conditions: pass the num"):
+        BaggingClassifier(make_diagnoser(healthy="good"), n_estimators=2).fit(X, Y)
+    bag = BaggingClassifier(make_diagnoser(healthy=0), n_estimators=2).fit(X, Y)
+    assert capabilities(bag.estimators_[0]).healthy == 0

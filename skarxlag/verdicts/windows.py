@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Self
 
@@ -104,11 +103,3 @@ class WindowResults:
         """Return a row for each window, as `window_verdicts` does."""
         table = pd.DataFrame(self.columns)
         return table if table["alarm"].isna().any() else table.astype({"alarm": bool})
-
-
-def joined_tables(
-    parts: Sequence[WindowResults],
-) -> tuple[pd.DataFrame, NDArray[Any]]:
-    """Return the table and the evidence of the windows of several blocks."""
-    table = pd.concat([part.table() for part in parts], ignore_index=True)
-    return table, np.concatenate([part.evidence for part in parts])

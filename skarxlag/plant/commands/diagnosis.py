@@ -16,7 +16,6 @@ from ...core.validation import output_of_windows
 from ...measures.levels import joined_levels, signal_levels
 from ...measures.velocity import velocity_rms
 from ...verdicts.names import no_verdict
-from ...verdicts.windows import joined_tables
 from ..readers.entries import ListedRecording, OpenRecording
 from ..readers.formats.rates import NO_RATE
 from .channels import plain_unit
@@ -154,35 +153,31 @@ def diagnose_recording(
     opened = model.open(recording, resample)
     unit = plain_unit(opened.channels[0][1] or unit or "")
     judge = model.judge
-    starts = []
-    results = []
-    mean_speeds = []
-    levels = []
+    tables = []
+    evidence = []
     velocities = []
     for block in row_blocks(model, opened):
+        output = output_of_windows(block.X)
         if judge is None:
             judge = model.judge_of(block.X[0], block.rpm, opened.sampling_rate)
-        starts.append(block.start)
-        results.append(judge.window_results(block.X, block.rpm))
-        if opened.entry.profile is not None:
-            mean_speeds.append(block.rpm.mean(axis=1))
-        output = output_of_windows(block.X)
-        if not levels:
+        if not tables:
             remark = speed_remark(
                 output.ravel(), opened.sampling_rate, opened.entry.rpm
             )
-        levels.append(signal_levels(output))
+        # Results hold contrasts over orders, which would fill the memory.
+        results = judge.window_results(block.X, block.rpm)
+        evidence.append(results.evidence)
+        table = results.table().assign(**signal_levels(output)._asdict())
+        table.insert(0, "start", block.start)
+        if opened.entry.profile is not None:
+            table.insert(1, "rpm", block.rpm.mean(axis=1))
+        tables.append(table)
         velocities.append(velocity_rms(output.ravel(), opened.sampling_rate, unit))
-    windows, evidence = joined_tables(results)
-    windows.insert(0, "start", np.concatenate(starts))
-    if mean_speeds:
-        windows.insert(1, "rpm", np.concatenate(mean_speeds))
-    for name in ("rms", "peak", "crest_factor"):
-        windows[name] = np.concatenate([getattr(each, name) for each in levels])
+    windows = pd.concat(tables, ignore_index=True)
     reason = why_no_limits(model.facts, recording, model.other_bearing)
     if reason:
         _remove_alarms(windows, reason, model)
-    verdict = judge.recording(windows, evidence)
+    verdict = judge.recording(windows, np.concatenate(evidence))
     if reason and judge.limits.exist:
         verdict["alarm"] = NOT_VALID
     verdict |= _levels_of_recording(windows, velocities, unit)
