@@ -32,12 +32,6 @@ def thresholds(estimator, X, y):
     return np.array([fitted.detection_threshold_])
 
 
-def confidences(estimator, X, y):
-    return estimator.fit(np.abs(X[:, :1]) + y[:, np.newaxis], y).predict_proba(
-        np.abs(X[:, :1])
-    )
-
-
 OBSERVER_EFFECTS = {
     "pole": ({}, 0.8, levels),
     "kp": ({}, 0.7, levels),
@@ -87,11 +81,7 @@ EFFECTS = {
         "rough_drift": ({}, 0.1, distances),
         "frequency_drift": ({}, 1.0, distances),
     },
-    ThresholdLadder: ALARM_EFFECTS
-    | {
-        "healthy": ({}, 1, thresholds),
-        "confidence_scale": ({}, 3.0, confidences),
-    },
+    ThresholdLadder: ALARM_EFFECTS | {"healthy": ({}, 1, thresholds)},
     FaultDetector: {
         "false_alarm_rate": ({}, 0.5, log_p_values),
         "fixed_gain": ({}, True, log_p_values),

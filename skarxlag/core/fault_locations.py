@@ -1,11 +1,12 @@
 """Names of the locations of bearing faults, and the location that a label states."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..kernels.fault_orders import FAULTS
 from .state import expect
+from .validation import warn_user
 
 HEALTHY = "healthy"
 #: Verdict on a row whose comb fits two fault locations nearly as well.
@@ -68,6 +69,37 @@ def stated_locations(label: Any) -> list[str]:
     return [
         location for location, pattern in _NAMES.items() if re.search(pattern, name)
     ]
+
+
+def warn_of_own_locations(
+    conditions: Sequence[Any],
+    locations: Mapping[Any, str | None] | None,
+    evidence: str = "",
+) -> None:
+    """Warn of conditions whose fault location is not known.
+
+    Compound faults, whose names state several locations, are not named.
+
+    Parameters
+    ----------
+    conditions : sequence of label
+        Conditions that count as locations of their own.
+    locations : mapping of label to str or None, or None
+        Stated locations. Conditions in it are not named.
+    evidence : str, default=""
+        Continuation of the sentence on their names.
+    """
+    own = [
+        name
+        for name in conditions
+        if name not in (locations or {}) and len(stated_locations(name)) < 2
+    ]
+    if own:
+        warn_user(
+            f"The names of the conditions {own} state no fault location{evidence}. Each "
+            "counts as a location of its own, which is neither healthy nor a fault of a "
+            f'race or an element. State it, for example locations={{{own[0]!r}: "outer"}}.'
+        )
 
 
 def check_locations(locations: Mapping[Any, str | None] | None) -> None:

@@ -14,7 +14,12 @@ from sklearn.utils import Bunch, column_or_1d
 
 from ..core.batches import batches_of, chosen_rows
 from ..core.capabilities import capabilities, requests, training_speeds
-from ..core.fault_locations import FAULT_LOCATIONS, check_locations
+from ..core.fault_locations import (
+    FAULT_LOCATIONS,
+    HEALTHY,
+    check_locations,
+    warn_of_own_locations,
+)
 from ..core.speeds import log_speeds, with_plausible_speeds
 from ..core.state import expect, uses_fitted
 from ..core.validation import check_rate, weighted_windows
@@ -26,7 +31,6 @@ from .condition_locations import (
     locate_conditions,
     location_answers,
     location_names,
-    warn_of_own_locations,
 )
 from .signal_classifier import SignalClassifier
 
@@ -124,7 +128,7 @@ class ConditionClassifier(SignalClassifier):
     array(['healthy', 'inner'], dtype='<U7')
     >>> found = classifier.diagnose(np.stack([X[39], noise[40]]))
     >>> np.exp(found.log_probability[:, -1]).round(2)  # of an unknown condition
-    array([0.04, 0.2 ])
+    array([0.03, 0.1 ])
     """
 
     residual: Any = None
@@ -139,7 +143,10 @@ class ConditionClassifier(SignalClassifier):
         rows, labels, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         classes, target = np.unique(labels, return_inverse=True)
         located = locate_conditions(classes.tolist(), self.locations, self.healthy)
-        warn_of_own_locations(classes.tolist(), located.numbers, self.locations)
+        # Without a located fault, the conditions need not be of bearings.
+        if (located.numbers < FAULT_LOCATIONS.index(HEALTHY)).any():
+            own = classes[located.numbers >= len(FAULT_LOCATIONS)]
+            warn_of_own_locations(own.tolist(), self.locations)
         healthy = located.healthy_index
         names = _specimens(specimen, rows, len(X))
         residual = clone(self._residual())

@@ -14,9 +14,7 @@ from ..core.fault_locations import (
     HEALTHY,
     expect_condition,
     location_of_label,
-    stated_locations,
 )
-from ..core.validation import warn_user
 
 
 class LocatedConditions(NamedTuple):
@@ -83,40 +81,6 @@ def locate_conditions(
     if healthy is not None:
         healthy_index = conditions.index(healthy)
     return LocatedConditions(location_numbers(names), healthy_index)
-
-
-def warn_of_own_locations(
-    conditions: Sequence[Any],
-    numbers: NDArray[np.int64],
-    locations: Mapping[Any, str | None] | None,
-) -> None:
-    """Warn of conditions whose location is not stated, next to faults whose location is.
-
-    If no label states the location of a fault, the conditions need not be of bearings.
-    Compound faults, whose names state several locations, are locations of their own.
-
-    Parameters
-    ----------
-    conditions : sequence of label
-        Conditions.
-    numbers : ndarray of int of shape (n_conditions,)
-        Numbers of their locations, as in `LocatedConditions`.
-    locations : mapping of label to str or None, or None
-        As in `locate_conditions`. Conditions in it are not named.
-    """
-    is_own = numbers >= len(FAULT_LOCATIONS)
-    own = [
-        name
-        for name, has_own in zip(conditions, is_own, strict=True)
-        if has_own and name not in (locations or {}) and len(stated_locations(name)) < 2
-    ]
-    if not own or not (numbers < FAULT_LOCATIONS.index(HEALTHY)).any():
-        return
-    warn_user(
-        f"The names of the conditions {own} state no fault location. Each counts as a "
-        "location of its own, which is neither healthy nor a fault of a race or an "
-        f'element. State it, for example locations={{{own[0]!r}: "outer"}}.'
-    )
 
 
 def location_numbers(names: Sequence[str | None]) -> NDArray[np.int64]:

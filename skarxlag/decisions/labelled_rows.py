@@ -14,9 +14,8 @@ from ..core.fault_locations import (
     HEALTHY,
     OWN_LOCATION,
     location_of_label,
-    stated_locations,
+    warn_of_own_locations,
 )
-from ..core.validation import warn_user
 
 _HEALTHY = FAULT_LOCATIONS.index(HEALTHY)
 
@@ -98,18 +97,8 @@ def locate_labels(
             for number, location in enumerate(stated)
         ]
     )
-    own = [
-        name
-        for name in names[indices == OWN_LOCATION].tolist()
-        if name not in (locations or {}) and len(stated_locations(name)) < 2
-    ]
-    if own:
-        warn_user(
-            f"The names of the conditions {own} state no fault location, and their rows "
-            "show no comb. They count as locations of their own, which are neither "
-            "healthy nor a fault of the bearing. State them, for example "
-            f'locations={{{own[0]!r}: "healthy"}}.'
-        )
+    own = names[indices == OWN_LOCATION].tolist()
+    warn_of_own_locations(own, locations, ", and their rows show no comb")
     return LabelLocations(names, indices, indices[index] == _HEALTHY)
 
 

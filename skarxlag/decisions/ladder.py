@@ -13,19 +13,15 @@ from sklearn.utils.validation import validate_data
 
 from ..core.base import DocumentedEstimator
 from ..core.fault_locations import HEALTHY, expect_condition, location_of_label
-from ..core.speeds import log_speeds
 from ..core.state import CheckedEstimator, expect, uses_fitted
 from ..core.validation import (
-    ABOVE_0,
     check_labels,
     check_rate,
-    check_real,
     is_plain,
     weighted_windows,
 )
 from ..kernels import ladder
 from ..kernels.scaling import root_mean_square
-from ..kernels.speed_references import group_speeds
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -56,11 +52,6 @@ class ThresholdLadder(
         The healthy condition. None: the one of lowest median level.
     false_alarm_rate : float, default=0.01
         Share in (0, 1) of healthy windows that may exceed :math:`\Gamma`.
-    confidence_scale : float, pair of float or None, default=None
-        Factor :math:`\beta` on the scores in `predict_proba`, above 0. Of a pair, the
-        first number is used if the windows of `fit` have one speed or no stated speed,
-        and the second if they have several speeds. None: the factor is fitted on the
-        training windows with smoothed targets, which keeps probabilities modest.
 
     Attributes
     ----------
@@ -78,7 +69,8 @@ class ThresholdLadder(
     healthy_index_ : int
         Index of the healthy condition in `classes_`.
     confidence_scale_ : float
-        Factor :math:`\beta` on the scores in `predict_proba`.
+        Factor :math:`\beta` on the scores in `predict_proba`. It is fitted on the
+        training windows with smoothed targets, which keeps probabilities modest.
     n_features_in_ : int
         Number of residuals.
     feature_names_in_ : ndarray of str
@@ -104,10 +96,9 @@ class ThresholdLadder(
 
     healthy: Any = None
     false_alarm_rate: float = 0.01
-    confidence_scale: float | tuple[float, float] | None = None
 
     #: Metadata routing passes these without `set_fit_request` and its siblings.
-    __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
+    __metadata_request__fit: ClassVar = {"sample_weight": True}
     __metadata_request__score: ClassVar = {"sample_weight": True}
 
     def fit(
@@ -115,7 +106,6 @@ class ThresholdLadder(
         X: ArrayLike,
         y: ArrayLike,
         sample_weight: ArrayLike | None = None,
-        rpm: ArrayLike | None = None,
     ) -> Self:
         """Calibrate the thresholds.
 
@@ -127,9 +117,6 @@ class ThresholdLadder(
             Condition of each window.
         sample_weight : array-like of shape (n_windows,) or None, default=None
             Number of windows that each row stands for, at least 0. None: one.
-        rpm : float, array-like of shape (n_windows,) or (n_windows, n_samples), default=None
-            Speed of each window in revolutions per minute. It selects from a pair of
-            confidence scales. None: the speeds are not known.
 
         Returns
         -------
@@ -145,7 +132,6 @@ class ThresholdLadder(
         check_labels(y)
         X, y = validate_data(self, X, y, dtype=[np.float64, np.float32])
         check_classification_targets(y)
-        log_speed = log_speeds(rpm, len(X))
         X, y, weights = weighted_windows(np.abs(X), y, sample_weight)
         self._check_parameters()
         classes, target = np.unique(y, return_inverse=True)
@@ -181,12 +167,9 @@ class ThresholdLadder(
                 thresholds[0] = self.detection_threshold_
                 thresholds = np.maximum.accumulate(thresholds)
         self.isolation_thresholds_: NDArray[Any] = np.array(thresholds)
-        if self.confidence_scale is None:
-            scale = ladder.confidence_scale(self._scores(X), target, weights)
-        else:
-            has_speeds = log_speed is not None and len(group_speeds(log_speed)[0]) > 1
-            scale = np.broadcast_to(self.confidence_scale, 2)[int(has_speeds)]
-        self.confidence_scale_: float = float(scale)
+        self.confidence_scale_: float = ladder.confidence_scale(
+            self._scores(X), target, weights
+        )
         return self
 
     def _is_bank(self):
@@ -317,12 +300,6 @@ class ThresholdLadder(
 
     def _check_parameters(self):
         check_rate(self.false_alarm_rate, "false_alarm_rate")
-        scale = self.confidence_scale
-        scales = scale if isinstance(scale, tuple | list) else [scale] * 2
-        expect(len(scales) == 2, "confidence_scale", scale, "a number above 0, or two")
-        if scale is not None:
-            for factor in scales:
-                check_real(factor, "confidence_scale", **ABOVE_0)
 
     def _check_fitted(self):
         super()._check_fitted()

@@ -238,11 +238,6 @@ def test_healthy_windows_alone_calibrate_gamma():
         ("false_alarm_rate", np.nan, "false_alarm_rate"),
         ("healthy", 3, "healthy == 3"),
         ("healthy", "absent", r"healthy == 'absent'.*\['ball', 'inner', 'normal'\]"),
-        ("confidence_scale", 0.0, "confidence_scale"),
-        ("confidence_scale", (1.0,), "confidence_scale"),
-        ("confidence_scale", (1.0, 2.0, 3.0), "confidence_scale"),
-        ("confidence_scale", (1.0, 0.0), "confidence_scale"),
-        ("confidence_scale", (1.0, np.inf), "confidence_scale"),
     ],
 )
 def test_bad_parameters_are_named(name, value, message):
@@ -253,24 +248,6 @@ def test_bad_parameters_are_named(name, value, message):
 def test_labels_that_mix_texts_and_numbers_are_refused_by_name():
     with pytest.raises(ValueError, match=r"y == .* all texts or all numbers"):
         ThresholdLadder().fit([[1.0], [2.0]], ["a", 2])
-
-
-def test_a_given_confidence_scale_is_the_exponent_of_the_residuals():
-    X = np.array([[1.0, 2.0, 4.0], [3.0, 1.0, 1.1], [2.0, 2.0, 1.0]])
-    ladder = ThresholdLadder(confidence_scale=3.0).fit(X, ["a", "b", "c"])
-    expected = X**-3.0 / np.sum(X**-3.0, axis=1, keepdims=True)
-    np.testing.assert_allclose(ladder.predict_proba(X), expected)
-
-
-@pytest.mark.parametrize(
-    ("rpm", "scale"),
-    [(None, 2.0), (900, 2.0), ([900, 910, 905], 2.0), ([900, 900, 1200], 5.0)],
-)
-def test_a_pair_of_confidence_scales_is_for_one_speed_and_for_several(rpm, scale):
-    ladder = ThresholdLadder(confidence_scale=(2.0, 5.0)).fit(
-        np.eye(3) + 1, list("abc"), rpm=rpm
-    )
-    assert ladder.confidence_scale_ == scale
 
 
 def test_default_rate_is_one_percent():
