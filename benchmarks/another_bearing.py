@@ -25,9 +25,12 @@ LOCATIONS = np.array(["ball", "healthy", "inner", "outer"])
 _NOISE_ROWS = 20
 
 
-def folds(rig, most_settings=2):
-    """Yield the number of each fold, its setting, training rows, and test rows by protocol."""
-    rows = rows_of(rig, int(rig.sampling_rate))
+def folds(rig, most_settings=2, length=None):
+    """Yield the number of each fold, its setting, training rows, and test rows by protocol.
+
+    Rows have `length` samples, by default a second.
+    """
+    rows = rows_of(rig, length or int(rig.sampling_rate))
     specimens = {
         location: np.unique(rows.specimen[rows.location == location])
         for location in np.unique(rows.location)

@@ -243,6 +243,24 @@ def bearing_variants(lines):
     )
 
 
+def recorded_prior(lines):
+    """Tabulate what each prior of a recorded bearing states on it, and elsewhere."""
+    kinds = {"same": bearing.SAME, "another": "another", "noise": "white"}
+    shown = ["stated on average", "right", "stated >= .9", "of these right"]
+    parts = []
+    for kind, beginning in kinds.items():
+        chosen = lines[lines["protocol"].str.startswith(beginning)]
+        table = calibrated(chosen, ["length", "prior"]).set_index(["length", "prior"])
+        # No name of noise is right.
+        columns = shown[2:3] if kind == "noise" else shown[2 * (kind == "another") :]
+        parts.append(table[columns].add_prefix(f"{kind}: "))
+    return (
+        "Probabilities of `make_diagnoser` without a bearing, by `recorded_prior`: all rows of the "
+        "same bearing at other speeds, of another bearing, and of noise.\n\n"
+        f"{markdown(pd.concat(parts, axis=1).reset_index())}"
+    )
+
+
 def bearing_noise(lines):
     """Count noise and rows of other machines that are stated as a known location."""
     total = lines.groupby(["method", "rows of"], sort=False)[["rows", "stated"]].sum()

@@ -31,6 +31,7 @@ from benchmarks import (
     listings,
     published,
     quality,
+    recorded_prior,
     reports,
     runs_to_failure,
     speed,
@@ -136,6 +137,11 @@ TABLES = {
         another_bearing.noise_lines,
         {f"{_BEARING} noise": reports.bearing_noise},
         ({"rigs": ["CWRU fan end"]},),
+    ),
+    "recorded_prior": Table(
+        recorded_prior.lines,
+        {f"{_BEARING} prior": reports.recorded_prior},
+        ({"rigs": ["CWRU fan end"], "lengths": ["4800"]},),
     ),
     "fault_orders": Table(
         fault_orders.lines,

@@ -95,7 +95,8 @@ class ConditionClassifier(SignalClassifier):
     detection_threshold_ : float
         Limit of the residual of the healthy condition; 0 if there is none. It is that of
         healthy rows that were left out: of one specimen at a time if `fit` had several
-        healthy ones, otherwise of half the rows of each condition and speed.
+        healthy ones, otherwise of half the rows of each condition and speed. So of two
+        recordings of one speed, one after the other, each is left out.
     n_healthy_ : int
         Number of rows of the healthy condition; 0 if there is none.
     noise_gaps_ : ndarray of shape (2,)
@@ -128,7 +129,7 @@ class ConditionClassifier(SignalClassifier):
     array(['healthy', 'inner'], dtype='<U7')
     >>> found = classifier.diagnose(np.stack([X[39], noise[40]]))
     >>> np.exp(found.log_probability[:, -1]).round(2)  # of an unknown condition
-    array([0.03, 0.1 ])
+    array([0.04, 0.1 ])
     """
 
     residual: Any = None

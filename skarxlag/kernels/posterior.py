@@ -20,7 +20,7 @@ from .arrays import Array
 #: the smallest.
 GAP_ODDS = 6.0
 #: Log odds at the gap of noise, and the largest ones: a gap is never proof.
-ODDS_OF_NOISE = -1.5
+ODDS_OF_NOISE = -2.5
 LARGEST_ODDS = 8.0
 #: Log odds against a recorded specimen for each neper of the smallest residual above 1.
 FAR_ODDS = 4.0
@@ -29,7 +29,7 @@ FAR_ODDS = 4.0
 ANOTHER_EXPONENT = 8.0
 CONDITION_EXPONENT = 32.0
 #: Probability of an unknown condition in rows that are of no recorded specimen.
-UNKNOWN_SHARE = 0.2
+UNKNOWN_SHARE = 0.1
 #: Share of the gap of noise that the rows of a recording have in common: they are of
 #: one specimen.
 COMMON_GAP = 0.3
@@ -79,7 +79,7 @@ def answer_log_probabilities(
 
     .. math::
 
-        z = \min\Bigl(8,\; \ln\frac{\pi}{1 - \pi} - 1.5 + 6\,(g - g_0)
+        z = \min\Bigl(8,\; \ln\frac{\pi}{1 - \pi} - 2.5 + 6\,(g - g_0)
         - 4 \max(\ln r_1, 0)\Bigr).
 
     With :math:`q = 1 / (1 + e^{-z})`, answer a has the probability
@@ -107,8 +107,8 @@ def answer_log_probabilities(
     --------
     >>> logs, odds = answer_log_probabilities(np.log([[1.0, 2.0], [1.0, 1.1]]), 0.2)
     >>> np.exp(logs).round(2), odds.round(1)
-    (array([[1.  , 0.  ],
-           [0.72, 0.28]]), array([ 1.5, -2.1]))
+    (array([[1. , 0. ],
+           [0.7, 0.3]]), array([ 0.5, -3.1]))
     """
     if residuals.shape[1] < 2:
         return np.zeros(residuals.shape), np.full(len(residuals), -np.inf)
@@ -225,7 +225,7 @@ def condition_log_probabilities(
     which of the conditions of the location it is. `answer_log_probabilities` answers the
     first two. The conditions of a location differ by specimen, so their probabilities
     are proportional to :math:`r^{-32}`. An unknown condition has the odds :math:`(1 - q)
-    \cdot 0.2 / 0.8` against all known ones, with the larger q of the two questions.
+    \cdot 0.1 / 0.9` against all known ones, with the larger q of the two questions.
 
     The rows of a recording are of one specimen. So the questions are asked once, about
     the mean of the logarithms over its n rows. The noise of the rows is independent in
@@ -258,7 +258,7 @@ def condition_log_probabilities(
     >>> residuals = np.log([[1.0, 0.5, 0.6, 0.9]])
     >>> found = condition_log_probabilities(residuals, np.array([0, 1, 1, 2]), 0, (0.4, 0.2))
     >>> np.exp(found.log_probability).round(2), found.recorded.round(2)
-    (array([[0.  , 0.92, 0.  , 0.  , 0.07]]), array([0.7]))
+    (array([[0.  , 0.93, 0.  , 0.  , 0.06]]), array([0.46]))
     """
     left = np.sqrt(COMMON_GAP + (1 - COMMON_GAP) / np.maximum(n_rows, 1.0))
     of_questions = question_residuals(residuals, locations, healthy)

@@ -6,7 +6,6 @@ import pytest
 import sklearn
 from scipy import stats
 from sklearn.base import clone
-from sklearn.model_selection import cross_val_score
 
 from skarxlag import (
     FaultDetector,
@@ -132,20 +131,6 @@ def test_without_labels_all_rows_are_of_one_condition():
     check_state(known)
 
 
-def test_speeds_that_cross_validation_does_not_pass_on_are_warned_of(fitted, data):
-    X, y, rpm = data
-
-    def share_rejected(model, X, _):
-        return (model.predict(X) == -1).mean()
-
-    options = {"params": {"rpm": rpm}, "scoring": share_rejected, "cv": 2}
-    with pytest.warns(UserWarning, match="was fitted with rpm, but sklearn"):
-        cross_val_score(fitted, X, y, **options)
-    with pytest.warns(UserWarning) as caught:
-        cross_val_score(fitted, X, y, **options | {"params": None})
-    assert not any("was fitted with rpm" in str(w.message) for w in caught)
-
-
 FEW_GOOD = "rows of condition good are too few"
 
 
@@ -248,15 +233,6 @@ def test_only_fitted_known_conditions_are_saved(tmp_path, data):
         save_diagnoser(diagnoser, path, known_conditions=diagnoser[-1])
     with pytest.raises(sklearn.exceptions.NotFittedError):
         save_diagnoser(diagnoser, path, known_conditions=KnownConditions())
-
-
-def test_tampered_known_conditions_are_refused(tmp_path, data):
-    X, y, rpm = data
-    known = fit(make_known_conditions(), X, y, rpm=rpm)
-    known["decide"].detectors_[1].axes_ = np.zeros((2, 2))
-    diagnoser = make_diagnoser().fit(X, y)
-    with pytest.raises(ValueError, match="axes_ has shape"):
-        save_diagnoser(diagnoser, tmp_path / "bearing.skops", known_conditions=known)
 
 
 def of_other_length(detector):

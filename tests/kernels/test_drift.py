@@ -19,13 +19,6 @@ def test_product_does_not_depend_on_the_number_of_rows():
 
 
 @some_examples
-@given(st.integers(1, 60), st.floats(0, 2), st.floats(0, 2))
-def test_smooth_variance(n, smooth, rough):
-    expected = [smooth / k / k + rough for k in range(1, n + 1)]
-    assert_allclose(drift.smooth_variance(n, smooth, rough), expected)
-
-
-@some_examples
 @given(generators, st.integers(1, 4), st.integers(2, 50))
 def test_changes_of_log_spectra(rng, n_spectra, n_frequencies):
     log_spectra = walk(rng, n_spectra, n_frequencies)
@@ -42,37 +35,6 @@ def test_changes_of_log_spectra(rng, n_spectra, n_frequencies):
         np.log(power + share * mean) - log_spectra for share in (10**-2, 10**-2.6)
     ]
     assert_allclose(drift.raised_noise(log_spectra), np.concatenate(raised), atol=1e-12)
-
-
-@some_examples
-@given(generators, st.integers(0, 8), st.integers(0, 8))
-def test_joint_axes(rng, n, rank):
-    spread, root = rng.normal(size=(n, n)), rng.normal(size=(n, min(rank, n)))
-    given_drift, scatter = spread @ spread.T + 0.1 * np.eye(n), root @ root.T
-    axes, variances = drift.joint_axes(scatter, given_drift)
-    assert_allclose(axes.T @ given_drift @ axes, np.eye(n), atol=1e-8)
-    assert_allclose(axes.T @ scatter @ axes, np.diag(variances), atol=1e-8)
-    plain = np.linalg.eigvals(np.linalg.solve(given_drift, scatter))
-    assert_allclose(variances, np.sort(plain.real).clip(0), atol=1e-8)
-
-
-@some_examples
-@given(
-    generators,
-    st.integers(1, 4),
-    st.integers(1, 3),
-    st.integers(0, 6),
-    st.integers(1, 3),
-)
-def test_distances_along_axes(rng, n_rows, n_classes, n_axes, n_tried):
-    rows, axes = rng.normal(size=(n_rows, 5)), rng.normal(size=(5, n_axes))
-    references = rng.normal(size=(3, n_classes, n_axes))
-    precisions = rng.uniform(0.1, 2, size=(3, n_axes))
-    places = rng.integers(0, 3, size=(n_tried, n_rows))
-    found = drift.squared_distances(rows, axes, references, precisions, places)
-    away = (rows @ axes)[:, np.newaxis] - references[places]
-    squares = precisions[places][:, :, np.newaxis] * away**2
-    assert_allclose(found, squares.sum(axis=-1) / max(n_axes, 1), rtol=1e-9)
 
 
 @some_examples

@@ -21,7 +21,7 @@ def literal(residuals, places, healthy, gaps, prior, n_rows):
             return values and [1.0], 0.0
         first, second, *_ = sorted(values)
         noise *= math.sqrt(0.3 + 0.7 / max(n_rows, 1))
-        odds = math.log(prior / (1 - prior)) - 1.5
+        odds = math.log(prior / (1 - prior)) - 2.5
         odds += 6 * (math.log(second / first) - noise) - 4 * max(math.log(first), 0)
         q = 1 / (1 + math.exp(-min(odds, 8)))
         total = sum(value**-8 for value in values)
@@ -49,7 +49,7 @@ def literal(residuals, places, healthy, gaps, prior, n_rows):
         own = [r for r, p in zip(residuals, places, strict=True) if p == place]
         found.append(of_place[place] * residual**-32 / sum(r**-32 for r in own))
     q = max(q_state, q_place)
-    unknown = (1 - q) * 0.25
+    unknown = (1 - q) / 9
     total = sum(found) + unknown
     return [value / total for value in [*found, unknown]], q
 
