@@ -155,14 +155,14 @@ def test_control_c_during_imports_ends_with_one_line(tmp_path, library, command)
 @pytest.mark.parametrize(
     "argv",
     [
-        ["diagnose", "m.skops", "--channel", "0", "a.npy", "-v", "b.npy"],
-        ["diagnose", "--channel", "0", "m.skops", "a.npy", "b.npy", "-v"],
+        ["diagnose", "m.skops", "--channel", "0", "a.npy", "-q", "b.npy"],
+        ["diagnose", "--channel", "0", "m.skops", "a.npy", "b.npy", "-q"],
     ],
 )
 def test_options_may_stand_between_other_arguments(argv):
     args = _parser(argv).parse_args(argv)
     assert (args.model.name, args.recordings) == ("m.skops", ["a.npy", "b.npy"])
-    assert args.verbose and args.channel is not None
+    assert args.quiet and args.channel is not None
 
 
 def test_an_unknown_option_is_named(capsys):
