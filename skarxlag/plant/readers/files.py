@@ -215,7 +215,11 @@ def list_channels(path: StrPath, *, dtype: str | None = None) -> "pd.DataFrame":
     with _named(path):
         description = _description(path, dtype)
         description.check_channels()
-        rates = [description.sampling_rate(name) for name in description.channels]
+        times = description.axis and description.axis.name
+        rates = [
+            None if name == times else description.sampling_rate(name)
+            for name in description.channels
+        ]
     facts = description.channels.values()
     table = pd.DataFrame(
         {

@@ -105,8 +105,6 @@ class Description:
         """
         rates = self.channels[name].rates
         axis = self.times_of([name])
-        if axis is not None and axis.name == name:
-            return None
         if axis is not None and axis.sampling_rate is not None:
             by_times = axis.sampling_rate
             if axis.problem and not _is_near(by_times, stated, DRIFT):
