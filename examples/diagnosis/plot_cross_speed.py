@@ -18,7 +18,6 @@ from skarxlag import (
 )
 from skarxlag.datasets import simulate_rig
 from skarxlag.model_selection import Split, evaluate
-from skarxlag.plotting import SpeedAccuracyDisplay
 
 # %%
 # Four conditions, cracks of 3 mm.
@@ -36,24 +35,21 @@ diagnosers = {
 
 # %%
 # Diagnosers are fitted on the first half of each recording at 500 rpm and tested on the
-# second halves at all speeds. A hollow marker is a test at the training speed.
-_, ax = plt.subplots(layout="constrained")
+# second halves at all speeds.
 groups = np.column_stack([rig.rpm, rig.recording])
 cv = SpeedSplit(train_rpm=500, same_speed=True)
 splits = [Split(*rows, "speed", 500.0) for rows in cv.split(None, groups=groups)]
 facts = pd.DataFrame({"rpm": rig.rpm})
 verdicts = evaluate(diagnosers, rig.data, rig.target, facts, splits=splits)
+is_right = verdicts["true"] == verdicts["predicted"]
+of_speeds = is_right.groupby([verdicts["rpm"], verdicts["estimator"]])
+accuracy = of_speeds.mean().unstack()[list(diagnosers)]
 print("simulated rig, calibrated at 500 rpm: accuracy of single windows")
-for name, of_one in verdicts.groupby("estimator", sort=False):
-    display = SpeedAccuracyDisplay(
-        of_one["true"],
-        of_one["predicted"],
-        train_rpm=500,
-        test_rpm=of_one["rpm"],
-        name=name,
-    ).plot(ax=ax)
-    scores = zip(display.test_rpm, display.accuracy[0], strict=True)
-    print(f"{name:14}", *(f"  {speed:g} rpm {score:.2f}" for speed, score in scores))
+print(accuracy.round(2))
+
+# %%
+ax = accuracy.plot(marker="o", ylim=(0, 1.03), grid=True, xticks=accuracy.index)
+ax.set(xlabel="Shaft speed of the test (rpm)", ylabel="Accuracy")
 ax.axhline(1 / 4, color="grey", linestyle=":")
 ax.annotate(
     "chance", (300, 1 / 4), textcoords="offset points", xytext=(0, 4), color="grey"

@@ -11,7 +11,6 @@ from sklearn.utils.validation import check_is_fitted
 
 from ..kernels.speed_references import group_speeds
 from .batches import MAY_BE_IN_BATCHES, RowsInBatches, chosen_rows
-from .parallel import map_batches
 from .speeds import log_speeds, speeds_of_rows, with_plausible_speeds
 from .state import CheckedEstimator, expect, uses_fitted
 from .validation import (
@@ -113,12 +112,11 @@ class ArrayTransformer(TransformerMixin, BaseEstimator, auto_wrap_output_keys=No
 class InnovationsTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
     """Transformer of innovations whose fitted state follows from its parameters.
 
-    A subclass checks its parameters in `_check_parameters`, and computes the rest in
-    `_certify`.
+    A subclass checks its parameters in `_check_parameters`.
     """
 
     def fit(self, X: ArrayLike, y: Any = None) -> Self:
-        """Check the parameters; for observers, also certify that they are stable.
+        """Check the parameters.
 
         Parameters
         ----------
@@ -136,15 +134,11 @@ class InnovationsTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         Raises
         ------
         ValueError
-            If a parameter is out of its range, or an observer is not stable.
+            If a parameter is out of its range.
         """
         validate_innovations(self, X, reset=True)
         self._check_parameters()
-        self._certify()
         return self
-
-    def _certify(self):
-        """Set what follows from the parameters, or raise a ValueError."""
 
     def _check_fitted(self):
         super()._check_fitted()
@@ -159,67 +153,6 @@ class InnovationsTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
             [f"model{c}" for c in range(self.n_models_)] if names is None else names
         )
         return [f"{model}_" for model in models]
-
-
-class GroupTransformer(
-    InnovationsTransformer, ArrayTransformer, auto_wrap_output_keys=None
-):
-    """Transformer from innovations to an array of shape (n_windows, n_groups, n_frequencies).
-
-    A subclass names the groups of one model in `_group_names`, and computes them in
-    `_groups`, from signals of shape (n_signals, n_samples) to (n_signals, n_groups,
-    n_frequencies).
-    """
-
-    n_jobs: int | None
-    _learns_in_batches = True
-
-    @uses_fitted
-    def transform(self, X: ArrayLike) -> NDArray[Any]:
-        """Compute the groups of each window, as the class describes them.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
-            Innovations.
-
-        Returns
-        -------
-        ndarray of shape (n_windows, n_groups, n_frequencies)
-            Natural logarithms of power. With several models, the groups of one model
-            follow those of another.
-        """
-        X, _ = validate_innovations(self, X, reset=False)
-
-        def of_batch(batch):
-            return self._groups(X[batch].reshape(-1, X.shape[2]))
-
-        parts = map_batches(of_batch, len(X), self.n_jobs)
-        groups = np.concatenate(parts).astype(X.dtype, copy=False)
-        return groups.reshape(len(X), -1, groups.shape[-1])
-
-    @uses_fitted
-    def get_feature_names_out(
-        self, input_features: ArrayLike | None = None
-    ) -> NDArray[Any]:
-        """Return the names of the groups.
-
-        Parameters
-        ----------
-        input_features : array-like of str or None, default=None
-            Names of the models, as `ARXLaguerre.get_feature_names_out` returns them.
-
-        Returns
-        -------
-        ndarray of str of shape (n_groups,)
-            One name for each entry along axis 1 of the output. With several models,
-            each name begins with the name of its model.
-        """
-        prefixes = self._model_prefixes(input_features, least=2)
-        groups = self._group_names()
-        return np.array(
-            [prefix + group for prefix in prefixes for group in groups], dtype=object
-        )
 
 
 class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):

@@ -338,9 +338,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
     def adapt(self, X: ArrayLike, y: ArrayLike, **params: Any) -> Self:
         """Adapt the references to windows of a new speed, which commonly are healthy.
 
-        The windows go through the steps before the first one with a method `adapt`,
-        which is then called. To keep the pipeline for the old speed, adapt a copy
-        (`copy.deepcopy`).
+        The first step with a method `adapt` gets the output of the steps before it.
+        Adapt a copy (`copy.deepcopy`) to keep the pipeline for the old speed.
 
         Parameters
         ----------

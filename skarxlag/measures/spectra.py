@@ -1,14 +1,24 @@
 """Measures of windows: groups of log spectra on common frequency bands."""
 
-from dataclasses import dataclass
+from __future__ import annotations
 
-from ..core.base import GroupTransformer
-from ..core.validation import check_count
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..core.base import ArrayTransformer, InnovationsTransformer
+from ..core.parallel import map_batches
+from ..core.state import uses_fitted
+from ..core.validation import check_count, validate_innovations
 from ..kernels.spectra import own_spectra
+
+_GROUPS = ("spectral_shape", "steadiness")
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
+class LogSpectra(InnovationsTransformer, ArrayTransformer, auto_wrap_output_keys=None):
     r"""Transformer from innovations to groups of log spectra on common frequency bands.
 
     The groups are:
@@ -68,11 +78,52 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     spectrum_order: int = 128
     n_jobs: int | None = None
 
-    def _groups(self, signals):
-        return own_spectra(signals, self.spectrum_order)
+    _learns_in_batches = True
 
-    def _group_names(self):
-        return ["spectral_shape", "steadiness"]
+    @uses_fitted
+    def transform(self, X: ArrayLike) -> NDArray[Any]:
+        """Compute the groups of each window, as the class describes them.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_groups, n_frequencies)
+            Natural logarithms of power. With several models, the groups of one model
+            follow those of another.
+        """
+        X, _ = validate_innovations(self, X, reset=False)
+
+        def of_batch(batch):
+            return own_spectra(X[batch].reshape(-1, X.shape[2]), self.spectrum_order)
+
+        parts = map_batches(of_batch, len(X), self.n_jobs)
+        groups = np.concatenate(parts).astype(X.dtype, copy=False)
+        return groups.reshape(len(X), -1, groups.shape[-1])
+
+    @uses_fitted
+    def get_feature_names_out(
+        self, input_features: ArrayLike | None = None
+    ) -> NDArray[Any]:
+        """Return the names of the groups.
+
+        Parameters
+        ----------
+        input_features : array-like of str or None, default=None
+            Names of the models, as `ARXLaguerre.get_feature_names_out` returns them.
+
+        Returns
+        -------
+        ndarray of str of shape (n_groups,)
+            One name for each entry along axis 1 of the output. With several models,
+            each name begins with the name of its model.
+        """
+        prefixes = self._model_prefixes(input_features, least=2)
+        names = [prefix + group for prefix in prefixes for group in _GROUPS]
+        return np.array(names, dtype=object)
 
     def _check_parameters(self):
         check_count(self.spectrum_order, "spectrum_order")

@@ -128,7 +128,13 @@ class Observer(SignalEstimator, TransformerMixin, BaseEstimator):
         X, y = validate_innovations(self, X, y, reset=True)
         self._begin(y, sample_weight)
         measured = np.asarray(RowsInBatches(X, self._measure))
-        return self._learn(measured, y, rpm, sample_weight)
+        self.distance_: SpectralDistance | None = None
+        if self._is_bank():
+            distance = SpectralDistance(**_DRIFT).set_output(transform="default")
+            self.distance_ = distance.fit(
+                measured, y, rpm=rpm, sample_weight=sample_weight
+            )
+        return measured
 
     def _begin(self, y, sample_weight):
         """Check the number of models, and set the gains."""
@@ -170,15 +176,6 @@ class Observer(SignalEstimator, TransformerMixin, BaseEstimator):
             is_met = observer.meets_circle_criterion(self.pole, kp, ki, tried)
             bounds = np.max(tried * is_met, axis=0)
         return kp, ki, bounds
-
-    def _learn(self, measured, y, rpm, sample_weight):
-        self.distance_: SpectralDistance | None = None
-        if self._is_bank():
-            distance = SpectralDistance(**_DRIFT).set_output(transform="default")
-            self.distance_ = distance.fit(
-                measured, y, rpm=rpm, sample_weight=sample_weight
-            )
-        return measured
 
     def _measure(self, innovations):
         """Return groups of log spectra of each window, or the level of each model."""

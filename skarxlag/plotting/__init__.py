@@ -7,7 +7,6 @@ from ._style import condition_styles
 from .identification import IdentificationDisplay
 from .residual import ResidualDisplay
 from .spectra import EnvelopeSpectrumDisplay, OrderSpectrumDisplay
-from .speed_accuracy import SpeedAccuracyDisplay
 from .threshold_ladder import ThresholdLadderDisplay
 
 __all__ = [
@@ -15,7 +14,6 @@ __all__ = [
     "IdentificationDisplay",
     "OrderSpectrumDisplay",
     "ResidualDisplay",
-    "SpeedAccuracyDisplay",
     "ThresholdLadderDisplay",
     "condition_styles",
 ]

@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 from skarxlag.plotting import (
     IdentificationDisplay,
     ResidualDisplay,
-    SpeedAccuracyDisplay,
     ThresholdLadderDisplay,
 )
 
@@ -16,7 +15,6 @@ DISPLAYS = {
     "identification": IdentificationDisplay([1, 2], [1, 1]),
     "residual": ResidualDisplay([1, 2], level=1),
     "ladder": ThresholdLadderDisplay(["a"], [1.0]),
-    "speeds": SpeedAccuracyDisplay(["a"], ["a"], train_rpm=1, test_rpm=[2]),
 }
 every_display = pytest.mark.parametrize("display", DISPLAYS.values(), ids=DISPLAYS)
 
