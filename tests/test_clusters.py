@@ -1,19 +1,15 @@
-"""Clusters of Dask: the same scores, searches and verdicts as in one process."""
+"""Clusters of Dask: the same scores and searches as in one process."""
 
 import dask
 import dask.array
 import distributed
 import numpy as np
-import pandas as pd
 import pytest
 from joblib import parallel_config
 from scipy.signal import lfilter
 from sklearn.model_selection import GridSearchCV, cross_val_score
 
-from skarxlag import make_alpio, save_diagnoser
-from skarxlag.plant.commands.diagnose import diagnose
-from skarxlag.plant.commands.models import SavedModel
-from skarxlag.plant.readers.listing import list_files
+from skarxlag import make_alpio
 
 WINDOW = 200
 
@@ -49,23 +45,6 @@ def test_scikit_learn_scores_and_searches_on_a_cluster(client, windows):
     np.testing.assert_array_equal(scores, expected)
     assert search.best_params_ == alone.best_params_
     np.testing.assert_array_equal(search.predict_proba(X), alone.predict_proba(X))
-
-
-@pytest.mark.parametrize("backend", ["threading", "dask"])
-def test_recordings_are_diagnosed_by_the_workers_of_joblib(
-    client, windows, tmp_path, backend
-):
-    save_diagnoser(make_alpio(healthy="good").fit(*windows), tmp_path / "m.skops")
-    for number in range(5):
-        noise = np.random.default_rng(number).normal(size=3 * WINDOW)
-        np.save(tmp_path / f"{number}.npy", lfilter([1], [1, -0.1 * number], noise))
-    recordings = list_files(tmp_path / "*.npy", sampling_rate=5e3)
-    model = SavedModel(tmp_path / "m.skops")
-    expected, _ = diagnose(recordings, model)
-    with parallel_config(backend, n_jobs=2):
-        rows, _ = diagnose(recordings, model)
-    pd.testing.assert_frame_equal(rows, expected)
-    assert expected["verdict"].tolist() == ["good"] * 2 + ["worn"] * 3
 
 
 def test_a_dask_array_is_refused_with_a_recipe_that_works(windows):

@@ -3,11 +3,15 @@
 import argparse
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
-from joblib import Parallel, delayed, effective_n_jobs
 
+from ..._version import __version__
 from ...core.fault_locations import NO_FINDING
 from ...core.files import write_atomically
 from ..readers.entries import ListedRecording
@@ -15,8 +19,10 @@ from . import results
 from .arguments import keywords, refuse
 from .diagnosis import Diagnosis, diagnose_file
 from .files import is_report, result_paths
+from .journal import Journal
 from .messages import Reporter, as_command_error, counted, printable, show
 from .models import RecordingModel, SavedModel, bearing_model
+from .workers import executors, run_tasks
 
 _ALARM = 3
 #: Recordings that are listed before a remark.
@@ -55,6 +61,8 @@ def diagnose(
     unit: str | None = None,
     resample: bool = False,
     n_jobs: int | None = None,
+    processes: bool = False,
+    dask: str | None = None,
     reporter: Reporter | None = None,
 ) -> tuple[pd.DataFrame, list[Diagnosis]]:
     """Diagnose recordings, and write the results.
@@ -74,8 +82,11 @@ def diagnose(
     resample : bool, default=False
         Whether recordings are brought to the sampling rate of the model.
     n_jobs : int or None, default=None
-        Recordings that are diagnosed at a time, as in `joblib.Parallel`: by threads,
-        or within ``joblib.parallel_config`` by its workers, such as those of Dask.
+        Recordings that are diagnosed at a time; -1: one for each core.
+    processes : bool, default=False
+        Whether worker processes diagnose them. False: threads.
+    dask : str or None, default=None
+        Address of a Dask scheduler, whose workers diagnose them instead.
     reporter : Reporter or None, default=None
         Progress reporter that counts the recordings. None prints nothing.
 
@@ -91,10 +102,22 @@ def diagnose(
     CommandError
         If the results cannot be written.
     """
-    with as_command_error():
-        diagnoses = _diagnoses(
-            recordings, model, resample, unit, n_jobs, reporter or Reporter()
-        )
+    settings = [model.identity, model.heading, __version__, resample, unit]
+    kept = nullcontext() if output is None else Journal(output, settings)
+    with as_command_error(), kept as journal:
+        with executors(n_jobs, processes=processes, dask=dask) as workers:
+            # Each of a few recordings gets several threads.
+            n_threads = max(workers.count() // max(len(recordings), 1), 1)
+            task = partial(
+                diagnose_file,
+                load=model.load,
+                resample=resample,
+                n_threads=1 if dask or processes else n_threads,
+                unit=unit,
+            )
+            diagnoses = _diagnoses(
+                recordings, task, workers, journal, reporter or Reporter()
+            )
         rows = results.recording_rows(recordings, diagnoses, model)
         if is_report(output):
             # Other outputs do not need what draws.
@@ -108,20 +131,35 @@ def diagnose(
     return rows, diagnoses
 
 
-def _diagnoses(recordings, model, resample, unit, n_jobs, reporter):
-    """Return the results of recordings; their lines are printed as they come."""
+def _diagnoses(recordings, task, workers, journal, reporter):
+    """Return the results of a task for recordings; a journal keeps them as they come."""
+    diagnoses: list[Any] = [None] * len(recordings)
+    waiting = []
     reporter.start(len(recordings))
-    # Each of a few recordings gets several threads.
-    n_threads = max(effective_n_jobs(n_jobs) // max(len(recordings), 1), 1)
-    results = Parallel(n_jobs, prefer="threads", return_as="generator")(
-        delayed(diagnose_file)(recording, model.load, resample, n_threads, unit)
-        for recording in recordings
-    )
-    diagnoses = []
-    for recording, diagnosis in zip(recordings, results, strict=True):
-        diagnoses.append(diagnosis)
+
+    def finish(place, diagnosis, note=""):
+        diagnoses[place] = diagnosis
         verdict = diagnosis.error or diagnosis.verdict["verdict"]
-        reporter.step(f"{recording.name}: {verdict}")
+        reporter.step(f"{recordings[place].name}: {verdict}{note}")
+
+    for place, recording in enumerate(recordings):
+        earlier = None if journal is None else journal.result(recording)
+        if earlier is None:
+            waiting.append(place)
+        else:
+            finish(place, earlier, " (from an earlier run)")
+    # A worker of a cluster may run in another folder.
+    tasks = [
+        partial(task, replace(recordings[i], path=recordings[i].path.absolute()))
+        for i in waiting
+    ]
+    for number, outcome in run_tasks(tasks, workers):
+        place = waiting[number]
+        if isinstance(outcome, Exception):
+            outcome = Diagnosis.failed(recordings[place], outcome)
+        if journal is not None:
+            journal.add(recordings[place], outcome)
+        finish(place, outcome)
     return diagnoses
 
 

@@ -24,6 +24,7 @@ from .models import RecordingModel
 from .remarks import recording_remarks
 from .stated_speeds import speed_remark
 from .training_facts import why_no_limits
+from .workers import cancelled
 
 #: Entry of the column ``alarm`` if a stated fact differs from all training.
 NOT_VALID = "not valid here"
@@ -157,6 +158,8 @@ def diagnose_recording(
     evidence = []
     velocities = []
     for block in row_blocks(model, opened):
+        if cancelled.is_set():
+            raise KeyboardInterrupt
         output = output_of_windows(block.X)
         if judge is None:
             judge = model.judge_of(block.X[0], block.rpm, opened.sampling_rate)

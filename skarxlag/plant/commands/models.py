@@ -63,6 +63,8 @@ class RecordingModel:
         Samples in a row; None if a recording is one row.
     usual_channels : list of list of str
         Ways to state its channels, the best first.
+    identity : str
+        Text that differs between models.
     """
 
     diagnoser: Any
@@ -81,6 +83,7 @@ class RecordingModel:
         self.sampling_rate: float | None = self.facts.get("sampling_rate")
         self.window_length: int | None = self.facts.get("window_length")
         self.usual_channels = channels_of_model(self.facts)
+        self.identity = self.heading
 
     @property
     def has_combs_alone(self) -> bool:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from .files import open_file, recording_speed, recording_start
 from .formats.rates import NO_RATE, rates_agree
-from .resampling import resampled_blocks
 from .speeds import TACHO, SpeedProfile
 
 
@@ -219,6 +218,9 @@ class ListedRecording:
         blocks = entry._checked(blocks)
         if resample is None:
             return OpenRecording(entry, facts.channels, rate, None, blocks)
+        # Usage errors need no library that computes.
+        from .resampling import resampled_blocks
+
         old_rate = None if rates_agree(rate, resample) else rate
         blocks = resampled_blocks(blocks, rate, resample)
         return OpenRecording(entry, facts.channels, resample, old_rate, blocks)

@@ -3,12 +3,13 @@
 Each recording gets one verdict from the evidence of all its windows. With --bearing and
 without a model, the orders of the bearing (BPFO, BPFI, BSF, FTF) name the location of a
 fault. A model that was fitted with another bearing takes these orders instead of its
-own, and raises no alarm. A .csv among RECORDING holds
-samples; a table of recordings, with the columns that `fit` takes, is given with
---table. With -o, results are written as .csv or .parquet (rows of windows in a second
-file, FILE_windows), .json, or .html, a report to read and print. Exit status: 0 if all
-recordings were diagnosed, 1 if some could not be, 2 if an argument is wrong, 3 with
---fail-on alarm if a verdict is not the healthy condition.
+own, and raises no alarm. A .csv among RECORDING holds samples; a table of recordings,
+with the columns that `fit` takes, is given with --table. With -o, results are written
+as .csv or .parquet (rows of windows in a second file, FILE_windows), .json, or .html, a
+report to read and print. An interrupted run goes on where it stopped if it is started
+again with the same file. Exit status: 0 if all recordings were diagnosed, 1 if some
+could not be, 2 if an argument is wrong, 3 with --fail-on alarm if a verdict is not the
+healthy condition.
 """
 
 import argparse
@@ -49,8 +50,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.add_source_arguments(
         parser, "each RECORDING, or of lines of the table without them"
     )
-    text = "number of threads; default: all cores"
-    option(parser, "--n-jobs", text, arguments.job_count)
+    group = parser.add_argument_group("workers")
+    option(
+        group, "--n-jobs", "number of workers; default: all cores", arguments.job_count
+    )
+    where = group.add_mutually_exclusive_group()
+    flag(where, "--processes", "not threads; for text files, which take long to read")
+    text = "workers of a dask.distributed scheduler, such as tcp://host:8786"
+    option(where, "--dask", text, metavar="ADDRESS")
     parser.set_defaults(n_jobs=-1)
     flag(parser, "--force", "let -o replace a file that is no result of diagnose")
 
