@@ -230,6 +230,19 @@ REFUSED = {
         + "9.999500,7\n10.000000,7\n",
         "'time' is 9.9995 s in samples 19999 and 20000",
     ),
+    "a gap between dates with a zone": (
+        "time,acc\n"
+        + lines([f"2024-03-05T10:00:{t:09.6f}+01:00" for t in T + (T > 0.1) / 5], Y),
+        "'time' is not evenly spaced: 0.2005 s before sample 201",
+    ),
+    "repeated rows with dates of a zone": (
+        "time,acc\n"
+        + "".join(
+            (1 + (i == 9)) * f"2024-03-05T10:00:{t:09.6f}+01:00,{y}\n"
+            for i, (t, y) in enumerate(zip(T, Y, strict=True))
+        ),
+        "in samples 9 and 10, though times are written more finely",
+    ),
     "two rates": (
         "Sample rate,25600,Hz\ntime,acc\n" + PLAIN,
         "states several sampling rates: Sample rate 25600 Hz, the times 'time' 2000 Hz",

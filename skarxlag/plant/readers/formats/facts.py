@@ -133,8 +133,11 @@ _GROUPED = re.compile(
     r"[+-]?[1-9]\d{0,2}(?P<sign>[.,'\u2019 \u00a0\u202f])\d{3}(?:(?P=sign)\d{3})*"
     r"(?P<decimals>(?!(?P=sign))[.,]\d*)?"
 )
-#: Decimals at the end of a number or of a time of day.
-_DECIMALS = re.compile(r"(?:^|[^.,\dEe])(?<![Ee][+-])\d*(?:[.,](\d+))?(?: [AP]M|Z)?$")
+#: Decimals at the end of a number or of a time of day, which may state a zone.
+_DECIMALS = re.compile(
+    r"(?:^|[^.,\dEe])(?<![Ee][+-])\d*(?:[.,](\d+))?"
+    r"(?: [AP]M|Z| ?[+-]\d\d:?\d\d)?$"
+)
 #: Minus as typesetters write it.
 _MINUS = "\u2212"
 
@@ -202,6 +205,8 @@ def n_decimals(texts: Iterable[str]) -> int | None:
 
     >>> n_decimals(["0.5", "", "13.0"]), n_decimals(["0.5", "13"]), n_decimals(["1E-3"])
     (1, None, None)
+    >>> n_decimals(["07:00:00.125 PM"]), n_decimals(["2026-11-22T07:00:00.125+01:00"])
+    (3, 3)
     """
     matches = [_DECIMALS.search(text) for text in texts if text]
     counts = {len(match[1] or "") if match else None for match in matches}
