@@ -178,7 +178,7 @@ class CombSearch:
         scores = np.array([comb.scores for comb in found])
         factors = np.array([comb.factors for comb in found])
         best = scores.argmax(axis=0)
-        fault = np.arange(len(FAULTS))
+        fault = range(len(FAULTS))
         # A comb that belongs to one of the bearings is no other comb.
         other = min(found, key=lambda comb: comb.other_score)
         return {

@@ -459,9 +459,15 @@ class FaultOrderClassifier(SignalClassifier):
 
     def _compared(self, scores, other_scores, rpm, n_rows, healthy):
         """Compare mean scores of rows with those of healthy rows."""
-        rates = self.false_alarm_rate, self.wrong_name_rate
-        gain = _gain(n_rows)
-        return compare_combs(scores, other_scores, rpm, healthy, gain, *rates)
+        return compare_combs(
+            scores,
+            other_scores,
+            rpm,
+            healthy,
+            _gain(n_rows),
+            self.false_alarm_rate,
+            self.wrong_name_rate,
+        )
 
     def _by_combs(self, compared, has_combs, healthy):
         """Return the verdicts of combs alone."""
