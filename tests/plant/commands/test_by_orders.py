@@ -7,6 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from skarxlag import bearing_orders, load_diagnoser
+from skarxlag.plant.commands.fit import fit
+from skarxlag.plant.readers.listing import list_files
 
 from ...bearing_rows import RATE, row
 from .conftest import counts
@@ -14,15 +16,16 @@ from .conftest import counts
 RATES = ("--sampling-rate", RATE)
 
 
-@pytest.fixture
-def plant(tmp_path):
+@pytest.fixture(scope="module")
+def plant(tmp_path_factory):
     """Recordings of a bearing 6205, healthy and with faults, at 900 rpm."""
+    folder = tmp_path_factory.mktemp("plant")
     for place in ("healthy", "inner", "outer"):
         np.save(
-            tmp_path / f"{place}.npy",
+            folder / f"{place}.npy",
             np.concatenate([row(place, seed=s) for s in (0, 1)]),
         )
-    return tmp_path
+    return folder
 
 
 def test_places_are_named_without_a_model(run, plant):
@@ -138,18 +141,17 @@ def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
     assert "No comb of bearing 6205 shows a fault." in out
 
 
-@pytest.fixture
-def joint(run, plant):
+@pytest.fixture(scope="module")
+def joint(plant):
     """A model of recorded faults of a bearing 6205."""
-    lines = ["path,condition,rpm,sampling_rate"]
     for place in ("healthy", "inner", "outer"):
         rows = [row(place, seed=seed) for seed in range(2, 8)]
-        np.save(plant / f"{place}_learned.npy", np.concatenate(rows))
-        lines.append(f"{place}_learned.npy,{place},900,{RATE}")
-    (plant / "table.csv").write_text("\n".join(lines))
+        np.save(plant / f"learned_{place}.npy", np.concatenate(rows))
+    pattern = r"learned_(?P<condition>\w+)\."
+    facts = {"pattern": pattern, "sampling_rate": RATE, "rpm": 900.0}
     model = plant / "joint.skops"
-    code, out, err = run("fit", plant / "table.csv", "-o", model, "--bearing", "6205")
-    assert code == 0 and "Saved stretches to" in out, err
+    lines = fit(list_files(plant / "learned_*.npy", **facts), model, bearing="6205")
+    assert lines[-1] == f"Saved stretches to {model}"
     return model
 
 

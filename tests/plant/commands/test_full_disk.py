@@ -106,11 +106,10 @@ print(switching_gain(np.ones((1, 4)), 0.1).shape)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("room", [0, 2000])
-def test_machine_code_that_cannot_be_stored_is_used_all_the_same(tmp_path, room):
+def test_machine_code_that_cannot_be_stored_is_used_all_the_same(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     # Half of a file must not mislead the next process, which has room enough.
-    for allowed in (room, 10**9):
+    for allowed in (2000, 10**9):
         program = COMPILES.format(room=allowed)
         found = subprocess.run(
             [sys.executable, "-c", program],

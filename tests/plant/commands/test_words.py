@@ -8,7 +8,10 @@ import pytest
 
 from skarxlag import make_diagnoser, save_diagnoser
 from skarxlag.plant.commands import diagnosis
+from skarxlag.plant.commands.fit import fit
+from skarxlag.plant.commands.info import describe
 from skarxlag.plant.commands.results import csv_of
+from skarxlag.plant.readers.listing import list_recordings
 
 from ...impacts import RATE, strikes
 
@@ -98,14 +101,14 @@ def plant(tmp_path_factory):
     return folder
 
 
-@pytest.fixture
-def model(run, plant):
+@pytest.fixture(scope="module")
+def model(plant):
     path = plant / "m.skops"
-    code, out, err = run("fit", plant / "table.csv", "-o", path, "--force")
-    assert code == 0, err
-    assert "False alarms of single stretches: " in out
-    assert "34 an hour are expected" in out
-    assert "False alarms of single stretches: " in run("info", path)[1]
+    lines = fit(list_recordings(plant / "table.csv"), path)
+    *_, false_alarms, missed, _ = lines
+    assert "34 an hour are expected" in false_alarms
+    assert missed == "Missed faults: not measured, because no fault was recorded."
+    assert f"  - {false_alarms}" in describe(path)[0]
     return path
 
 
