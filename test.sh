@@ -36,7 +36,7 @@ half=$((($(getconf _NPROCESSORS_ONLN) + 1) / 2))
 [ $half -gt 1 ] || half=0
 (
     environment lowest-direct test
-    tests lowest-direct -n "$half" -m "not any_version" tests/kernels tests/plant/readers/formats \
+    tests lowest-direct -n "$half" -m "not any_version" tests/kernels/test_compiled.py tests/plant/readers/formats \
         tests/test_common.py tests/persistence/test_models.py tests/plant/commands/test_evaluate.py "$@"
 ) >$report 2>&1 &
 oldest=$! site= failed=0

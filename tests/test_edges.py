@@ -14,11 +14,11 @@ from skarxlag import (
 RNG = np.random.default_rng(0)
 X = lfilter([1], [1, -0.9], RNG.normal(size=(12, 400)))
 NEXT_TO_1 = float(np.nextafter(1, 0))
-POLES = [0.999, 1 - 1e-9, NEXT_TO_1, -NEXT_TO_1, -0.999, 5e-324]
+POLES = [0.999, NEXT_TO_1, -NEXT_TO_1, 5e-324]
 
 
 @pytest.mark.parametrize("pole", POLES)
-@pytest.mark.parametrize("order", [1, 4, 100])
+@pytest.mark.parametrize("order", [1, 100])
 def test_models_with_such_poles_predict_no_worse_than_none(pole, order):
     for rows in (X, np.stack([X, X[::-1]], axis=1), 1e150 * X, 1e-150 * X):
         model = ARXLaguerre(order=order, pole=pole).fit(rows)

@@ -131,9 +131,12 @@ sys.meta_path.insert(0, Interrupter())
 @pytest.mark.skipif(
     os.name == "nt", reason="Windows sends Ctrl-C to a whole group of processes"
 )
-@pytest.mark.parametrize("library", ["numpy", "sklearn.pipeline"])
 @pytest.mark.parametrize(
-    "command", [["fit", "x.csv", "-o", "new.skops"], ["diagnose", "m.skops", "x.npy"]]
+    ("library", "command"),
+    [
+        ("numpy", ["fit", "x.csv", "-o", "new.skops"]),
+        ("sklearn.pipeline", ["diagnose", "m.skops", "x.npy"]),
+    ],
 )
 def test_control_c_during_imports_ends_with_one_line(tmp_path, library, command):
     (tmp_path / "sitecustomize.py").write_text(INTERRUPTER)

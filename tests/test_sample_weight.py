@@ -9,7 +9,6 @@ from skarxlag import (
     ARXLaguerre,
     DiagnosisPipeline,
     FaultDetector,
-    KnownConditions,
     LogSpectra,
     OrderResidual,
     SpectralDistance,
@@ -138,19 +137,6 @@ class Unweighted(SpectralDistance):
 
 
 @pytest.mark.parametrize(
-    "estimator",
-    [
-        ARXLaguerre(order=4),
-        ThresholdLadder(),
-        SpectralDistance(),
-        OrderResidual(),
-        StretchResidual(),
-        FaultDetector(),
-        KnownConditions(),
-    ],
-    ids=str,
-)
-@pytest.mark.parametrize(
     ("weights", "message"),
     [
         (
@@ -166,9 +152,10 @@ class Unweighted(SpectralDistance):
         (np.full(12, np.nan), "sample_weight contains NaN"),
     ],
 )
-def test_bad_weights_are_refused(windows, conditions, estimator, weights, message):
-    with pytest.raises(ValueError, match=message):
-        estimator.fit(windows, conditions, sample_weight=weights)
+def test_bad_weights_are_refused(windows, conditions, weights, message):
+    for kind in (ThresholdLadder, SpectralDistance, OrderResidual, FaultDetector):
+        with pytest.raises(ValueError, match=message):
+            kind().fit(windows, conditions, sample_weight=weights)
 
 
 @pytest.mark.parametrize(

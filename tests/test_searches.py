@@ -21,7 +21,7 @@ from skarxlag.core.capabilities import capabilities
 
 RATE = 2_000
 BEARING = {"outer": 3.6, "inner": 5.4}
-CV = StratifiedKFold(3)
+CV = StratifiedKFold(2)
 pytestmark = pytest.mark.filterwarnings(
     "ignore:.* rows of condition .* are too few:UserWarning",
     "ignore:.* healthy rows are too few:UserWarning",
@@ -91,7 +91,7 @@ def score_by_hand(model, X, y, metadata, train, test):
 
 def scores_of(search):
     return np.stack(
-        [search.cv_results_[f"split{n}_test_score"] for n in range(3)], axis=1
+        [search.cv_results_[f"split{n}_test_score"] for n in range(2)], axis=1
     )
 
 
@@ -123,7 +123,7 @@ def test_a_candidate_with_unstable_gains_scores_as_failed_and_the_others_count(r
     grid = {"observe__ki": [0.1, 3.0]}
     search = GridSearchCV(make_alpio(), grid, cv=CV, error_score=np.nan)
     with (
-        pytest.warns(FitFailedWarning, match="3 fits failed out of a total of 6"),
+        pytest.warns(FitFailedWarning, match="2 fits failed out of a total of 4"),
         pytest.warns(UserWarning, match="test scores are non-finite"),
     ):
         search.fit(X, y)

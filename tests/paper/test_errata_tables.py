@@ -59,28 +59,20 @@ def test_a_replaced_average_gives_the_improvement_of_the_abstract():
     assert fitting == [97.8]
 
 
-def test_improvement_of_3_mm():
-    assert (
-        CLAIMS["abstract_improvement_3mm"]
-        == CLAIMS["section5_improvement_3mm"]
-        == 17.82
-    )
-    assert CLAIMS["conclusion_improvement_3mm"] == 17.62
-    assert improvement(3, printed=True) == pytest.approx(18.35)
-    assert improvement(3) == pytest.approx(17.3125)
-    assert improvement(3, source="by crack") == pytest.approx(17.46875)
-
-
-def test_improvement_of_6_mm():
-    assert (
-        CLAIMS["abstract_improvement_6mm"]
-        == CLAIMS["section5_improvement_6mm"]
-        == 16.625
-    )
-    assert CLAIMS["conclusion_improvement_6mm"] == 16.626
-    assert improvement(6, printed=True) == pytest.approx(16.625)
-    assert improvement(6) == pytest.approx(16.375)
-    assert improvement(6, source="by crack") == pytest.approx(16.75)
+@pytest.mark.parametrize(
+    ("crack", "claims", "printed", "by_speed", "by_crack"),
+    [
+        (3, (17.82, 17.82, 17.62), 18.35, 17.3125, 17.46875),
+        (6, (16.625, 16.625, 16.626), 16.625, 16.375, 16.75),
+    ],
+)
+def test_improvement(crack, claims, printed, by_speed, by_crack):
+    places = ("abstract", "section5", "conclusion")
+    stated = [CLAIMS[f"{place}_improvement_{crack}mm"] for place in places]
+    assert tuple(stated) == claims
+    assert improvement(crack, printed=True) == pytest.approx(printed)
+    assert improvement(crack) == pytest.approx(by_speed)
+    assert improvement(crack, source="by crack") == pytest.approx(by_crack)
 
 
 def test_improvement_without_the_training_set():
@@ -90,19 +82,18 @@ def test_improvement_without_the_training_set():
     assert CLAIMS["training_dataset"] == 4 == TABLES["table5"]["dataset"]
 
 
-def test_overall_average_of_the_proposed_method():
-    assert CLAIMS["average_identification_proposed_tables2_5"] == 98.8
-    assert mean_over("proposed") == pytest.approx(97.59375)
-    assert mean_over("proposed", printed=True) == pytest.approx(98.0125)
-    assert mean_over("proposed", source="by crack") == pytest.approx(97.609375)
-    assert mean_over("proposed", printed=True) - 2.1 / 8 == pytest.approx(97.75)
-
-
-def test_overall_average_of_alpio():
-    assert CLAIMS["average_identification_ALPIO_tables2_5"] == 80.5
-    assert mean_over("ALPIO") == pytest.approx(80.75)
-    assert mean_over("ALPIO", printed=True) == pytest.approx(80.525)
-    assert mean_over("ALPIO", source="by crack") == pytest.approx(80.5)
+@pytest.mark.parametrize(
+    ("method", "claim", "by_speed", "printed", "by_crack"),
+    [
+        ("proposed", 98.8, 97.59375, 98.0125, 97.609375),
+        ("ALPIO", 80.5, 80.75, 80.525, 80.5),
+    ],
+)
+def test_overall_average(method, claim, by_speed, printed, by_crack):
+    assert CLAIMS[f"average_identification_{method}_tables2_5"] == claim
+    assert mean_over(method) == pytest.approx(by_speed)
+    assert mean_over(method, printed=True) == pytest.approx(printed)
+    assert mean_over(method, source="by crack") == pytest.approx(by_crack)
 
 
 def test_eighteen_cells_have_two_values():
