@@ -39,13 +39,11 @@ TESTS = {
         '"""Publish': "test_service",
         "skarxlag watch plant.csv": "test_mqtt, test_influx",
         '"""Convert': "test_influx",
-        "bearing,kind": "test_example_of_line_protocol",
         "skarxlag diagnose --bearing": "test_fit_and_check",
     },
     "monitoring": {
         ">>>": "test_docs.py",
-        "arecord": "test_sound_card",
-        "tail -n +1 -F": "test_growing_file",
+        "arecord": "test_sound_card, test_growing_file",
         '{"kind"': "test_example_of_a_line",
         "skarxlag acknowledge": "test_acknowledge",
         "name,source,model": "test_table",
@@ -311,43 +309,29 @@ def test_influx(shell, plant):
 LINE = {"time": "2026-11-22T07:00:00.060+00:00"}
 
 
-def converted(plant, line):
-    """The line protocol of a line, by the program of the page."""
+@needs_parser
+def test_names_and_texts_in_line_protocol(tmp_path):
+    from line_protocol_parser import parse_line
+
+    program = tmp_path / "influx.py"
+    program.write_text(block("plant", '"""Convert'))
+    names = ["pump 7", "a,b=c d", "back\\slash", "end\\", 'quo"te', "Müller"]
+    line = LINE | {"kind": "heartbeat", "p_value": 3e-7}
+    line |= {"verdict": None, "alarm": None, "problem": 'no "a=b, c\\d" \\'}
     done = subprocess.run(
-        [sys.executable, plant / "influx.py"],
-        input=json.dumps(line),
+        [sys.executable, program],
+        input="\n".join(json.dumps(line | {"sensor": name}) for name in names),
         encoding="utf-8",
         env={**os.environ, "PYTHONIOENCODING": "utf-8"},
         stdout=subprocess.PIPE,
         check=True,
     )
-    return done.stdout.strip()
-
-
-@needs_parser
-@pytest.mark.parametrize(
-    "name", ["pump 7", "a,b=c d", "back\\slash", "end\\", 'quo"te', "Müller"]
-)
-def test_names_and_texts_in_line_protocol(plant, name):
-    from line_protocol_parser import parse_line
-
-    line = LINE | {"kind": "heartbeat", "sensor": name, "p_value": 3e-7}
-    line |= {"verdict": None, "alarm": None, "problem": 'no "a=b, c\\d" \\'}
-    parsed = parse_line(converted(plant, line))
-    assert parsed["tags"] == {"kind": "heartbeat", "sensor": name.replace("\\", "/")}
-    assert parsed["fields"] == {"p_value": 3e-7, "problem": line["problem"]}
-    assert parsed["time"] == 1_795_330_800_060
-
-
-@needs_parser
-def test_example_of_line_protocol(plant):
-    from line_protocol_parser import parse_line
-
-    shown = block("plant", "bearing,kind").strip()
-    line = LINE | {"kind": "verdict", "sensor": "blower 2"}
-    line |= parse_line(shown)["fields"]
-    line |= dict.fromkeys(("probability", "p_value", "verdict"))
-    assert converted(plant, line) == shown
+    for name, text in zip(names, done.stdout.splitlines(), strict=True):
+        parsed = parse_line(text)
+        sensor = name.replace("\\", "/")
+        assert parsed["tags"] == {"kind": "heartbeat", "sensor": sensor}
+        assert parsed["fields"] == {"p_value": 3e-7, "problem": line["problem"]}
+        assert parsed["time"] == 1_795_330_800_060
 
 
 def test_acknowledge(run_lines, plant):
@@ -390,8 +374,9 @@ def test_growing_file(shell, tmp_path):
 
     timer = threading.Timer(1, write)
     timer.start()
-    command = block("monitoring", "tail").replace("tail", "timeout 12 tail").strip()
-    found = shell(f"{command} --rpm 1480 --idle 60 || true")
+    command = block("monitoring", "arecord").splitlines()[1]
+    assert command.startswith("tail -n +1 -F log.csv | ")
+    found = shell(f"timeout 12 {command} --rpm 1480 || true")
     timer.join()
     starts = [json.loads(line)["start"] for line in found.stdout.splitlines()
               if '"verdict"' in line[:20]]  # fmt: skip
