@@ -52,7 +52,7 @@ def write_atomically(
     try:
         _write(path, content, follows_links)
     except OSError as error:
-        if error.filename is None and error.errno is not None:
+        if error.errno is not None:
             raise type(error)(error.errno, error.strerror, str(path)) from error
         raise
 

@@ -37,6 +37,19 @@ def test_what_another_process_left_behind_is_in_nobodys_way(tmp_path):
     assert (tmp_path / "a.json").read_bytes() == b"new"
 
 
+@needs_posix
+def test_an_error_names_the_file_and_not_a_temporary_one(tmp_path, monkeypatch):
+    """The folder is read-only, which root would not notice."""
+
+    def refuse(path, flags, mode):
+        raise PermissionError(errno.EACCES, "Permission denied", path)
+
+    monkeypatch.setattr("skarxlag.core.files.os.open", refuse)
+    with pytest.raises(PermissionError) as caught:
+        write_atomically(tmp_path / "a.json", b"new")
+    assert caught.value.filename == str(tmp_path / "a.json")
+
+
 def test_the_longest_names_can_be_written(tmp_path):
     path = tmp_path / ("a" * 250 + ".json")
     write_atomically(path, b"new")

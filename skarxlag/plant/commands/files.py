@@ -61,6 +61,9 @@ def check_output(
             f"*{', *'.join(suffixes)}"
         )
     output = Path(os.path.realpath(output)) if output.is_symlink() else output
+    is_device = output.exists() and not output.is_file()
+    if not (is_device or os.access(output.parent, os.W_OK)):
+        raise CommandError(f"{output}: no permission to write into its folder")
     if not output.exists():
         return output
     files = (path for path in inputs if path and os.path.exists(path))
