@@ -1,6 +1,5 @@
 """Tables of recordings: their columns, checks, and the facts in their lines."""
 
-import csv
 import difflib
 import os
 import re
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .formats.facts import HERTZ, check_unambiguous, distinct, number
-from .formats.text_layout import decode
+from .formats.text_layout import decode, split_rows
 from .speeds import check_stated_speed, is_speed_source
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
@@ -188,28 +187,19 @@ def read_rows(
             first = next((i for i, line in enumerate(lines) if line.strip()), 0)
         header_line = "".join(lines[first : first + 1])
         separator = max(",;\t", key=header_line.count)
-        reader = csv.reader(lines[first:], delimiter=separator, strict=True)
-        return _cells(reader, first)
-    except (ValueError, csv.Error) as error:
+        header: list[str] = []
+        rows = {}
+        for n_before, cells in split_rows(lines[first:], separator):
+            line = first + n_before + 1
+            if len(cells) > len(header) > 0:
+                raise ValueError(
+                    f"line {line} has {len(cells)} cells, expected {len(header)}"
+                )
+            if header and any(cells) and not cells[0].startswith("#"):
+                rows[line] = cells + [""] * (len(header) - len(cells))
+            header = header or cells
+        if not any(header):
+            raise ValueError("it holds no line of text")
+        return header, rows
+    except ValueError as error:
         raise ValueError(f"{path}: cannot be read as a csv table ({error})") from error
-
-
-def _cells(reader, n_before):
-    header = []
-    rows = {}
-    line = n_before + 1
-    for row in reader:
-        cells = [cell.strip() for cell in row]
-        header = header or cells
-        if len(cells) > len(header):
-            raise ValueError(
-                f"line {line} has {len(cells)} cells, expected {len(header)}"
-            )
-        is_row = any(cells) and not cells[0].startswith("#")
-        if is_row and cells is not header:
-            rows[line] = cells + [""] * (len(header) - len(cells))
-        # A cell in quotes may hold several lines.
-        line = n_before + reader.line_num + 1
-    if not any(header):
-        raise ValueError("it holds no line of text")
-    return header, rows
