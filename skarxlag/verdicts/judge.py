@@ -124,9 +124,8 @@ class Judge:
         healthy = healthy if conditions is None else self.conditions[0]
         self.healthy: Any = healthy if has_healthy else None
         if described is not None:
-            metadata = {} if bearing is None else {"bearing": bearing}
             self._classifier = Classifier(
-                diagnoser, self.conditions, self.healthy, **metadata
+                diagnoser, self.conditions, self.healthy, bearing
             )
         if known is not None:
             self._known = KnownConditions(known)

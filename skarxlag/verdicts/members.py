@@ -79,8 +79,8 @@ class Member:
     ----------
     model : estimator
         The model.
-    **metadata
-        Metadata of all rows, beside their speed.
+    bearing : BearingLike, default=None
+        Bearing of all rows, if it is not that of the model.
 
     Attributes
     ----------
@@ -88,17 +88,17 @@ class Member:
         Description of the model.
     """
 
-    def __init__(self, model: Any, **metadata: Any) -> None:
+    def __init__(self, model: Any, bearing: Any = None) -> None:
         self.described: Capabilities = capabilities(model)
         self._pipeline = as_diagnosis_pipeline(model)
-        self._metadata = metadata
+        self._metadata = {} if bearing is None else {"bearing": bearing}
 
     def _diagnose(self, X, rpm, rows):
         """Return the results of the model for some windows."""
         chosen = X if rows.all() else np.asarray(X)[rows]
-        metadata = dict(self._metadata)
+        metadata = self._metadata
         if rpm is not None and self.described.takes_rpm:
-            metadata["rpm"] = rpm[rows]
+            metadata = metadata | {"rpm": rpm[rows]}
         return self._pipeline.diagnose(chosen, **metadata)
 
 
@@ -137,7 +137,7 @@ class Classifier(Member):
         Its conditions, in the order of the columns.
     healthy : label or None
         The healthy one.
-    **metadata
+    bearing : BearingLike, default=None
         As in `Member`.
 
     Attributes
@@ -151,9 +151,9 @@ class Classifier(Member):
     """
 
     def __init__(
-        self, model: Any, conditions: list[Any], healthy: Any, **metadata: Any
+        self, model: Any, conditions: list[Any], healthy: Any, bearing: Any = None
     ) -> None:
-        super().__init__(model, **metadata)
+        super().__init__(model, bearing)
         self.names: VerdictNames = VerdictNames(conditions, healthy, self.described)
         self.possible: list[Any] = list(conditions)
         if self.described.states_unknown:
