@@ -261,9 +261,9 @@ print(state("VmHWM") - before)
 def recordings(n_recordings=100):
     """`skarxlag diagnose` of recordings of a second, over `diagnose` of their samples."""
     X, y = batches()
-    fitted = make_diagnoser().fit(X, y)
+    names = [str(label) for label in range(4)]
+    fitted = make_diagnoser().fit(X, np.array(names)[y])
     with tempfile.TemporaryDirectory() as folder:
-        names = [str(label) for label in range(4)]
         save_diagnoser(
             fitted,
             Path(folder, "m.skops"),

@@ -179,22 +179,3 @@ def test_poles_end_where_a_network_settles_within_a_window(
     monkeypatch.setattr(pole_search, "fit_errors", lambda *given: -np.array(given[2]))
     spectra = np.ones((1, 1, 1, n_samples + 1))
     assert search_poles(spectra, [order], [None], 0.0)[0] == pytest.approx(largest)
-
-
-def test_two_poles_are_tried_twice_from_0(monkeypatch):
-    tried = []
-
-    def error_of(spectra, orders, poles, alpha):
-        tried.append(poles.tolist())
-        return np.abs(poles - 0.5)
-
-    monkeypatch.setattr(pole_search, "fit_errors", error_of)
-    search_poles(np.ones((1, 2, 2, 10_001)), [1, 1], [None, None], 0.0)
-    # A network of one filter is tried at 21 places.
-    assert {second for _, second in tried[:21]} == {0.0}
-    changes = [
-        np.flatnonzero(np.ptp(tried[i : i + 21], axis=0)) for i in range(0, 84, 21)
-    ]
-    assert [each.tolist() for each in changes] == [[0], [1], [0], [1]]
-    # All poles are refined together from the best places.
-    assert np.ptp(tried[84:], axis=0).min() > 0
