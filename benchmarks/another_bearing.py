@@ -159,14 +159,9 @@ METHODS = {
 }
 OURS = tuple(METHODS)[:3]
 WITH_BEARING = tuple(METHODS)[:1] + tuple(METHODS)[2:5]
-#: Variants of make_diagnoser with the bearing: fewer specimens, and another prior.
+#: A variant of make_diagnoser with the bearing: fewer specimens.
 ONE_SPECIMEN = "one bearing of each location"
-VARIANTS = {
-    ONE_SPECIMEN: partial(diagnoser, with_bearing=True, n_specimens=1),
-    "recorded_prior=0.9": partial(
-        diagnoser, with_bearing=True, decide__conditions__recorded_prior=0.9
-    ),
-}
+VARIANTS = {ONE_SPECIMEN: partial(diagnoser, with_bearing=True, n_specimens=1)}
 
 
 def lines(

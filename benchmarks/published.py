@@ -43,8 +43,8 @@ PADERBORN = "Paderborn, bearing-wise splits"
 LESSMEIER = "Paderborn, combinations of bearings"
 UDTL = "Paderborn, tasks between settings"
 GRADES = "CWRU drive end, grades Y1 and Y2"
-#: Runs of each of the first two tables that are computed, evenly spread over all.
-MOST_RUNS = 8
+#: Runs of each table that are computed, evenly spread over all.
+MOST_RUNS = {CWRU: 3, PADERBORN: 3, LESSMEIER: 10, UDTL: 4}
 
 
 class Printed(NamedTuple):
@@ -316,22 +316,28 @@ def grade_lines(home, most_runs):
             yield facts | line
 
 
-def lines(home=None, most_runs=MOST_RUNS):
+LINES = {
+    CWRU: cwru_lines,
+    PADERBORN: paderborn_lines,
+    LESSMEIER: lessmeier_lines,
+    UDTL: udtl_lines,
+}
+
+
+def lines(home=None, most_runs=None):
     """Yield the lines of all tables whose splits and recordings are here.
 
     Parameters
     ----------
     home : path or None
         Folder of the rigs.
-    most_runs : int
-        Runs of each table, at most.
+    most_runs : int or None
+        Runs of each table, at most. None: those of `MOST_RUNS`.
     """
     if folder(home).is_dir():
         yield from grade_lines(home, most_runs)
-        yield from cwru_lines(home, most_runs)
-        yield from paderborn_lines(home, most_runs)
-        yield from lessmeier_lines(home, most_runs)
-        yield from udtl_lines(home, most_runs)
+        for table, lines_of in LINES.items():
+            yield from lines_of(home, most_runs or MOST_RUNS[table])
 
 
 if __name__ == "__main__":

@@ -225,21 +225,12 @@ def bearing_probabilities(lines):
 
 
 def bearing_variants(lines):
-    """Tabulate fewer bearings in the training, and another prior."""
+    """Tabulate fewer bearings in the training."""
     names = [bearing.OURS[0], *bearing.VARIANTS]
     table = _at_bearing(lines, bearing.ANOTHER_SPEED, names)
-    parts = []
-    for protocol in (bearing.ANOTHER_SPEED, bearing.SAME):
-        chosen = _chosen(lines, protocol=protocol)
-        chosen = chosen[chosen["method"].isin(names)]
-        stated = calibrated(chosen, ["method"])
-        parts.append(stated.assign(protocol=protocol))
-    stated = pd.concat(parts)
-    columns = ["protocol", *(name for name in stated if name != "protocol")]
     return (
         "Right fault locations on another bearing at another speed. Without a note, the "
-        f"training has all bearings but the tested one.\n\n{markdown(table)}\n\n"
-        f"What the variants state:\n\n{markdown(stated[columns])}"
+        f"training has all bearings but the tested one.\n\n{markdown(table)}"
     )
 
 
