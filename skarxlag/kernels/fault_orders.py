@@ -295,7 +295,8 @@ def fault_comb(
     with the slip :math:`\sigma` of the rolling elements. Multiples that are masked do
     not count. If lines between the multiples are as high, at halves, thirds or quarters
     of the order or about once in a revolution of the shaft, the impacts come at that
-    fraction of the order, and the score is 0.
+    fraction of the order, and the score is 0. It is also 0 if the signal is too short to
+    resolve any of the four multiples of o from the multiples of the shaft.
 
     Parameters
     ----------
@@ -328,7 +329,11 @@ def fault_comb(
         divisors = {*_DIVISORS, max(round(found), 2)}
         between = [_between(heights, found, n) for n in divisors if n < resolved]
         is_fault = fit.max() > max(between, default=0.0) + _AS_HIGH
-        scores[fault] = fit.max() if is_fault else 0.0
+        # If all multiples lie within the half width of lines of the shaft, they cannot
+        # be told from these.
+        farthest = N_MULTIPLES * abs(order - round(order))
+        is_parted = farthest * n_revolutions >= _LINE_WIDTH / 2
+        scores[fault] = fit.max() if is_fault and is_parted else 0.0
     highest = np.log(HIGHEST_ORDER / N_MULTIPLES)
     others = np.exp(np.arange(np.log(_LOWEST_OTHER), highest, FACTOR_STEP))
     fit = _mean_of_comb(lines, masked, others)

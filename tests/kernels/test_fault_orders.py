@@ -130,6 +130,19 @@ def test_multiples_of_the_shaft_are_no_fault(turn, n_samples):
     assert comb.scores.max() < 1.5
 
 
+@pytest.mark.parametrize(("n_revolutions", "is_parted"), [(60, False), (65, True)])
+def test_orders_within_the_resolution_of_the_shaft_are_not_named(
+    n_revolutions, is_parted
+):
+    contrast = np.zeros(4001)
+    contrast[[401, 802, 1202, 1603]] = 5.0
+    near = np.array([4.008, 4.95, 3.05])
+    masked = np.zeros(4001, dtype=bool)
+    comb = kernel.fault_comb(contrast, near, 0.0, n_revolutions, masked)
+    # The fourth multiple is .032 orders, two cells of 62.5 revolutions, from the shaft's.
+    assert (comb.scores[0] > 4) == is_parted
+
+
 def test_trains_of_the_mains_are_no_fault():
     signal = impacts(3.6, scatter=0.0)
     assert matched(signal).scores[2] > 3
