@@ -235,14 +235,23 @@ def block_text(name, page, make, lines):
         return (
             f"*Not computed with this version of the package. {command} computes it.*"
         )
-    dates = sorted(set(lines[MADE]))
-    made = dates[0] if len(dates) == 1 else f"{dates[0]} to {dates[-1]}"
+    is_kept = _methods(lines).isin(TABLES[name].kept)
+    made = _dates(lines if is_kept.all() else lines[~is_kept])
+    for method, kept in lines[is_kept].groupby(_methods(lines)):
+        # Methods that a run leaves out may be of an earlier run than the others.
+        if _dates(kept) != made:
+            made += f"; {method}: {_dates(kept)}, not printed again since"
     link = os.path.relpath(csv_of(name), (ROOT / page).parent)
     source = f"[{len(lines)} lines of results]({link})"
     # A block shows few of the lines: the checksum is of all of them.
     checksum = zlib.crc32(csv_of(name).read_bytes())
     source += f" with the checksum {checksum:08x}"
     return f"{make(lines)}\n\n*From {source}, computed by {command}, {made}.*"
+
+
+def _dates(lines):
+    dates = sorted(set(lines[MADE]))
+    return dates[0] if len(dates) == 1 else f"{dates[0]} to {dates[-1]}"
 
 
 def print_table(name, selection):
