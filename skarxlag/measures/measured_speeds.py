@@ -163,26 +163,22 @@ def pulse_speeds(
     ValueError
         If the signal has fewer than two pulses.
     """
-    times = pulse_times(signal, *pulse_levels(signal)) / sampling_rate
+    times = _pulse_times(signal) / sampling_rate
     name = f"Number of pulses in {len(signal)} samples of tacho"
     expect(len(times) >= 2, name, len(times), "at least 2")
     return (times[1:] + times[:-1]) / 2, 60 / (pulses_per_revolution * np.diff(times))
 
 
-def pulse_levels(signal: NDArray[Any]) -> tuple[float, float]:
-    """Return a quarter of the range of a tachometer's signal, and its middle."""
+def _pulse_times(signal):
+    """Return where pulses begin, in samples."""
     low, high = np.percentile(signal, [0.1, 99.9])
     # Halves before they are subtracted: the range of huge values is not infinite.
     quarter = high / 4 - low / 4
-    return low + quarter, low + 2 * quarter
-
-
-def pulse_times(signal: NDArray[Any], quarter: float, middle: float) -> NDArray[Any]:
-    """Return where pulses begin, in samples, for the levels of `pulse_levels`."""
+    middle = low + 2 * quarter
     # The sample at which the signal last was low or high decides which of both it is.
-    level = np.where(signal >= middle, 1, np.where(signal <= quarter, -1, 0))
+    level = np.where(signal >= middle, 1, np.where(signal <= low + quarter, -1, 0))
     low_or_high = np.array([], dtype=int)
-    if middle > quarter:
+    if quarter > 0:
         low_or_high = np.flatnonzero(level)
     rises = np.flatnonzero(np.diff(level[low_or_high]) == 2)
     after = low_or_high[rises + 1]

@@ -32,7 +32,7 @@ def chosen_names(
     channel : str, list of str, or None
         As in `read_recording`; None takes all but those of times and of shaft speeds.
     speed : str or None
-        Channel of the shaft speed or of pulses.
+        Channel of the shaft speed.
     usual : list of list of str
         Choices, of which the first that is possible is taken if `channel` is None and
         there are more channels.

@@ -20,8 +20,6 @@ from ..commands.messages import CommandError, UsageError, counted, listed
 from ..commands.models import SavedModel
 from ..commands.remarks import why_no_orders
 from ..readers.formats.rates import rates_agree
-from ..readers.speeds import TACHO
-from ..readers.tacho import TachoStream
 from .parsing import RawParser, TextParser, chosen_names
 
 _BYTES_AT_A_TIME = 2**18
@@ -130,15 +128,9 @@ class PipeFollower:
             false_alarm_interval=args.false_alarm_interval or _INTERVAL,
             **{name: getattr(args, name) for name in _SETTINGS},
         )
-        self._tacho = None
-        self._speed_column = args.rpm_column
-        speeds = args.rpm.get("speed_source", "")
-        if speeds.startswith(TACHO):
-            self._tacho = TachoStream(rate, args.pulses_per_revolution or 1)
-            self._speed_column = speeds.removeprefix(TACHO)
-        elif speeds:
-            advice = f"is for a folder; use {TACHO}CHANNEL, --rpm-column"
-            refuse(args, ["rpm"], f"{speeds} {advice}")
+        speeds = args.rpm.get("speed_source")
+        if speeds:
+            refuse(args, ["rpm"], f"{speeds} is for a folder; use --rpm-column")
         if model.capabilities.compares_orders:
             speed = args.rpm.get("rpm")
             remark(why_no_orders(model.window_length, rate, speed))
@@ -159,7 +151,7 @@ class PipeFollower:
         choose = partial(
             chosen_names,
             channel=args.channel,
-            speed=self._speed_column,
+            speed=args.rpm_column,
             usual=self._model.usual_channels,
         )
         if args.dtype is None:
@@ -192,11 +184,9 @@ class PipeFollower:
 
     def _cut(self, samples):
         rpm = self._args.rpm.get("rpm")
-        if self._speed_column is not None:
+        if self._args.rpm_column is not None:
             rpm = samples[-1]
             samples = samples[:-1]
-            if self._tacho is not None:
-                rpm = self._tacho.speeds(rpm)
         n_channels = self._model.n_channels
         if len(samples) != n_channels:
             advice = self._parser.advice or "--channel chooses"

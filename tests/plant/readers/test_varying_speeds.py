@@ -4,12 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skarxlag import load_recordings, read_recording_table, rpm_from_tacho
+from skarxlag import load_recordings, read_recording_table
 from skarxlag.plant.readers.cutting import cut_recordings
 from skarxlag.plant.readers.listing import list_recordings
 from skarxlag.plant.readers.rows import join_windows, speeds_of_samples
 from skarxlag.plant.readers.speeds import SpeedProfile
-from skarxlag.plant.readers.tacho import TachoStream
 
 RATE, SECONDS = 5000, 4
 TIME = np.arange(RATE * SECONDS) / RATE
@@ -135,36 +134,3 @@ def test_the_mean_of_a_profile_is_over_time():
         np.array([0.0, 0.1, 0.2, 2.0]), np.array([0.0, 0.0, 0.0, 900.0])
     )
     assert profile.mean() == pytest.approx(900 * 0.9 / 2, rel=1e-3)
-
-
-@pytest.mark.parametrize("noise", [0.0, 0.1])
-def test_a_stream_of_pulses_follows_the_speed(noise):
-    signal = KEY + noise * np.random.default_rng(0).normal(size=len(KEY))
-    signal = np.concatenate([signal, signal[::-1]])
-    speed = np.concatenate([SPEED, SPEED[::-1]])
-    found = TachoStream(RATE, 1).speeds(signal)
-    assert np.isnan(found[: RATE * 4 - 1]).all()
-    np.testing.assert_allclose(
-        found[RATE * 4 + 500 :], speed[RATE * 4 + 500 :], rtol=0.06
-    )
-    whole = rpm_from_tacho(signal, RATE)[RATE * 4 + 500 :]
-    assert abs(np.mean(found[RATE * 4 + 500 :] / whole) - 1) < 0.02
-
-
-def test_a_stream_of_pulses_does_not_depend_on_blocks():
-    signal = np.tile(KEY, 3) + 0.1 * np.random.default_rng(0).normal(size=3 * len(KEY))
-    signal[[7, 30_000]] = np.nan
-    cuts = np.sort(np.random.default_rng(1).integers(0, len(signal), 40))
-    whole, tacho = TachoStream(RATE, 2).speeds(signal), TachoStream(RATE, 2)
-    parts = [tacho.speeds(part) for part in np.split(signal, cuts)]
-    np.testing.assert_array_equal(np.concatenate(parts), whole)
-
-
-def test_a_shaft_that_stops_slows_down_and_noise_is_no_pulse():
-    rng = np.random.default_rng(0)
-    signal = np.concatenate([KEY, np.zeros(6 * RATE)]) + 0.02 * rng.normal(
-        size=10 * RATE
-    )
-    found = TachoStream(RATE, 1).speeds(signal)
-    assert found[5 * RATE] == pytest.approx(60, rel=0.1)
-    assert np.isnan(found[9 * RATE :]).all()

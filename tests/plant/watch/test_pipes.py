@@ -174,7 +174,7 @@ def test_ctrl_c_and_termination_end_cleanly(run, models, monkeypatch, number, tm
         ("- --half-life 0", 2, "argument --half-life: '0', expected a number above 0"),
         ("- --rpm-column n --dtype <f4", 2, "belongs to csv lines"),
         ("- --rpm-column n --rpm 900", 2, "not allowed with argument"),
-        ("- --rpm log.csv", 2, "log.csv is for a folder; use tacho:CHANNEL, --rpm-"),
+        ("- --rpm log.csv", 2, "log.csv is for a folder; use --rpm-column"),
         ("- --pulses-per-revolution 2", 2, "belongs to --rpm tacho:CHANNEL"),
     ],
 )
