@@ -49,7 +49,9 @@ def last_decimal(times: NDArray[Any]) -> float:
     return 0.0
 
 
-def rate_of_times(times, timed, changed):
+def rate_of_times(
+    times: NDArray[Any], timed: NDArray[Any], changed: NDArray[Any]
+) -> tuple[float, float]:
     """Return the sampling rate of times, and its relative tolerance.
 
     `timed` are the samples of known times, and `changed` those of them whose time
