@@ -13,8 +13,8 @@ from sklearn.ensemble import RandomForestClassifier
 
 from benchmarks.fault_orders import order_contrasts
 from benchmarks.peers import log_spectrum, of_features, shrinkage_lda, unit_rms
-from benchmarks.rigs import BEARING_RIGS, SPECIMEN_RIGS, read_rigs, rows_of
-from benchmarks.tallies import tally, tally_probability
+from benchmarks.rigs import SPECIMEN_RIGS, read_rigs, rows_of
+from benchmarks.tallies import tally_probability
 from skarxlag import make_diagnoser, make_fault_order_classifier
 
 SAME = "same bearing, other speed"
@@ -22,7 +22,6 @@ ANOTHER = "another bearing, same speed"
 ANOTHER_SPEED = "another bearing, other speed"
 ANOTHER_LOAD = "another bearing, other load"
 LOCATIONS = np.array(["ball", "healthy", "inner", "outer"])
-_NOISE_ROWS = 20
 
 
 def folds(rig, most_settings=2, length=None):
@@ -191,28 +190,3 @@ def lines(
                             probability[here], LOCATIONS, rows.location[here]
                         )
                         yield facts | {"location": location} | counts
-
-
-def noise_lines(home=None, rigs=BEARING_RIGS):
-    """Yield how often noise and rows of other machines are stated as a known location."""
-    kept = list(read_rigs(rigs, home))
-    rng = np.random.default_rng(0)
-    for position, rig in enumerate(kept):
-        length = int(rig.sampling_rate)
-        rows = rows_of(rig, length)
-        setting = rows.rpm == rows.rpm.min()
-        train = rows[setting & ~rows.is_late]
-        other = rows_of(kept[position - 1], length).X
-        brown = rng.normal(size=(_NOISE_ROWS, length)).cumsum(axis=1)
-        kinds = {
-            "white noise": rng.normal(size=(_NOISE_ROWS, length)),
-            "brown noise": brown,
-            "another rig": other[:: max(len(other) // _NOISE_ROWS, 1)][:_NOISE_ROWS],
-        }
-        for method in OURS[:2]:
-            judge = METHODS[method](rig, train)
-            for kind, X in kinds.items():
-                probability = judge(rows[np.zeros(len(X), dtype=int)]._replace(X=X))
-                facts = {"rig": rig.name, "method": method, "rows of": kind}
-                counts = tally(probability[:, 0], np.nan, probability.max(axis=1))
-                yield facts | {"rows": counts["rows"], "stated": counts["stated"]}

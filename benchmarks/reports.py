@@ -252,20 +252,6 @@ def recorded_prior(lines):
     )
 
 
-def bearing_noise(lines):
-    """Count noise and rows of other machines that are stated as a known location."""
-    total = lines.groupby(["method", "rows of"], sort=False)[["rows", "stated"]].sum()
-    worst = lines.loc[
-        lines.groupby(["method", "rows of"], sort=False)["stated"].idxmax()
-    ]
-    table = total.reset_index().rename(columns={"stated": "stated >= .9"})
-    table["most on one rig"] = [
-        f"{stated} of {rows} ({rig})"
-        for stated, rows, rig in worst[["stated", "rows", "rig"]].values
-    ]
-    return f"Rows of a second that are of no known condition.\n\n{markdown(table)}"
-
-
 def orders_named(lines):
     """Count whole recordings and rows of a second that our classifier names, by rig."""
     ours = _chosen(lines, method="make_fault_order_classifier")
@@ -428,7 +414,7 @@ def _published_cells(lines, best):
     ours = [method for method in texts if method.startswith("make_")]
     peers = [method for method in texts if method not in ours]
     if not texts:
-        return {}
+        return {"ours": "not computed"}
     highest = max(ours, key=shares_of.get)
     peer = max(peers, key=shares_of.get)
     rivals = {"the printed figure": best, "the peer": shares_of[peer]}

@@ -133,11 +133,6 @@ TABLES = {
         ),
         figures={"docs/images/dots_another_bearing.svg": reports.draw_another_bearing},
     ),
-    "another_bearing_noise": Table(
-        another_bearing.noise_lines,
-        {f"{_BEARING} noise": reports.bearing_noise},
-        ({"rigs": ["CWRU fan end"]},),
-    ),
     "recorded_prior": Table(
         recorded_prior.lines,
         {f"{_BEARING} prior": reports.recorded_prior},
