@@ -403,7 +403,7 @@ def _published_cells(lines, best):
     texts = {}
     shares_of = {}
     for method, group in lines.groupby("method", sort=False):
-        if group["AUROC"].notna().any():
+        if "AUROC" in group and group["AUROC"].notna().any():
             shares_of[method] = group["AUROC"].mean()
             worst = f"least {group['AUROC'].min():.3f}, {len(group)} runs"
             texts[method] = f"{method} {shares_of[method]:.3f} ({worst})"
