@@ -1,6 +1,6 @@
 """Channels of a model: those that it was fitted on, and those that it is asked about."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from typing import Any
 
@@ -17,8 +17,8 @@ _SAME_UNIT = {
     "mm/sec": "mm/s",
     "g's": "g",
 }
-
-
+#: Units of acceleration, in m/s2.
+ACCELERATIONS = {"m/s2": 1.0, "mm/s2": 1e-3, "g": 9.80665}
 #: Name and unit of each channel of a recording.
 Channels = Sequence[tuple[str, str | None]]
 
@@ -62,10 +62,10 @@ def units_of(channels: Sequence[Channels]) -> list[str]:
     return list(units.values())
 
 
-def channel_remarks(
-    channels: Channels, facts: dict[str, Any], stated: Any
-) -> Iterator[str]:
-    """Yield remarks on channels or units that are not those of a model.
+def channel_difference(channels: Channels, facts: dict[str, Any], stated: Any) -> str:
+    """Return how channels differ from those of a model, or an empty text if they do not.
+
+    A unit differs if it may be that of another quantity: g is as good as m/s2.
 
     Parameters
     ----------
@@ -75,19 +75,31 @@ def channel_remarks(
         Of the model.
     stated : str, list of str or None
         Channels as they were stated, None if they were not.
+
+    Examples
+    --------
+    >>> facts = {"channel_names": ["acc_x"], "channels": ["acc_x"], "unit": "g"}
+    >>> channel_difference([("acc_y", "g")], facts, "acc_y")
+    'the channel is acc_y, but the model was fitted on acc_x'
+    >>> channel_difference([("acc_x", "mm/s")], facts, "acc_x")
+    'the unit is mm/s, but the model was fitted on g'
+    >>> channel_difference([("acc_x", "m/s^2")], facts, "acc_x")
+    ''
     """
     names = _joined(channels)
     fitted = facts.get("channel_names") or []
     if fitted and names not in fitted and not _is_like(channels, facts, stated):
-        yield f"The channel is {names}, but the model was fitted on {' or '.join(fitted)}."
+        return (
+            f"the channel is {names}, but the model was fitted on {' or '.join(fitted)}"
+        )
     unit = channels[0][1]
     fitted_unit = facts.get("unit")
-    if unit and fitted_unit and plain_unit(unit) != plain_unit(fitted_unit):
-        yield (
-            f"The unit is {unit}, but the model was fitted on {fitted_unit}. Another "
-            "scale changes nothing, unless the model has a fixed gain; another quantity, "
-            "such as velocity for acceleration, has other spectra."
-        )
+    if not unit or not fitted_unit:
+        return ""
+    units = {plain_unit(unit), plain_unit(fitted_unit)}
+    if len(units) == 1 or units <= ACCELERATIONS.keys():
+        return ""
+    return f"the unit is {unit}, but the model was fitted on {fitted_unit}"
 
 
 def _is_like(channels, facts, stated):

@@ -18,7 +18,7 @@ from ...measures.velocity import velocity_rms
 from ...verdicts.names import no_verdict
 from ..readers.entries import ListedRecording, OpenRecording
 from ..readers.formats.rates import NO_RATE
-from .channels import plain_unit
+from .channels import ACCELERATIONS, channel_difference, plain_unit
 from .messages import CommandError
 from .models import RecordingModel
 from .remarks import recording_remarks
@@ -28,8 +28,6 @@ from .workers import cancelled
 
 #: Entry of the column ``alarm`` if a stated fact differs from all training.
 NOT_VALID = "not valid here"
-#: Units of acceleration, in m/s2.
-ACCELERATIONS = {"m/s2": 1.0, "mm/s2": 1e-3, "g": 9.80665}
 #: Samples of a row without a model, at most: longer recordings are several rows.
 _LONGEST_ROW = 2**21
 #: Error on a recording of unknown speed.
@@ -177,7 +175,9 @@ def diagnose_recording(
         tables.append(table)
         velocities.append(velocity_rms(output.ravel(), opened.sampling_rate, unit))
     windows = pd.concat(tables, ignore_index=True)
-    reason = why_no_limits(model.facts, recording, model.other_bearing)
+    reason = why_no_limits(
+        model.facts, recording, model.other_bearing
+    ) or channel_difference(opened.channels, model.facts, recording.channel)
     if reason:
         _remove_alarms(windows, reason, model)
     verdict = judge.recording(windows, np.concatenate(evidence))

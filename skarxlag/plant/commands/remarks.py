@@ -13,7 +13,7 @@ from ...verdicts.limits import FEW_HEALTHY, HOLD_FOR_RECORDED, LEAST_HEALTHY
 from ...verdicts.names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
 from ...verdicts.windows import HOLD
 from ..readers.entries import ListedRecording, OpenRecording
-from .channels import channel_remarks
+from .channels import channel_difference
 from .training_facts import unstated_facts
 
 if TYPE_CHECKING:
@@ -56,7 +56,9 @@ def recording_remarks(
     is_trained = model.judge is not None
     if opened.old_rate is not None:
         yield f"Resampled from {opened.old_rate:g} to {model.sampling_rate:g} Hz."
-    yield from channel_remarks(opened.channels, model.facts, recording.channel)
+    difference = channel_difference(opened.channels, model.facts, recording.channel)
+    if difference and verdict["limits"] != difference:
+        yield f"{difference[0].upper()}{difference[1:]}."
     if not is_trained and "evidence" in windows:
         for text in windows["evidence"].dropna().unique():
             yield f"{text[0].upper()}{text[1:]}."

@@ -15,7 +15,7 @@ from typing import Any
 from ...monitoring import ConditionMonitor
 from ...monitoring.together import CutBlock
 from ..commands.arguments import refuse
-from ..commands.channels import channel_remarks
+from ..commands.channels import channel_difference
 from ..commands.messages import CommandError, UsageError, counted, listed
 from ..commands.models import SavedModel
 from ..commands.remarks import why_no_orders
@@ -194,8 +194,10 @@ class PipeFollower:
                 f"{counted(len(samples), 'channel')}, expected {n_channels}; {advice}"
             )
         channels = self._parser.channels[:n_channels]
-        for remark in channel_remarks(channels, self._model.facts, self._args.channel):
-            self._remark(remark)
+        facts = self._model.facts
+        difference = channel_difference(channels, facts, self._args.channel)
+        if difference:
+            self._remark(f"Limits may not hold: {difference}.")
         cut = self.monitor.cut(samples, rpm=rpm)
         self._compare_with_clock()
         return cut
