@@ -63,7 +63,7 @@ def validate_signals(
         classes or is missing although required.
     """
     if isinstance(X, RowsInBatches):
-        if estimator._learns_in_batches:
+        if reset and estimator._learns_in_batches:
             return X, _validate_batches(estimator, X, y)
         X = np.asarray(X)
     X = as_samples(X, "X")
