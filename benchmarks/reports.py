@@ -415,14 +415,17 @@ def _published_cells(lines, best):
     peers = [method for method in texts if method not in ours]
     if not texts:
         return {"ours": "not computed"}
-    highest = max(ours, key=shares_of.get)
     peer = max(peers, key=shares_of.get)
     rivals = {"the printed figure": best, "the peer": shares_of[peer]}
-    lost = [name for name, share in rivals.items() if share > shares_of[highest]]
+    behind = []
+    for method in ours:
+        lost = [name for name, share in rivals.items() if share > shares_of[method]]
+        if lost:
+            behind.append(f"{method}: {' and '.join(lost)}")
     return {
         "ours": "; ".join(texts[method] for method in ours),
         "best peer, computed here": texts[peer],
-        "ours is behind": " and ".join(lost) or "none",
+        "ours is behind": "; ".join(behind) or "none",
     }
 
 
