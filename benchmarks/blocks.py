@@ -85,7 +85,8 @@ def page_parser(doc, name):
     parser = argparse.ArgumentParser(description=doc.splitlines()[0])
     folder = Path("skarxlag-results") / name
     parser.add_argument("--output", type=Path, default=folder, help="for CSV files")
-    parser.add_argument("--write", metavar="FILE", help="page to put the tables into")
+    text = "page to put the tables into"
+    parser.add_argument("--write", type=Path, metavar="FILE", help=text)
     return parser
 
 

@@ -1,4 +1,4 @@
-"""Output of a fitted step that is computed batch by batch, so that nobody holds all of it."""
+"""Output of a fitted step that is computed batch by batch, to save memory."""
 
 from __future__ import annotations
 

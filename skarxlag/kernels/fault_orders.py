@@ -329,8 +329,7 @@ def fault_comb(
         divisors = {*_DIVISORS, max(round(found), 2)}
         between = [_between(heights, found, n) for n in divisors if n < resolved]
         is_fault = fit.max() > max(between, default=0.0) + _AS_HIGH
-        # If all multiples lie within the half width of lines of the shaft, they cannot
-        # be told from these.
+        # Multiples within the half width of a line of the shaft are not resolved from it.
         farthest = N_MULTIPLES * abs(order - round(order))
         is_parted = farthest * n_revolutions >= _LINE_WIDTH / 2
         scores[fault] = fit.max() if is_fault and is_parted else 0.0

@@ -118,7 +118,7 @@ def evaluate_cases(
     n_jobs : int or None, default=None
         Threads.
     reporter : Reporter or None, default=None
-        Counts the fits. None: nobody.
+        Progress reporter that counts the fits. None prints nothing.
     """
     output.mkdir(parents=True, exist_ok=True)
     reporter = reporter or Reporter()

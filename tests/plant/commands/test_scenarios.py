@@ -1,4 +1,4 @@
-"""What three users read: healthy recordings only, faults at one speed, and a bearing's name.
+"""Words that three users read: healthy recordings only, faults at one speed, and a bearing's name.
 
 The machines are two real rigs in the folder SKARXLAG_DATA. Each that is not there is
 replaced by a simulated one.
@@ -82,7 +82,7 @@ def of(recordings, places=PLACES, speeds=None):
 
 
 def check_confidence(rows):
-    """What is stated with .9 is right, or no condition."""
+    """A verdict with a probability of .9 or more is right, or no condition."""
     stated = rows[rows["probability"].fillna(0) >= 0.9]
     assert (stated["verdict"] == stated["condition"]).all()
 
