@@ -17,8 +17,6 @@ _SAME_UNIT = {
     "mm/sec": "mm/s",
     "g's": "g",
 }
-#: Units of acceleration, in m/s2.
-ACCELERATIONS = {"m/s2": 1.0, "mm/s2": 1e-3, "g": 9.80665}
 #: Name and unit of each channel of a recording.
 Channels = Sequence[tuple[str, str | None]]
 
@@ -65,7 +63,8 @@ def units_of(channels: Sequence[Channels]) -> list[str]:
 def channel_difference(channels: Channels, facts: dict[str, Any], stated: Any) -> str:
     """Return how channels differ from those of a model, or an empty text if they do not.
 
-    A unit differs if it may be that of another quantity: g is as good as m/s2.
+    Another unit may be that of another quantity, and another scale counts if the model
+    has a fixed gain.
 
     Parameters
     ----------
@@ -83,7 +82,7 @@ def channel_difference(channels: Channels, facts: dict[str, Any], stated: Any) -
     'the channel is acc_y, but the model was fitted on acc_x'
     >>> channel_difference([("acc_x", "mm/s")], facts, "acc_x")
     'the unit is mm/s, but the model was fitted on g'
-    >>> channel_difference([("acc_x", "m/s^2")], facts, "acc_x")
+    >>> channel_difference([("acc_x", "G's")], facts, "acc_x")
     ''
     """
     names = _joined(channels)
@@ -94,12 +93,9 @@ def channel_difference(channels: Channels, facts: dict[str, Any], stated: Any) -
         )
     unit = channels[0][1]
     fitted_unit = facts.get("unit")
-    if not unit or not fitted_unit:
-        return ""
-    units = {plain_unit(unit), plain_unit(fitted_unit)}
-    if len(units) == 1 or units <= ACCELERATIONS.keys():
-        return ""
-    return f"the unit is {unit}, but the model was fitted on {fitted_unit}"
+    if unit and fitted_unit and plain_unit(unit) != plain_unit(fitted_unit):
+        return f"the unit is {unit}, but the model was fitted on {fitted_unit}"
+    return ""
 
 
 def _is_like(channels, facts, stated):

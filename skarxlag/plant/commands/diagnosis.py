@@ -18,7 +18,7 @@ from ...measures.velocity import velocity_rms
 from ...verdicts.names import no_verdict
 from ..readers.entries import ListedRecording, OpenRecording
 from ..readers.formats.rates import NO_RATE
-from .channels import ACCELERATIONS, channel_difference, plain_unit
+from .channels import channel_difference, plain_unit
 from .messages import CommandError
 from .models import RecordingModel
 from .remarks import recording_remarks
@@ -28,6 +28,8 @@ from .workers import cancelled
 
 #: Entry of the column ``alarm`` if a stated fact differs from all training.
 NOT_VALID = "not valid here"
+#: Units of acceleration, in m/s2.
+ACCELERATIONS = {"m/s2": 1.0, "mm/s2": 1e-3, "g": 9.80665}
 #: Samples of a row without a model, at most: longer recordings are several rows.
 _LONGEST_ROW = 2**21
 #: Error on a recording of unknown speed.
