@@ -1,6 +1,7 @@
 """Run ``skarxlag bearings``: list the catalogue, or the bearings that fit a recording."""
 
 import argparse
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -8,8 +9,18 @@ import pandas as pd
 from ...bearings import BEARINGS, bearing_orders
 from ...core.fault_locations import FAULTS
 from ...core.validation import output_of_windows
+from ...decisions.comb_search import CombSearch
 from ...decisions.fault_orders import FaultOrderClassifier
-from ...kernels.fault_orders import NEPER_IN_DB
+from ...kernels.fault_orders import (
+    NEPER_IN_DB,
+    at_true_speed,
+    order_contrast,
+    speed_error,
+)
+from ...measures.envelope_spectra import (
+    LEAST_REVOLUTIONS,
+    samples_per_revolution_of_rows,
+)
 from ..readers.formats.rates import NO_RATE
 from ..readers.listing import ListedRecording
 from .messages import CommandError, as_command_error, show
@@ -60,32 +71,54 @@ def fitting_bearings(recording: ListedRecording) -> pd.DataFrame:
     Raises
     ------
     CommandError
-        If the recording cannot be read, or its sampling rate or its speed is missing.
+        If the recording cannot be read, its sampling rate or its speed is missing, or
+        it has less than two revolutions.
     """
     with as_command_error():
         opened = recording.open(_N_SAMPLES, reads_speed=True)
-        X = output_of_windows(next(opened.blocks)[np.newaxis])
-        rate = opened.sampling_rate
-        if rate is None:
-            raise CommandError(f"{recording.name}: {NO_RATE}")
-        if opened.entry.rpm is None:
-            raise CommandError(
-                f"{recording.name}: the speed is missing; state it with --rpm"
-            )
-        rpm = opened.entry.speeds([0], X.shape[-1], rate)
-        rows = {}
-        for name in BEARINGS:
-            classifier = FaultOrderClassifier(bearing=name, sampling_rate=rate)
-            found = classifier.fit(X).match(X, rpm=rpm)
-            best = int(np.argmax(found.scores[0]))
-            rows[name] = {
-                "comb_dB": NEPER_IN_DB * found.scores[0, best],
-                "off_%": 100 * (found.factors[0, best] - 1),
-                "fault": FAULTS[best],
-            }
-    table = pd.DataFrame(rows).T
+        X = output_of_windows(next(opened.blocks)[np.newaxis])[:, np.newaxis]
+    rate = opened.sampling_rate
+    if rate is None:
+        raise CommandError(f"{recording.name}: {NO_RATE}")
+    if opened.entry.rpm is None:
+        raise CommandError(
+            f"{recording.name}: the speed is missing; state it with --rpm"
+        )
+    rpm = opened.entry.speeds([0], X.shape[-1], rate)
+    (period,) = samples_per_revolution_of_rows(X, rate, rpm, None, LEAST_REVOLUTIONS)
+    if np.isnan(period).any():
+        raise CommandError(
+            f"{recording.name}: no plausible speed, or less than "
+            f"{LEAST_REVOLUTIONS} revolutions"
+        )
+    contrasts = order_contrast(X[0, 0], period)
+    classifier = FaultOrderClassifier()
+    search = CombSearch(
+        orders=np.empty((0, 4)),
+        sampling_rate=rate,
+        gear_ratio=1.0,
+        speed_tolerance=classifier.speed_tolerance,
+        slip=classifier.slip,
+        speed_range=None,
+    )
+    rows = {}
+    for name in BEARINGS:
+        orders = bearing_orders(name)
+        columns = ("cage", "spin", "inner", "outer")
+        search = replace(search, orders=np.array([[orders[key] for key in columns]]))
+        error = speed_error(contrasts, search.impacts.ravel(), search.speed_tolerance)
+        found = search.match_gathered(
+            at_true_speed(contrasts, error), X.shape[-1], np.mean(rpm) * np.exp(error)
+        )
+        best = int(np.argmax(found.scores[0]))
+        rows[name] = {
+            "comb_dB": NEPER_IN_DB * found.scores[0, best],
+            "off_%": 100 * (found.factors[0, best] - 1),
+            "fault": FAULTS[best],
+        }
     # Bearings of nearly equal orders fit the same lines.
-    keys = table.assign(level=table["comb_dB"].astype(float).round(1))
-    keys = keys.assign(off=keys["off_%"].abs())
-    order = keys.sort_values(["level", "off"], ascending=[False, True]).index
-    return table.loc[order]
+    table = pd.DataFrame.from_dict(rows, orient="index")
+    keys = pd.DataFrame(
+        {"level": -table["comb_dB"].round(1), "off": table["off_%"].abs()}
+    )
+    return table.loc[keys.sort_values(["level", "off"], kind="stable").index]

@@ -57,6 +57,15 @@ def percent(probability: float) -> str:
     return f"{min(probability, 0.999):.1%}"
 
 
+def sentence(text: str) -> str:
+    """Return a text as a sentence.
+
+    >>> sentence("the speed is missing")
+    'The speed is missing.'
+    """
+    return f"{text[:1].upper()}{text[1:]}."
+
+
 def counted(number: int, noun: str) -> str:
     """Return a number of things as text.
 

@@ -14,6 +14,7 @@ from ...verdicts.names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
 from ...verdicts.windows import HOLD
 from ..readers.entries import ListedRecording, OpenRecording
 from .channels import channel_difference
+from .messages import sentence
 from .training_facts import unstated_facts
 
 if TYPE_CHECKING:
@@ -58,10 +59,10 @@ def recording_remarks(
         yield f"Resampled from {opened.old_rate:g} to {model.sampling_rate:g} Hz."
     difference = channel_difference(opened.channels, model.facts, recording.channel)
     if difference and verdict["limits"] != difference:
-        yield f"{difference[0].upper()}{difference[1:]}."
+        yield sentence(difference)
     if not is_trained and "evidence" in windows:
         for text in windows["evidence"].dropna().unique():
-            yield f"{text[0].upper()}{text[1:]}."
+            yield sentence(text)
     yield from verdict_remarks(windows, verdict)
     has_no_pattern = verdict["verdict"] in (NO_FINDING, model.healthy)
     if has_no_pattern and model.has_combs_alone:

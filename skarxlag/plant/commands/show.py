@@ -3,9 +3,7 @@
 import argparse
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.stats import kurtosis
@@ -13,9 +11,8 @@ from scipy.stats import kurtosis
 from ...core.files import write_atomically
 from ...measures.levels import signal_levels
 from ...measures.velocity import velocity_rms
-from ..pages.drawings import recording_pictures
-from ..pages.pages import render
-from ..pages.recording_overview import STRETCH, Overview, overview
+from ..pages import render
+from ..pages.pictures import STRETCH, recording_pictures, view_recording
 from ..readers.formats.rates import rates_agree
 from ..readers.listing import ListedRecording
 from .channels import plain_unit
@@ -67,7 +64,7 @@ def draw(
         Why recordings could not be read.
     """
     with as_command_error():
-        references = [_view(recording, unit).stretch for recording in healthy]
+        references = [_view(recording, unit) for recording in healthy]
     entries = [_entry(each, bearing, references, unit) for each in recordings]
     failed = [entry for entry in entries if entry["error"]]
     if len(failed) < len(entries):
@@ -77,53 +74,42 @@ def draw(
 
 
 def _entry(recording, bearing, healthy, unit):
-    name = printable(recording.name)
+    """Return the section of a recording, or the reason why there is none."""
+    entry = {"name": printable(recording.name), "error": "", "facts": "", "figures": []}
     try:
         with as_command_error():
             view = _view(recording, unit)
-            figures = _pictures(view, bearing, healthy)
-            facts = _facts(view)
+            rate = view.sampling_rate
+            alike = [each for each in healthy if rates_agree(each.sampling_rate, rate)]
+            figures = [*recording_pictures(view, bearing, alike)]
+            return entry | {"facts": "; ".join(_facts(view)), "figures": figures}
     except CommandError as error:
         # The message names the file once or twice.
-        reason = printable(error).split(f"{recording.path}: ")[-1]
-        return {"name": name, "error": reason, "facts": "", "figures": []}
-    return {"name": name, "error": "", "facts": facts, "figures": figures}
+        return entry | {"error": printable(error).split(f"{recording.path}: ")[-1]}
 
 
-def _view(recording: ListedRecording, unit: str | None) -> Overview:
+def _view(recording, unit):
     """Read a recording once."""
     opened = recording.open(STRETCH, reads_speed=True)
     windows = (signal[np.newaxis] for signal in opened.blocks)
-    view = overview(opened, windows, opened.sampling_rate)
-    stretch = replace(view.stretch, unit=view.stretch.unit or unit)
-    return replace(view, stretch=stretch)
-
-
-def _pictures(view, bearing, healthy) -> list[Any]:
-    alike = [
-        other
-        for other in healthy
-        if rates_agree(other.sampling_rate, view.stretch.sampling_rate)
-    ]
-    return [*recording_pictures(view, bearing, alike)]
+    return view_recording(opened, windows, opened.sampling_rate, unit=unit)
 
 
 def _facts(view):
-    """Return duration, rate, speed, levels and impulsiveness of a recording, as one line."""
-    stretch = view.stretch
-    rate = stretch.sampling_rate
-    texts = [f"{view.duration} samples"]
-    if rate is not None:
-        texts = [f"{view.duration / rate:.4g} s at {rate:g} Hz"]
-    if stretch.rpm is not None:
-        texts.append(f"{stretch.mean_rpm:.5g} rpm")
-    unit = f" {stretch.unit}" if stretch.unit else ""
-    levels = signal_levels(stretch.samples)
-    texts.append(f"RMS {levels.rms:.3g}{unit}; peak {levels.peak:.3g}{unit}")
-    if np.ptp(stretch.samples) > 0:
-        texts.append(f"crest factor {levels.crest_factor:.3g}")
-        texts.append(f"kurtosis {kurtosis(stretch.samples, fisher=False):.3g}")
-    rms = velocity_rms(stretch.samples, rate, plain_unit(stretch.unit or ""))
+    """Yield duration, rate, speed, levels and impulsiveness of a recording."""
+    rate = view.sampling_rate
+    if rate is None:
+        yield f"{view.duration} samples"
+    else:
+        yield f"{view.duration / rate:.4g} s at {rate:g} Hz"
+    if view.rpm is not None:
+        yield f"{60 * view.shaft:.5g} rpm"
+    unit = f" {view.unit}" if view.unit else ""
+    levels = signal_levels(view.samples)
+    yield f"RMS {levels.rms:.3g}{unit}; peak {levels.peak:.3g}{unit}"
+    if np.ptp(view.samples) > 0:
+        yield f"crest factor {levels.crest_factor:.3g}"
+        yield f"kurtosis {kurtosis(view.samples, fisher=False):.3g}"
+    rms = velocity_rms(view.samples, rate, plain_unit(view.unit or ""))
     if rms is not None:
-        texts.append(f"velocity {rms:.3g} mm/s RMS from 10 to 1000 Hz")
-    return "; ".join(texts)
+        yield f"velocity {rms:.3g} mm/s RMS from 10 to 1000 Hz"

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from ...bearings import bearing_orders
@@ -15,9 +14,8 @@ from ..commands.diagnosis import Diagnosis
 from ..commands.messages import CommandError, counted, percent
 from ..commands.results import agreement, records
 from ..readers.listing import ListedRecording
-from .drawings import order_pictures, recording_pictures
-from .pages import render
-from .recording_overview import overview
+from . import render
+from .pictures import order_pictures, recording_pictures, view_recording
 
 #: Recordings with pictures, the most severe first.
 MOST_DRAWN = 20
@@ -59,7 +57,7 @@ def html_report(
     verdicts = rows["verdict"].astype(str)
     # The section of a recording has the reason, too.
     labels = verdicts.where(rows["error"] == "", NO_VERDICT)
-    severity = labels.map(partial(verdict_style, healthy=str(model.healthy)))
+    severity = labels.map(partial(_style, healthy=str(model.healthy)))
     rows = rows.assign(
         verdict=verdicts,
         label=labels,
@@ -93,19 +91,15 @@ def html_report(
     )
 
 
-def verdict_style(verdict: str, healthy: str) -> str:
-    """Return the style of a verdict: that of a fault, of healthy, or of no verdict.
-
-    Examples
-    --------
-    >>> verdict_style("inner race", "normal"), verdict_style("no signal", "normal")
-    ('fault', 'unclear')
-    """
-    if verdict == healthy:
-        return "healthy"
-    if verdict == NO_FINDING:
-        return "open"
-    return "unclear" if verdict in (NO_SIGNAL, NO_VERDICT) else "fault"
+def _style(verdict, healthy):
+    """Return the style of a verdict."""
+    styles = {
+        healthy: "healthy",
+        NO_FINDING: "open",
+        NO_SIGNAL: "unclear",
+        NO_VERDICT: "unclear",
+    }
+    return styles.get(verdict, "fault")
 
 
 def _figures(model, recording, diagnosis, resample, bearing):
@@ -117,42 +111,19 @@ def _figures(model, recording, diagnosis, resample, bearing):
     if windows is None:
         return []
     verdict = str(diagnosis.verdict["verdict"])
-    typical = np.flatnonzero(windows["verdict"].astype(str) == verdict)
-    middle = typical[len(typical) // 2] if len(typical) else 0
-    start = int(windows["start"].iloc[middle])
+    typical = windows.loc[windows["verdict"].astype(str) == verdict, "start"]
+    start = typical.iloc[len(typical) // 2] if len(typical) else 0
     try:
-        view = _view(model, recording, resample, start)
+        opened = model.open(recording, resample)
+        if not model.takes_rpm:
+            opened = opened._replace(entry=opened.entry.with_speed())
+        rate = opened.sampling_rate or model.sampling_rate
+        view = view_recording(opened, model.windows(opened), rate, at=int(start))
     except (OSError, ValueError, ImportError, CommandError):
         return []
-    stretch = view.stretch
     pictures = [*recording_pictures(view, bearing)]
-    if len(windows) > 1:
-        pictures.append(_windows_in_words(windows))
     # A model that is fitted to the row itself learned nothing else.
     if verdict != NO_SIGNAL and model.judge is not None:
-        speed = stretch.rpm
-        if np.ndim(speed) == 1:
-            speed = speed[start - view.first :][: view.row.shape[-1]]
         orders = None if bearing is None else bearing_orders(bearing)
-        pictures += order_pictures(model.diagnoser, view.row, speed, orders)
+        pictures += order_pictures(model.diagnoser, view, orders)
     return pictures
-
-
-def _windows_in_words(windows):
-    """Count the verdicts on windows, and those that exceed the healthy limits."""
-    verdicts = windows["verdict"].astype(str).str.partition(":")[0].value_counts()
-    counts = [f"{name} {number}" for name, number in verdicts.items()]
-    n_exceeding = int((windows["alarm"] == 1).sum())
-    return (
-        f"Of {len(windows)} windows: {', '.join(counts)}. {n_exceeding} of them exceed "
-        "the healthy limits."
-    )
-
-
-def _view(model, recording, resample, at):
-    """Read a recording as the model does, with a stretch around a sample."""
-    opened = model.open(recording, resample)
-    if not model.takes_rpm:
-        opened = opened._replace(entry=opened.entry.with_speed())
-    rate = opened.sampling_rate or model.sampling_rate
-    return overview(opened, model.windows(opened), rate, at)

@@ -23,6 +23,8 @@ def run(capsys, monkeypatch):
     monkeypatch.setattr("skarxlag.plant.watch.sensors._PAUSE", 0.005)
 
     def run_command(*argv):
+        # A fixture may have run a command before.
+        capsys.readouterr()
         try:
             code = main([str(each) for each in argv])
         except SystemExit as stop:

@@ -104,7 +104,6 @@ def test_figures_show_what_the_verdict_rests_on(report_page):
     assert captions(shown["lost.npy"]) == []
     for text in (
         "autoregressive model of the recording itself",
-        "Of 30 windows: worn 24, no signal 6. ",
         "Highest peaks: ",
     ):
         assert text in shown["worn.npy"]
