@@ -216,7 +216,7 @@ class ConditionClassifier(SignalClassifier):
 
     def _diagnosed(self, X, rpm):
         is_plausible = np.ones(len(X), dtype=bool)
-        train_rpm = training_speeds(self.residual_)
+        train_rpm = () if rpm is None else training_speeds(self.residual_)
         if len(train_rpm) > 0:
             rpm, is_plausible = with_plausible_speeds(rpm, len(X), train_rpm)
         levels = _levels(self.residual_, X, rpm)
@@ -241,9 +241,10 @@ class ConditionClassifier(SignalClassifier):
             self.recorded_prior,
             n_rows,
         )
-        n_classes = len(self.classes_)
-        equal = np.append(np.full(n_classes, -np.log(n_classes)), _NEVER)
-        logs = np.where(np.c_[is_plausible], joined.log_probability, equal)
+        logs = joined.log_probability
+        if not np.all(is_plausible):
+            logs[~is_plausible] = -np.log(len(self.classes_))
+            logs[~is_plausible, -1] = _NEVER
         decided = posterior.decided(logs, self.classes_, locations, healthy)
         return Bunch(log_probability=logs, recorded=joined.recorded, **decided)
 

@@ -30,6 +30,8 @@ ANOTHER_EXPONENT = 8.0
 CONDITION_EXPONENT = 32.0
 #: Probability of an unknown condition in rows that are of no recorded specimen.
 UNKNOWN_SHARE = 0.1
+#: Log residual of an answer that is not there, above those of all numbers.
+NO_ANSWER = 1e4
 #: Share of the gap of noise that the rows of a recording have in common: they are of
 #: one specimen.
 COMMON_GAP = 0.3
@@ -88,18 +90,19 @@ def answer_log_probabilities(
 
     Parameters
     ----------
-    residuals : ndarray of shape (n_rows, n_answers)
-        Natural logarithms of the residuals.
-    noise_gap : float or ndarray of shape (n_rows,)
+    residuals : ndarray of shape (..., n_answers)
+        Natural logarithms of the residuals of two or more answers; `NO_ANSWER` for one
+        that is not there.
+    noise_gap : float or ndarray of shape (...)
         The gap :math:`g_0`, at least 0.
     prior : float, default=0.5
         The probability :math:`\pi`, in (0, 1).
 
     Returns
     -------
-    log_probability : ndarray of shape (n_rows, n_answers)
+    log_probability : ndarray of shape (..., n_answers)
         Natural logarithms; those of a row sum to 1 as probabilities.
-    log_odds : ndarray of shape (n_rows,)
+    log_odds : ndarray of shape (...)
         The log odds z. With a single answer there is no gap, and they are minus
         infinity.
 
@@ -110,47 +113,35 @@ def answer_log_probabilities(
     (array([[1. , 0. ],
            [0.7, 0.3]]), array([ 0.5, -3.1]))
     """
-    if residuals.shape[1] < 2:
-        return np.zeros(residuals.shape), np.full(len(residuals), -np.inf)
-    smallest = residuals.min(axis=1)
-    excess = _gap(residuals) - noise_gap
+    smallest, second = np.moveaxis(np.sort(residuals, axis=-1), -1, 0)[:2]
+    excess = second - smallest - noise_gap
     log_odds = logit(prior) + ODDS_OF_NOISE + GAP_ODDS * excess
     log_odds -= FAR_ODDS * np.maximum(smallest, 0.0)
     log_odds = np.minimum(log_odds, LARGEST_ODDS)
-    is_nearest = residuals == smallest[:, np.newaxis]
-    n_nearest = is_nearest.sum(axis=1)
-    of_nearest = np.c_[log_expit(log_odds) - np.log(n_nearest)]
-    if_recorded = np.where(is_nearest, of_nearest, -np.inf)
+    log_odds[second == NO_ANSWER] = -np.inf
+    is_nearest = residuals == smallest[..., np.newaxis]
+    if_recorded = log_expit(log_odds) - np.log(is_nearest.sum(axis=-1))
     of_others = _log_softmax(-ANOTHER_EXPONENT * residuals)
-    if_another = np.c_[log_expit(-log_odds)] + of_others
-    return np.logaddexp(if_recorded, if_another), log_odds
-
-
-def _gap(residuals):
-    """Return the second smallest value of each row less the smallest."""
-    smallest, second = np.partition(residuals, 1, axis=1)[:, :2].T
-    return second - smallest
+    if_another = log_expit(-log_odds)[..., np.newaxis] + of_others
+    of_nearest = np.logaddexp(if_recorded[..., np.newaxis], if_another)
+    return np.where(is_nearest, of_nearest, if_another), log_odds
 
 
 def _log_softmax(scores):
     """Return what `scipy.special.log_softmax` does, which takes as long as a row's spectra."""
-    below_largest = scores - scores.max(axis=1, keepdims=True)
-    total = np.exp(below_largest).sum(axis=1, keepdims=True)
-    return below_largest - np.log(total)
+    return scores - np.logaddexp.reduce(scores, axis=-1, keepdims=True)
 
 
 def _by_location(function, values, locations):
-    """Return a function of the columns of each location, which reduces axis 1."""
-    of_locations = [
-        function(values[:, locations == location], axis=1)
-        for location in range(locations.max() + 1)
-    ]
-    return np.stack(of_locations, axis=1)
+    """Reduce the columns of each location by a function of NumPy."""
+    order = np.argsort(locations, kind="stable")
+    first = np.searchsorted(locations[order], np.arange(locations.max() + 1))
+    return function.reduceat(values[:, order], first, axis=1)
 
 
 def question_residuals(
     residuals: Array, locations: Array, healthy: int
-) -> tuple[Array, Array]:
+) -> Array:
     """Return the residuals of the answers to both questions.
 
     The residual of an answer is the smallest residual of its conditions.
@@ -162,25 +153,27 @@ def question_residuals(
 
     Returns
     -------
-    of_states : ndarray of shape (n_rows, n_states)
-        Of the question whether there is a fault: of healthy conditions and of faults, as
-        far as there are any.
-    of_faults : ndarray of shape (n_rows, n_faults)
-        Of the question at which location the fault is.
+    ndarray of shape (n_rows, 2, n_answers)
+        Of the question whether there is a fault: of healthy conditions and of faults.
+        Of the question at which location the fault is: of the locations. `NO_ANSWER` for
+        locations that are healthy or not there.
 
     Examples
     --------
     >>> residuals = np.array([[0.0, -0.7, 0.1]])
     >>> question_residuals(residuals, np.array([0, 1, 2]), 0)
-    (array([[ 0. , -0.7]]), array([[-0.7,  0.1]]))
+    array([[[ 0.e+00, -7.e-01,  1.e+04],
+            [ 1.e+04, -7.e-01,  1.e-01]]])
     """
-    nearest = _by_location(np.min, residuals, locations)
-    is_fault = np.arange(nearest.shape[1]) != healthy
-    of_faults = nearest[:, is_fault]
-    of_states = nearest[:, ~is_fault]
-    if of_faults.shape[1] > 0:
-        of_states = np.column_stack([of_states, of_faults.min(axis=1)])
-    return of_states, of_faults
+    n_locations = locations.max() + 1
+    shape = len(residuals), 2, max(n_locations, 2)
+    questions = np.full(shape, NO_ANSWER)
+    questions[:, 1, :n_locations] = _by_location(np.minimum, residuals, locations)
+    if healthy >= 0:
+        questions[:, 0, 0] = questions[:, 1, healthy]
+        questions[:, 1, healthy] = NO_ANSWER
+    questions[:, 0, 1] = questions[:, 1].min(axis=1)
+    return questions
 
 
 def noise_gaps(residuals: Array, locations: Array, healthy: int) -> Array:
@@ -202,13 +195,10 @@ def noise_gaps(residuals: Array, locations: Array, healthy: int) -> Array:
     >>> noise_gaps(np.array([[0.0, -0.7, 0.1], [0.1, 0.0, 0.0]]), np.array([0, 1, 2]), 0)
     array([0.7, 0.8])
     """
-    questions = question_residuals(residuals, locations, healthy)
-    return np.array(
-        [
-            _gap(question).max() if question.shape[1] > 1 else 0.0
-            for question in questions
-        ]
-    )
+    questions = np.sort(question_residuals(residuals, locations, healthy), axis=2)
+    gaps = questions[..., 1] - questions[..., 0]
+    gaps[questions[..., 1] == NO_ANSWER] = 0.0
+    return gaps.max(axis=0)
 
 
 def condition_log_probabilities(
@@ -261,23 +251,18 @@ def condition_log_probabilities(
     (array([[0.  , 0.93, 0.  , 0.  , 0.06]]), array([0.46]))
     """
     left = np.sqrt(COMMON_GAP + (1 - COMMON_GAP) / np.maximum(n_rows, 1.0))
-    of_questions = question_residuals(residuals, locations, healthy)
-    (of_states, state_odds), (of_faults, location_odds) = (
-        answer_log_probabilities(question, gap * left, prior)
-        for question, gap in zip(of_questions, gaps_of_noise, strict=True)
-    )
-    n_locations = locations.max() + 1
-    is_fault = np.arange(n_locations) != healthy
-    of_location = np.empty((len(residuals), n_locations))
-    of_location[:, ~is_fault] = of_states[:, :1]
-    of_location[:, is_fault] = of_states[:, -1:] + of_faults
-    scores = np.empty((len(residuals), len(locations) + 1))
-    for location in range(n_locations):
-        conditions = np.flatnonzero(locations == location)
-        among = _log_softmax(-CONDITION_EXPONENT * residuals[:, conditions])
-        scores[:, conditions] = of_location[:, [location]] + among
-    recorded = np.maximum(state_odds, location_odds)
-    scores[:, -1] = log_expit(-recorded) + logit(UNKNOWN_SHARE)
+    questions = question_residuals(residuals, locations, healthy)
+    gaps = np.multiply.outer(left, gaps_of_noise)
+    answers, log_odds = answer_log_probabilities(questions, gaps, prior)
+    of_locations = answers[:, 1] + answers[:, 0, 1:2]
+    if healthy >= 0:
+        of_locations[:, healthy] = answers[:, 0, 0]
+    scores = -CONDITION_EXPONENT * residuals
+    scores -= _by_location(np.logaddexp, scores, locations)[:, locations]
+    scores += of_locations[:, locations]
+    recorded = log_odds.max(axis=1)
+    unknown = log_expit(-recorded) + logit(UNKNOWN_SHARE)
+    scores = np.column_stack([scores, unknown])
     return Posterior(_log_softmax(scores), expit(recorded))
 
 
@@ -306,11 +291,10 @@ def decided_condition(
     >>> decided_condition(np.array([[0.4, 0.3, 0.3]]), np.array([0, 1, 2]), 0)
     array([1])
     """
-    of_locations = _by_location(np.sum, probability, locations)
+    of_locations = _by_location(np.add, probability, locations)
     if healthy >= 0:
         is_faulty = 2 * of_locations[:, healthy] < of_locations.sum(axis=1)
-        of_locations[is_faulty, healthy] = -1.0
-        of_locations[~is_faulty, healthy] = np.inf
+        of_locations[:, healthy] = np.where(is_faulty, -1.0, np.inf)
     decided_location = of_locations.argmax(axis=1)
     is_there = locations == decided_location[:, np.newaxis]
     return np.where(is_there, probability, -1.0).argmax(axis=1)
@@ -342,9 +326,9 @@ def with_largest(probability: Array, chosen: NDArray[np.intp]) -> Array:
     """
     rows = np.arange(len(probability))
     of_chosen = probability[rows, chosen]
-    is_raised = probability >= np.c_[of_chosen]
+    is_raised = probability >= of_chosen[:, np.newaxis]
     mean = np.where(is_raised, probability, 0.0).sum(axis=1) / is_raised.sum(axis=1)
-    changed = np.where(is_raised, np.c_[mean], probability)
+    changed = np.where(is_raised, mean[:, np.newaxis], probability)
     is_largest = changed.argmax(axis=1) == chosen
     changed[rows, chosen] *= np.where(is_largest, 1.0, 1 + 1e-6)
     return changed / changed.sum(axis=1, keepdims=True)
