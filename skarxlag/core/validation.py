@@ -151,13 +151,16 @@ def is_plain(estimator: Any, X: Any, shape: tuple[int, ...]) -> bool:
     pipeline repeats them.
     """
     return (
-        type(X) is np.ndarray
+        is_of_floats(X)
         and X.shape[1:] == shape
-        and X.dtype in (np.float64, np.float32)
-        and len(X) > 0
         and "feature_names_in_" not in vars(estimator)
         and bool(np.isfinite(X).all())
     )
+
+
+def is_of_floats(X: Any) -> bool:
+    """Return whether X is an array of NumPy with floats, which `check_array` leaves as they are."""
+    return type(X) is np.ndarray and X.dtype in (np.float64, np.float32) and X.size > 0
 
 
 def _check_window_shape(estimator, shape, any_length):

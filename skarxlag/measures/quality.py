@@ -13,7 +13,7 @@ from sklearn.utils import check_array
 from ..core.parallel import map_batches
 from ..core.speeds import speeds_of_rows
 from ..core.state import expect
-from ..core.validation import ABOVE_0, as_samples, check_real
+from ..core.validation import ABOVE_0, as_samples, check_real, is_of_floats
 from ..kernels.scaling import ROUNDING, largest
 from ..kernels.short_time import windowed_segments
 from . import mains_hum
@@ -195,9 +195,10 @@ def signal_quality(
     if sampling_rate is not None:
         check_real(sampling_rate, "sampling_rate", **ABOVE_0)
     X = as_samples(X, "X")
-    X = check_array(
-        X, dtype=[np.float64, np.float32], allow_nd=True, ensure_all_finite=False
-    )
+    if np.ndim(X) < 2 or not is_of_floats(X):
+        X = check_array(
+            X, dtype=[np.float64, np.float32], allow_nd=True, ensure_all_finite=False
+        )
     shapes = "(n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)"
     expect(X.ndim <= 3, "X.shape", X.shape, shapes)
     frequencies = speeds_of_rows(np.nan if rpm is None else rpm, len(X)) / 60
@@ -234,7 +235,7 @@ def is_overflow(signals: NDArray[Any]) -> NDArray[np.bool_]:
     peak = largest(signals)
     overflow = np.zeros(signals.shape, dtype=bool)
     # Seven digits are left in single precision.
-    has_size = np.isclose(peak, _SENTINELS, rtol=1e-6, atol=0).any(axis=1)
+    has_size = (np.abs(peak / _SENTINELS - 1) <= 1e-6).any(axis=1)
     for row in np.flatnonzero(has_size):
         share = np.abs(signals[row]) / peak[row]
         is_written = share > 1 - 1e-6
@@ -357,8 +358,9 @@ def _first_failed(checks, n_windows):
     quality = np.full(n_windows, "good", dtype="<U12")
     share = np.zeros(n_windows)
     for name, (fails, share_of_check) in reversed(checks.items()):
-        quality[fails] = name
-        share[fails] = share_of_check[fails]
+        if fails.any():
+            quality[fails] = name
+            share[fails] = share_of_check[fails]
     return quality, share
 
 
@@ -377,23 +379,21 @@ def _clipped(windows, highest, lowest, step):
     n_extreme = (windows == highest).sum(axis=1) + (windows == lowest).sum(axis=1)
     share = n_extreme / windows.shape[1]
     is_clipped = (share > _CLIPPED) & (n_extreme > 2)
-    suspects = np.flatnonzero(is_clipped)
-    n_near = _near_extremes(windows[suspects], step[suspects]) - n_extreme[suspects]
-    is_clipped[suspects] = n_extreme[suspects] > _PILED_UP * n_near
+    for i in np.flatnonzero(is_clipped):
+        n_near = _near_extremes(windows[i], step[i]) - n_extreme[i]
+        is_clipped[i] = n_extreme[i] > _PILED_UP * n_near
     return is_clipped, share
 
 
-def _near_extremes(windows, step):
-    """Count the samples at and near the extremes of windows, whose steps are a share of the range.
+def _near_extremes(window, step):
+    """Count the samples at and near the extremes of a window, whose steps are a share of its range.
 
     A step of half of the range, as in a square wave, is not near.
     """
-    highest = windows.max(axis=1, keepdims=True)
-    lowest = windows.min(axis=1, keepdims=True)
-    width = np.maximum(_NEAR, np.minimum(1.5 * step, 0.25))[:, np.newaxis]
-    width = width * (highest - lowest)
-    is_near = (windows >= highest - width) | (windows <= lowest + width)
-    return is_near.sum(axis=1)
+    highest = window.max()
+    lowest = window.min()
+    width = max(_NEAR, min(1.5 * step, 0.25)) * (highest - lowest)
+    return np.sum((window >= highest - width) | (window <= lowest + width))
 
 
 def _longest_runs(stays):
@@ -414,18 +414,19 @@ def _wrapped(windows, leaps):
         return is_wrapped
     fewest_leaps = max(_FEWEST_LEAPS, _LEAST_LEAPS * n_samples)
     fewest_at_ends = max(_FEWEST_AT_ENDS, _LEAST_AT_ENDS * n_samples)
-    for i in np.flatnonzero(leaps >= _FEWEST_LEAPS):
+    for i in np.flatnonzero(leaps >= fewest_leaps):
         signal = windows[i] - windows[i].mean()
         span = np.ptp(signal)
         n_at_top = np.count_nonzero(signal > signal.max() - _EDGE * span)
         n_at_bottom = np.count_nonzero(signal < signal.min() + _EDGE * span)
+        if min(n_at_top, n_at_bottom) < fewest_at_ends:
+            continue
         past = np.lib.stride_tricks.sliding_window_view(signal, _ORDER)[:-1]
         coef, *_ = np.linalg.lstsq(past, signal[_ORDER:], rcond=None)
         errors = np.abs(signal[_ORDER:] - past @ coef)
         is_leap = np.abs(np.diff(signal[_ORDER - 1 :])) > _LEAP * span
         n_unforeseen = np.count_nonzero(errors[is_leap] > _UNFORESEEN * span)
-        reaches_ends = min(n_at_top, n_at_bottom) >= fewest_at_ends
-        is_wrapped[i] = reaches_ends and n_unforeseen >= fewest_leaps
+        is_wrapped[i] = n_unforeseen >= fewest_leaps
     return is_wrapped
 
 
