@@ -139,9 +139,7 @@ def _by_location(function, values, locations):
     return function.reduceat(values[:, order], first, axis=1)
 
 
-def question_residuals(
-    residuals: Array, locations: Array, healthy: int
-) -> Array:
+def question_residuals(residuals: Array, locations: Array, healthy: int) -> Array:
     """Return the residuals of the answers to both questions.
 
     The residual of an answer is the smallest residual of its conditions.
