@@ -69,7 +69,9 @@ def main(argv: list[str] | None = None) -> int:
         return 141
     except OSError as error:
         _drop_output()
-        return _stop(args, f"error: {error}", 1)
+        # What fails without a file is the output.
+        where = "" if error.filename else "standard output: "
+        return _stop(args, f"error: {where}{error}", 1)
 
 
 def _stop(args, message, status):

@@ -123,7 +123,7 @@ def keywords(function: Callable[..., Any], args: Namespace) -> dict[str, Any]:
     return {name: value for name, value in vars(args).items() if name in names}
 
 
-def refuse(args: Namespace, names: Iterable[str], why: str) -> None:
+def refuse(args: Any, names: Iterable[str], why: str) -> None:
     """Raise an error if one of some options is given."""
     for name in names:
         if getattr(args, name):

@@ -5,9 +5,9 @@ import signal
 from contextlib import ExitStack
 from typing import Any
 
-from ..watch.lines import OutputError
+from ..watch.options import SensorOptions
 from ..watch.sensors import follow
-from .messages import CommandError
+from .arguments import keywords
 
 
 def run(args: argparse.Namespace) -> int:
@@ -21,7 +21,4 @@ def run(args: argparse.Namespace) -> int:
         # These signals end the command where it does no harm.
         for number in (signal.SIGINT, signal.SIGTERM):
             at_end.callback(signal.signal, number, signal.signal(number, note))
-        try:
-            return int(follow(args, signals))
-        except OutputError as error:
-            raise CommandError(str(error)) from error
+        return int(follow(SensorOptions(**keywords(SensorOptions, args)), signals))

@@ -1,6 +1,5 @@
 """Follow a folder into which a logger drops recordings: one verdict for each snapshot."""
 
-import argparse
 import os
 import time
 from collections.abc import Callable
@@ -12,20 +11,22 @@ import numpy as np
 from ...monitoring.alarm import CumulativeSumAlarm
 from ...verdicts.names import POSSIBLY_CHANGED
 from ..commands.arguments import refuse
-from ..commands.diagnosis import Diagnosis, diagnose_file
+from ..commands.diagnosis import diagnose_file
 from ..commands.messages import counted, say
 from ..commands.models import SavedModel
 from ..readers.entries import ListedRecording
 from ..readers.files import recording_start
+from .lines import iso_date
+from .options import SensorOptions
 
-#: Names of files that count as diagnosed, although the files may be gone.
-_MOST_NAMES = 100_000
 #: Pause after a look at a folder, in durations of the look, at least.
 _PAUSE = 20
 #: Probability that a healthy snapshot exceeds the limits after one that did, if load or
 #: speed last longer than the time between snapshots.
 _PERSISTENCE = 0.5
 _HOURS_A_YEAR = 8766
+#: Seconds between snapshots, at least. Files that were copied are closer.
+_SHORTEST_INTERVAL = 1.0
 
 
 class FolderFollower:
@@ -36,44 +37,37 @@ class FolderFollower:
 
     Parameters
     ----------
-    args : argparse.Namespace
-        Arguments of the command for the sensor.
+    options : SensorOptions
+        Options of the sensor.
     model : SavedModel
         The model.
     remark : callable
         Prints a line about the sensor, once.
-    add : callable
-        Called with the fields of the line of each snapshot.
 
     Attributes
     ----------
     monitor : CumulativeSumAlarm
         The alarm.
-    cut : None
-        Whole files are diagnosed, and no blocks are cut.
     has_ended, is_readable : bool
         False, since a folder never ends; and True.
     """
 
-    cut = None
     has_ended = False
     is_readable = True
 
     def __init__(
         self,
-        args: argparse.Namespace,
+        options: SensorOptions,
         model: SavedModel,
         remark: Callable[[str], None],
-        add: Callable[[dict[str, Any]], None],
     ) -> None:
-        refuse(args, ["rpm_column"], "belongs to csv lines")
+        refuse(options, ["rpm_column"], "belongs to csv lines")
         why = "counts hours of signal; --alarm-delay counts the snapshots of a folder"
-        refuse(args, ["false_alarm_interval"], why)
-        self._args = args
+        refuse(options, ["false_alarm_interval"], why)
+        self._options = options
         self._model = model
         self._remark = remark
-        self._add = add
-        self._folder = Path(args.source)
+        self._folder = Path(options.source)
         self._has_alarm = model.judge.limits.exist
         self._rate = model.judge.limits.rate if self._has_alarm else _PERSISTENCE / 2
         self.monitor = self._new_alarm(_PERSISTENCE)
@@ -87,8 +81,9 @@ class FolderFollower:
 
     def _new_alarm(self, persistence):
         # The interval between false alarms has no influence, because the delay is stated.
-        delay = self._args.alarm_delay or 1
-        return CumulativeSumAlarm(1.0, self._rate, persistence, delay, self._args.latch)
+        delay = self._options.alarm_delay or 1
+        latch = self._options.latch
+        return CumulativeSumAlarm(1.0, self._rate, persistence, delay, latch)
 
     @property
     def alarm_state(self) -> str:
@@ -98,26 +93,24 @@ class FolderFollower:
     def open(self) -> None:
         """Do nothing: each look opens the folder."""
 
-    def step(self) -> bool:
-        """Diagnose the next file that is finished, and return whether there was one."""
+    def step(self) -> list[dict[str, Any]] | None:
+        """Diagnose the next file that is finished: its verdict, or None if there was none."""
         start = time.monotonic()
         if not self._finished and start >= self._look_at:
             self._look(start)
             end = time.monotonic()
             self._look_at = end + _PAUSE * (end - start)
         if not self._finished:
-            return False
+            return None
         name = self._finished.pop()
         self._names.add(name)
         self._waiting.pop(name, None)
-        self._diagnose(self._folder / name)
-        return True
+        return self._diagnosed(self._folder / name)
 
     def _look(self, moment):
         """Find the files that are finished."""
         names = {name for name in os.listdir(self._folder) if name[0] != "."}
-        if len(self._names) > _MOST_NAMES:
-            self._names &= names
+        self._names &= names
         waiting = {}
         finished = []
         for name in names - self._names:
@@ -129,51 +122,52 @@ class FolderFollower:
             status = path.stat()
             state = status.st_mtime_ns, status.st_size
             waiting[name] = state, since if state == before else moment
-            if state == before and moment - since >= self._args.settle:
+            if state == before and moment - since >= self._options.settle:
                 finished.append((*state, name))
         self._waiting = waiting
         self._finished = [name for *_, name in sorted(finished, reverse=True)]
 
-    def _diagnose(self, path):
-        args = self._args
+    def _diagnosed(self, path):
+        options = self._options
         recording = ListedRecording(
             None,
             path.name,
             path,
-            channel=args.channel,
-            dtype=args.dtype,
-            sampling_rate=args.sampling_rate or self._model.sampling_rate,
-            pulses_per_revolution=args.pulses_per_revolution or 1,
-            **args.rpm,
+            channel=options.channel,
+            dtype=options.dtype,
+            sampling_rate=options.sampling_rate or self._model.sampling_rate,
+            pulses_per_revolution=options.pulses_per_revolution or 1,
+            **options.rpm,
         )
         diagnosis = diagnose_file(recording, lambda: self._model)
         if diagnosis.error is not None:
             self._n_skipped += 1
             say(f"skipped: {path}: {diagnosis.error}")
-            return
+            return []
         self._n_diagnosed += 1
         for remark in diagnosis.remarks:
             self._remark(remark)
         start = recording_start(path, channel=recording.channel, dtype=recording.dtype)
         seconds = path.stat().st_mtime if start is None else start
-        self._add({"seconds": seconds, "source": path.name} | self._fields(diagnosis))
+        head = {"time": iso_date(seconds), "seconds": seconds, "source": path.name}
+        return [head | self._counted(diagnosis.verdict)]
 
-    def _fields(self, diagnosis: Diagnosis) -> dict[str, Any]:
-        """Count a snapshot, and return its entries in the results with those of the alarm."""
-        entries = {
+    def _counted(self, verdict):
+        """Count a snapshot, and return its fields with those of the alarm."""
+        fields = {
             name.replace(" ", "_").replace("-", "_"): value
-            for name, value in diagnosis.verdict.items()
+            for name, value in verdict.items()
             if not name.startswith("share of ")
         }
-        exceeds = {"yes": True, "no": False}.get(entries["alarm"])
+        exceeds = {"yes": True, "no": False}.get(fields["alarm"])
         alarm = self.monitor
         if exceeds is not None:
             alarm.add(exceeds)
-        is_healthy = entries["verdict"] == self._model.healthy
+        is_healthy = fields["verdict"] == self._model.healthy
         if is_healthy and alarm.alarm_state in ("on", "not yet an alarm"):
-            entries |= {"verdict": POSSIBLY_CHANGED, "probability": np.nan}
-        has_signal = entries["no_signal"] < entries["windows"]
-        return entries | {
+            fields |= {"verdict": POSSIBLY_CHANGED, "probability": np.nan}
+        has_signal = fields["no_signal"] < fields["windows"]
+        return fields | {
             "quality": "good" if has_signal else "no signal",
             "exceeds": exceeds,
             "alarm": (alarm.active or alarm.latched) if self._has_alarm else None,
@@ -196,7 +190,7 @@ class FolderFollower:
         """Describe the delay of the alarm and the rate of false alarms; None without limits."""
         if not self._has_alarm:
             return None
-        n = self._args.alarm_delay or 1
+        n = self._options.alarm_delay or 1
         delay = "the first snapshot that exceeds"
         if n > 1:
             delay = f"the last of {n} snapshots in a row that exceed"
@@ -204,7 +198,8 @@ class FolderFollower:
         alarms = map(self._new_alarm, (_PERSISTENCE, self._rate))
         run_length = min(alarm.run_length() for alarm in alarms)
         expected = f"at most one in {run_length:.3g} snapshots"
-        if seconds := self._interval():
+        seconds = self._interval()
+        if seconds >= _SHORTEST_INTERVAL:
             an_hour = 3600 / seconds / run_length
             expected = (
                 f"at most {an_hour:.2g} an hour and {an_hour * _HOURS_A_YEAR:.2g} a year, "

@@ -11,13 +11,6 @@ from ..commands.models import SavedModel
 
 #: Fields of a verdict whose changes are written at once.
 _NEWS = ("verdict", "alarm", "quality")
-#: Range of the seconds since 1970 that are taken for dates, from 1973 to 2096. A clock
-#: that counts from the start of a machine is below it.
-_DATES = (1e8, 4e9)
-
-
-class OutputError(Exception):
-    """Standard output that cannot be written, which no sensor is the reason of."""
 
 
 class SensorLines:
@@ -50,7 +43,7 @@ class SensorLines:
         self._verdict_at = time.monotonic()
         if self._is_due(fields):
             self._written = fields
-            self._print("verdict", fields["seconds"], fields)
+            self._print("verdict", fields)
 
     def _is_due(self, fields):
         before = self._written
@@ -79,22 +72,17 @@ class SensorLines:
             "alarm": alarm_state in ("on", "latched") if has_alarm else None,
             "alarm_state": alarm_state,
         }
-        self._print(kind, None, present | fields)
+        self._print(kind, present | fields)
 
-    def _print(self, kind, seconds, fields):
+    def _print(self, kind, fields):
         self._line_at = time.monotonic()
-        line = {"kind": kind, "time": iso_date(seconds), **self._head, **fields}
+        line = {"kind": kind, "time": iso_date(time.time()), **self._head, **fields}
         for name, value in line.items():
             if isinstance(value, float) and not math.isfinite(value):
                 line[name] = None
             elif isinstance(value, str):
                 line[name] = printable(value)
-        try:
-            print(json.dumps(line, allow_nan=False), flush=True)
-        except BrokenPipeError:
-            raise
-        except OSError as error:
-            raise OutputError(f"standard output: {error}") from error
+        print(json.dumps(line, allow_nan=False), flush=True)
 
     def summary(self) -> str:
         """Describe the latest verdict; empty if there is none."""
@@ -106,8 +94,10 @@ class SensorLines:
         return f"; last: {last['verdict'] or 'no verdict'}{alarm}"
 
 
-def iso_date(seconds: float | None) -> str:
-    """Return seconds since 1970 as ISO 8601 date in UTC; the present if they are no date."""
-    is_date = seconds is not None and _DATES[0] < seconds < _DATES[1]
-    moment = datetime.fromtimestamp(seconds, UTC) if is_date else datetime.now(UTC)
-    return moment.isoformat(timespec="milliseconds")
+def iso_date(seconds: float) -> str:
+    """Return seconds since 1970 as ISO 8601 date in UTC.
+
+    >>> iso_date(1.6e9)
+    '2020-09-13T12:26:40.000+00:00'
+    """
+    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="milliseconds")

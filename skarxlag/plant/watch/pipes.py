@@ -1,6 +1,5 @@
 """Follow a pipe, a device or standard input with a monitor."""
 
-import argparse
 import math
 import queue
 import sys
@@ -13,19 +12,17 @@ from pathlib import Path
 from typing import Any
 
 from ...monitoring import ConditionMonitor
-from ...monitoring.together import CutBlock
 from ..commands.arguments import refuse
 from ..commands.channels import channel_difference
 from ..commands.messages import CommandError, UsageError, counted, listed
 from ..commands.models import SavedModel
 from ..commands.remarks import why_no_orders
 from ..readers.formats.rates import rates_agree
+from .options import SensorOptions
 from .parsing import RawParser, TextParser, chosen_names
 
 _BYTES_AT_A_TIME = 2**18
 _READ_AHEAD = 4
-#: Arguments of the monitor.
-_SETTINGS = ("half_life", "alarm_delay", "latch")
 #: Hours of signal between false alarms, at least.
 _INTERVAL = 1000.0
 #: Seconds in which samples are counted, and the share by which they may be wrong.
@@ -78,8 +75,8 @@ class PipeFollower:
 
     Parameters
     ----------
-    args : argparse.Namespace
-        Arguments of the command for the sensor.
+    options : SensorOptions
+        Options of the sensor.
     model : SavedModel
         The model.
     remark : callable
@@ -89,35 +86,36 @@ class PipeFollower:
     ----------
     monitor : ConditionMonitor
         The monitor.
-    cut : CutBlock or None
-        Windows of what was new.
     has_ended, is_readable : bool
         Whether the pipe has ended, and whether it holds what the model expects.
     """
 
     def __init__(
         self,
-        args: argparse.Namespace,
+        options: SensorOptions,
         model: SavedModel,
         remark: Callable[[str], None],
     ) -> None:
-        rate = args.sampling_rate or model.sampling_rate
+        rate = options.sampling_rate or model.sampling_rate
         if rate is None or not rates_agree(rate, model.sampling_rate):
             raise UsageError(
-                f"argument --sampling-rate: {rate} Hz, but {args.model} states "
+                f"argument --sampling-rate: {rate} Hz, but {options.model} states "
                 f"{model.sampling_rate}"
             )
-        if model.capabilities.needs_rpm and not (args.rpm or args.rpm_column):
+        if model.capabilities.needs_rpm and not (options.rpm or options.rpm_column):
             raise UsageError(
-                f"argument --rpm: needed, {args.model} was fitted at "
+                f"argument --rpm: needed, {options.model} was fitted at "
                 f"{listed(model.train_rpm)} rpm"
             )
-        if args.dtype is not None:
-            refuse(args, ["rpm_column"], "belongs to csv lines")
-        self._args = args
+        if options.dtype is not None:
+            refuse(options, ["rpm_column"], "belongs to csv lines")
+        if speeds := options.rpm.get("speed_source"):
+            refuse(options, ["rpm"], f"{speeds} is for a folder; use --rpm-column")
+        self._options = options
         self._model = model
         self._remark = remark
         self._rate = rate
+        self._rpm = options.rpm.get("rpm")
         self.monitor = ConditionMonitor(
             model.diagnoser,
             rate,
@@ -125,15 +123,13 @@ class PipeFollower:
             conditions=None if model.healthy is None else model.conditions,
             train_rpm=model.train_rpm,
             window_length=model.window_length,
-            false_alarm_interval=args.false_alarm_interval or _INTERVAL,
-            **{name: getattr(args, name) for name in _SETTINGS},
+            false_alarm_interval=options.false_alarm_interval or _INTERVAL,
+            alarm_delay=options.alarm_delay,
+            half_life=options.half_life,
+            latch=options.latch,
         )
-        speeds = args.rpm.get("speed_source")
-        if speeds:
-            refuse(args, ["rpm"], f"{speeds} is for a folder; use --rpm-column")
         if model.capabilities.compares_orders:
-            speed = args.rpm.get("rpm")
-            remark(why_no_orders(model.window_length, rate, speed))
+            remark(why_no_orders(model.window_length, rate, self._rpm))
         self._closed_at: float | None = None
 
     @property
@@ -143,50 +139,45 @@ class PipeFollower:
 
     def open(self) -> None:
         """Open the pipe, also after it has ended: windows start again."""
-        args = self._args
-        self.cut: CutBlock | None = None
+        options = self._options
         self.has_ended = self.is_readable = False
         # Time and samples from which arrivals are counted.
         self._counted_from = -math.inf, 0
         choose = partial(
             chosen_names,
-            channel=args.channel,
-            speed=args.rpm_column,
+            channel=options.channel,
+            speed=options.rpm_column,
             usual=self._model.usual_channels,
         )
-        if args.dtype is None:
+        if options.dtype is None:
             self._parser = TextParser(choose)
         else:
-            self._parser = RawParser(args.dtype, choose)
+            self._parser = RawParser(options.dtype, choose)
         if self._closed_at is not None:
             pause = time.monotonic() - self._closed_at
             self.monitor.restore(self.monitor.state(), pause=pause)
-        opener = partial(Path(args.source).open, "rb", buffering=0)
-        if args.source == "-":
+        opener = partial(Path(options.source).open, "rb", buffering=0)
+        if options.source == "-":
             if sys.stdin is None:
                 raise CommandError("-: there is no standard input")
             opener = partial(nullcontext, sys.stdin.buffer.raw)
         self._pipe = Pipe(opener)
 
-    def step(self) -> bool:
-        """Cut what has arrived into windows, and return whether there was something."""
-        self.cut = None
+    def step(self) -> list[dict[str, Any]] | None:
+        """Diagnose the windows of what has arrived: their verdicts, or None if nothing has."""
         data = [*self._pipe.arrived()]
         self.has_ended = b"" in data
         try:
             samples = self._parser.samples(b"".join(data), self.has_ended)
-            if samples.size:
-                self.cut = self._cut(samples)
-                self.is_readable = True
+            fields = self._verdicts(samples) if samples.size else []
         except (ValueError, CommandError) as error:
-            raise CommandError(f"{self._args.source}: {error}") from error
-        return bool(data)
+            raise CommandError(f"{self._options.source}: {error}") from error
+        return fields if data else None
 
-    def _cut(self, samples):
-        rpm = self._args.rpm.get("rpm")
-        if self._args.rpm_column is not None:
-            rpm = samples[-1]
-            samples = samples[:-1]
+    def _verdicts(self, samples):
+        rpm = self._rpm
+        if self._options.rpm_column is not None:
+            *samples, rpm = samples
         n_channels = self._model.n_channels
         if len(samples) != n_channels:
             advice = self._parser.advice or "--channel chooses"
@@ -194,13 +185,16 @@ class PipeFollower:
                 f"{counted(len(samples), 'channel')}, expected {n_channels}; {advice}"
             )
         channels = self._parser.channels[:n_channels]
-        facts = self._model.facts
-        difference = channel_difference(channels, facts, self._args.channel)
+        difference = channel_difference(
+            channels, self._model.facts, self._options.channel
+        )
         if difference:
             self._remark(f"Limits may not hold: {difference}.")
-        cut = self.monitor.cut(samples, rpm=rpm)
+        verdicts = self.monitor.update(samples, rpm=rpm)
+        self.is_readable = True
         self._compare_with_clock()
-        return cut
+        fields = [verdict._asdict() for verdict in verdicts]
+        return [{"seconds": each.pop("time")} | each for each in fields]
 
     def _compare_with_clock(self):
         """Compare the samples of some minutes with the clock of the computer."""

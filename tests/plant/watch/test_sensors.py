@@ -160,12 +160,9 @@ def test_a_table_with_a_mistake_ends_the_command(run, plant, changes, message):
     assert code == 1 and out == "" and message in err and "Traceback" not in err
 
 
-@pytest.mark.parametrize(
-    ("option", "column"), [("--sensor", "name"), ("--rpm-column", "rpm")]
-)
-def test_an_option_that_a_column_replaces_is_refused(run, plant, option, column):
-    code, _, err = run("watch", plant, option, "x")
-    assert code == 2 and f"argument {option}: " in err and f"column {column}" in err
+def test_an_option_that_a_column_replaces_is_refused(run, plant):
+    code, _, err = run("watch", plant, "--rpm-column", "x")
+    assert code == 2 and "argument --rpm-column: " in err and "column rpm" in err
 
 
 @pytest.mark.parametrize(
@@ -282,26 +279,13 @@ def test_a_pipe_continues_after_the_pause(run, model, piped, tmp_path, monkeypat
         monkeypatch.setattr(sensors.time, "time", lambda later=later: later)
 
 
-@pytest.mark.parametrize(
-    ("source", "options", "message"),
-    [
-        ("-", ("--channel", "0"), "'channel': 'None'"),
-        ("-", ("--dtype", "<f4"), "'dtype': 'None'"),
-        ("folder", (), "'source': '-'"),
-    ],
-)
-def test_a_state_belongs_to_its_source(
-    run, model, piped, tmp_path, source, options, message
-):
+def test_a_state_belongs_to_its_source(run, model, piped, tmp_path):
     state = tmp_path / "state.json"
     piped(lines_of(sound("good", 450, 3)))
     assert run("watch", model, "-", "--state", state)[0] == 0
     saved = state.read_bytes()
-    if source != "-":
-        source = tmp_path / source
-        source.mkdir()
-    code, out, err = run("watch", model, source, "--state", state, *options)
-    assert code == 1 and out == "" and "a state of {" in err and message in err
+    code, out, err = run("watch", model, tmp_path, "--state", state)
+    assert code == 1 and out == "" and f"a state of -, expected {tmp_path}" in err
     assert state.read_bytes() == saved
 
 
@@ -356,11 +340,9 @@ def test_an_alarm_is_latched_until_it_is_acknowledged(run, plant):
 
     assert watched(50, 1) == ["on"]
     assert watched(1, 8)[-1] == "latched"
-    code, _, err = run("acknowledge", states / "b.json")
-    assert code == 1 and "b.json: there is no latched alarm" in err
     for _ in range(2):
         code, out, err = run("acknowledge", states / "a.json")
-        assert code == 0 and out == "" and "the alarm will be acknowledged" in err
+        assert code == 0 and out == "" and "acknowledged when watch looks" in err
     assert watched(1, 2) == ["off"] * 2
     assert {path.suffix for path in states.iterdir()} == {".json"}
     code, _, err = run("acknowledge", states / "gone.json")
@@ -422,8 +404,7 @@ def test_verdicts_go_on_while_the_state_cannot_be_saved(
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device")
 def test_an_output_that_is_full_ends_the_command(run, plant, monkeypatch):
-    # The file tries to write what it holds once more when it is closed.
-    with pytest.raises(OSError, match="28"), open("/dev/full", "w") as full:
+    with open("/dev/full", "w") as full:
         monkeypatch.setattr(sys, "stdout", full)
         code, _, err = run("watch", plant, *IDLE)
     assert code == 1 and "standard output: [Errno 28]" in err

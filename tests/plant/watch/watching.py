@@ -1,7 +1,6 @@
 """Helpers that the tests of ``watch`` share."""
 
 import json
-from argparse import Namespace
 from functools import partial
 
 import numpy as np
@@ -49,20 +48,6 @@ def lines_of(signal, separator=","):
     return "".join(
         separator.join(map(repr, row)) + "\n" for row in columns.tolist()
     ).encode()
-
-
-def arguments(source, **stated):
-    """Arguments of a command, as its parser returns them."""
-    names = ("channel", "dtype", "sampling_rate", "pulses_per_revolution", "rpm_column")
-    names += ("alarm_delay", "false_alarm_interval")
-    usual = {
-        "rpm": {},
-        "latch": False,
-        "half_life": 10.0,
-        "settle": 1e-6,
-        "retry": 60.0,
-    }
-    return Namespace(source=str(source), **dict.fromkeys(names) | usual | stated)
 
 
 def parsed(data, size=10**9):

@@ -87,12 +87,6 @@ no verdict; default: a line for each verdict",
     }
     for name, text in texts.items():
         option(parser, name, text, positive_number, "SECONDS")
-    option(
-        parser,
-        "--sensor",
-        "stated in each line; default: name of SOURCE",
-        metavar="NAME",
-    )
     parser.set_defaults(half_life=10.0, rpm={}, retry=60.0, settle=2.0)
 
 
