@@ -207,11 +207,11 @@ REFUSED = {
     "rows of two sensors": (
         "Time (s),Sensor,acc (g)\n"
         + lines(T.repeat(2), ["DE", "NDE"] * N, np.ravel([Y, U], "F")),
-        r"several rows of one time, told apart by the column 'Sensor' \(DE, NDE\)",
+        r"each time in 2 rows, one for each value of the column 'Sensor' \(DE, NDE\)",
     ),
     "rows of three axes": (
         "time,axis,acc\n" + lines(T.repeat(3), [1, 2, 3] * N, np.resize(Y, 3 * N)),
-        r"told apart by the column 'axis' \(1, 2, 3\): make one column of each",
+        r"each value of the column 'axis' \(1, 2, 3\): make one column of each",
     ),
     "rows of two sensors without their names": (
         "time,acc\n" + lines(T.repeat(2), np.ravel([Y, U], "F")),

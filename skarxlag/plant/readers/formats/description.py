@@ -18,7 +18,7 @@ from .contents import (
     one_rate,
 )
 from .facts import RATE_TOLERANCE, names_speed, names_times
-from .time_axis import DRIFT, EvenTimes, TimeAxis, find_time_axis
+from .times import DRIFT, EvenTimes, TimeAxis, find_time_axis
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Description:
         """
         rates = self.channels[name].rates
         axis = self.times_of([name])
-        if axis is not None and axis.sampling_rate is not None:
+        if axis is not None:
             by_times = axis.sampling_rate
             if axis.problem and not _is_near(by_times, stated, DRIFT):
                 raise ContentError(axis.problem)
@@ -188,12 +188,10 @@ def signal_blocks(
     axis = description.times_of(names)
     times = None
     read_names = names
-    if axis is not None and rate is not None and not axis.problem:
-        # Times in another unit than the rate show no gaps.
-        by_times = axis.sampling_rate
-        if by_times is None or _is_near(by_times, rate, DRIFT):
-            times = EvenTimes(axis, rate)
-            read_names = list(dict.fromkeys([*names, axis.name]))
+    # Times in another unit than the rate show no gaps.
+    if axis and not axis.problem and _is_near(axis.sampling_rate, rate, DRIFT):
+        times = EvenTimes(axis, rate)
+        read_names = list(dict.fromkeys([*names, axis.name]))
     start = 0
     for block in contents.read(read_names, n_samples):
         if not len(block[0]):

@@ -73,13 +73,14 @@ def stated_unit(properties: Mapping[str, Any]) -> str | None:
 
 def stated_rate(name: str, number: float, unit: str | None) -> float | None:
     """Return the sampling rate that a number with a name states, None if it states none."""
+    if not is_rate(number):
+        return None
     if match := _RATE_NAME.fullmatch(name):
         scale = HERTZ.get(match[1] or unit or "hz")
         return scale and number * scale
     match = _STEP_NAME.fullmatch(name)
     seconds = match and SECONDS.get(match[1] or unit or "s")
-    rate = 1 / (number * seconds) if seconds else np.nan
-    return rounded(rate, 1e-9) if is_rate(rate) else None
+    return rounded(1 / (number * seconds), 1e-9) if seconds else None
 
 
 def names_speed(name: str, unit: str | None = None) -> bool:
@@ -152,11 +153,6 @@ def unit_in_name(name: str) -> str | None:
     return match and match[1]
 
 
-def is_number(field: str, decimal: str) -> bool:
-    """Return whether a field holds a number, or nothing."""
-    return field.lower() in MISSING or not np.isnan(number(field, decimal))
-
-
 def number(field: str, decimal: str = ",", thousands: str = "") -> float:
     """Return the number in a field, NaN if there is none.
 
@@ -176,7 +172,8 @@ def number(field: str, decimal: str = ",", thousands: str = "") -> float:
     text = field.strip().replace(_MINUS, "-")
     if match := _GROUPED.fullmatch(text):
         sign = match["sign"]
-        if sign == thousands or sign not in ".," or match["decimals"]:
+        is_repeated = text.count(sign) > 1
+        if sign == thousands or sign not in ".," or is_repeated or match["decimals"]:
             text = text.replace(sign, "")
     try:
         # Python takes 1_000 for a number.

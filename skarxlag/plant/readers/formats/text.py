@@ -74,7 +74,10 @@ def _contents_of(file):
         )
     is_wide = layout.n_rows < layout.n_fields and layout.n_fields >= _FEWEST_SAMPLES
     if is_whole and is_wide and not layout.has_header:
-        return _rows_as_channels(next(_blocks(file, layout)))
+        samples = next(_blocks(file, layout)).frame().to_numpy(dtype=float)
+        arrays = NamedArrays(lambda _: samples)
+        arrays.add("", samples.shape)
+        return arrays.contents()
 
     def read(names, n_samples):
         blocks = (block.columns(names) for block in _blocks(file, layout))
@@ -94,17 +97,6 @@ def _contents_of(file):
         for name in layout.names[:n_channels]
     }
     return Contents(channels, read, advice=layout.advice)
-
-
-def _rows_as_channels(block):
-    """Return the channels of a text that has a line for each of them."""
-    block.check_fields()
-    signs = block.layout.decimal, block.layout.thousands
-    rows = [[number(text, *signs) for text in fields] for _, fields in block.rows()]
-    samples = np.array(rows)
-    arrays = NamedArrays(lambda _: samples)
-    arrays.add("", samples.shape)
-    return arrays.contents()
 
 
 def date_columns(names: list[str], row: Mapping[str, object]) -> list[str]:
@@ -162,14 +154,15 @@ class _Block:
 
     def columns(self, names: list[str]) -> list[Any]:
         """Return the values of some columns."""
-        frame = self._frame()
+        frame = self.frame()
         parts = date_columns(self.layout.names, frame.iloc[0]) if len(frame) else []
         if {*parts} & {*names}:
             date, clock = (frame[part].astype(str) for part in parts)
             frame = frame.assign(**dict.fromkeys(parts, date + " " + clock))
         return [self._values(frame[name]) for name in names]
 
-    def _frame(self):
+    def frame(self) -> Any:
+        """Return the values of all columns."""
         import pandas as pd
 
         layout = self.layout
@@ -179,7 +172,8 @@ class _Block:
             "names": layout.names,
             "header": None,
             "index_col": False,
-            "skip_blank_lines": layout.skips_blank,
+            # In a text of one column, a blank line is a missing value.
+            "skip_blank_lines": layout.n_fields > 1,
             "low_memory": False,
         }
         with warnings.catch_warnings():
@@ -200,7 +194,7 @@ class _Block:
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Yield the number and the fields of each line of samples."""
         for n_before, fields in split_rows(self._lines, self.layout.separator):
-            if fields or not self.layout.skips_blank:
+            if fields or self.layout.n_fields == 1:
                 yield self._n_before + n_before + 1, fields
 
     def check_fields(self) -> None:
@@ -219,12 +213,25 @@ class _Block:
         from pandas.api.types import is_numeric_dtype
 
         values = column.to_numpy()
-        if is_numeric_dtype(column):
-            self._check_thousands(column.name, values)
-            return values
-        if self.layout.kinds[self.layout.names.index(column.name)] != "number":
-            return values
-        # One field that is no number makes texts of all others.
+        name = column.name
+        is_of_numbers = self.layout.kinds[self.layout.names.index(name)] == "number"
+        if not is_numeric_dtype(column) and is_of_numbers:
+            # One field that is no number makes texts of all others.
+            values = self._parsed(column)
+        if values.dtype.kind == "f" and not self.layout.thousands:
+            # 1.234 among integers below 1000 may be 1234, if no number shows the sign.
+            parts, _ = np.modf(values)
+            fractions = np.flatnonzero(np.abs(parts) > 0)
+            thousands = 1000 * np.abs(values[fractions])
+            are_groups = np.abs(thousands - thousands.round()) < 1e-6
+            is_small = np.abs(values[parts == 0]) < 1000
+            is_unclear = len(fractions) and len(is_small) and is_small.all()
+            if is_unclear and np.all(are_groups & (thousands >= 1000)):
+                self._refuse(fractions[0], name)
+        return values
+
+    def _parsed(self, column):
+        """Return the numbers in texts."""
         signs = self.layout.decimal, self.layout.thousands
         texts = column.astype(object).where(column.notna(), "").map(str).tolist()
         numbers = np.array([number(text, *signs) for text in texts])
@@ -235,19 +242,6 @@ class _Block:
             elif word not in MISSING:
                 self._refuse(k, column.name)
         return numbers
-
-    def _check_thousands(self, name, values):
-        """Refuse 1.234 among integers below 1000, if no number proves the decimal sign."""
-        if self.layout.thousands or values.dtype.kind != "f":
-            return
-        fractions = np.flatnonzero(values % 1 > 0)
-        integers = np.abs(values[values % 1 == 0])
-        thousands = 1000 * np.abs(values[fractions])
-        is_like = np.abs(thousands - thousands.round()) < 1e-6
-        if not len(fractions) or not len(integers):
-            return
-        if integers.max() < 1000 <= thousands.min() and is_like.all():
-            self._refuse(fractions[0], name)
 
     def _refuse(self, row, name):
         """Raise an error that quotes a field and its line."""

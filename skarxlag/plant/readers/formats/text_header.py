@@ -7,10 +7,11 @@ import numpy as np
 
 from .contents import ContentError
 from .facts import (
+    MISSING,
     SECONDS,
     UNITS,
     all_letters,
-    is_number,
+    letters,
     names_times,
     number,
     seconds_of_date,
@@ -30,11 +31,10 @@ def kind_of(text: str) -> str:
     """Return the kind of a field: number, date (also a time of day), text, or empty."""
     if not text:
         return ""
-    forms = ((text, ","), (text, "."), (text.replace(",", ""), "."))
-    if any(is_number(*form) for form in forms):
+    if text.lower() in MISSING or not np.isnan(number(text)):
         return "number"
-    seconds = seconds_of_date(text)
-    return "text" if np.isnan(seconds) and np.isnan(seconds_of_day(text)) else "date"
+    seconds = seconds_of_date(text), seconds_of_day(text)
+    return "text" if np.isnan(seconds).all() else "date"
 
 
 def are_texts(kinds: Iterable[str]) -> bool:
@@ -42,7 +42,7 @@ def are_texts(kinds: Iterable[str]) -> bool:
     return {*kinds} <= {"text", ""}
 
 
-def header_of(
+def names_and_units(
     above: list[list[str]], n_fields: int, n_filled: int
 ) -> tuple[list[str] | None, list[str]]:
     """Return the names of columns, None if there are none, and their units.
@@ -54,54 +54,35 @@ def header_of(
     n_fields, n_filled : int
         Fields of a sample, and fields up to the last one with values.
     """
-    n_texts = 0
-    while n_texts < len(above) and _may_be_names(above[-1 - n_texts]):
-        n_texts += 1
-    first = len(above) - n_texts
-    fitted = [names_of(fields, n_fields, n_filled) for fields in above]
-    last = above[-1] if above else []
-    if n_texts == 0 or fitted[-1] is None:
-        if len(last) > 1 and are_texts(map(kind_of, last)):
+    fitted = [fitted_names(fields, n_fields, n_filled) for fields in above]
+    if not above or fitted[-1] is None:
+        if above and len(above[-1]) > 1 and are_texts(map(kind_of, above[-1])):
             raise ContentError(
-                f"{len(last)} names for the {n_fields} fields of a sample"
+                f"{len(above[-1])} names for the {n_fields} fields of a sample"
             )
-        return (fitted[-1] if {*map(kind_of, last)} > {"number"} else None), []
-    # Names of an oscilloscope may be numbers, if the unit of the first is of time.
-    is_of_time = _are_units(fitted[first]) and all_letters(above[first][0]) in SECONDS
-    for i in range(first if is_of_time else first + 1, len(above)):
-        names = fitted[i - 1] if i else None
-        if names and _are_units(fitted[i]):
-            return names, fitted[i]
-    if n_texts > 1 and fitted[-2] and _may_be_units(fitted[-1], len(above) == 2):
+        return None, []
+    with_number = [i for i, row in enumerate(above) if "number" in map(kind_of, row)]
+    first = with_number[-1] + 1 if with_number else 0
+    for i in range(max(first, 1), len(above)):
+        # Names of an oscilloscope may be numbers, if the unit of the first is of time.
+        is_named = i > first or all_letters(above[i][0]) in SECONDS
+        if is_named and fitted[i - 1] and all(map(_is_unit, fitted[i] or ["no unit"])):
+            return fitted[i - 1], fitted[i]
+    has_units = len(above) == 2 or any(map(_is_unit, filter(None, fitted[-1])))
+    has_units &= not any(map(names_times, fitted[-1]))
+    if has_units and first < len(above) - 1 and fitted[-2]:
         return fitted[-2], fitted[-1]
     return fitted[-1], []
 
 
-def _may_be_names(fields):
-    """Return whether a line above the samples holds no number, and states no value."""
-    is_statement = len(fields) == 1 and re.search("[:=]", fields[0])
-    return not is_statement and "number" not in map(kind_of, fields)
-
-
-def _are_units(fields):
-    """Return whether all fields are units, or in brackets."""
-    return bool(fields) and all(_is_unit(text) for text in fields if text)
-
-
-def _may_be_units(fields, is_second_of_two):
-    """Return whether the last line below a line of names may hold their units."""
-    is_any = is_second_of_two or any(map(_is_unit, fields))
-    return is_any and not any(map(names_times, fields))
-
-
 def _is_unit(text):
-    return text.strip("[]() ").lower() in UNITS or text[:1] in ("[", "(")
+    return text.strip("[]() ").lower() in {*UNITS, ""} or text[:1] in ("[", "(")
 
 
-def names_of(
+def fitted_names(
     fields: list[str], n_fields: int, n_filled: int, is_tagged: bool = False
 ) -> list[str] | None:
-    """Return the names of the columns in a line, None if their number does not fit.
+    """Return the names of the columns in a line, None if it holds others or none.
 
     Lines of names and of samples may end with separators. The names may follow a tag,
     and one for comments may come last.
@@ -111,7 +92,8 @@ def names_of(
         has_tag = is_tagged or all_letters(fields[0]) in _TAGS
         return fields[1:] if has_tag else fields
     is_short = len(fields) < max(n_fields if is_tagged else n_filled, 1)
-    if is_short or any(fields[n_fields:]) or kinds <= {"number", ""}:
+    is_statement = len(fields) == 1 and re.search("[:=]", fields[0])
+    if is_short or is_statement or any(fields[n_fields:]) or kinds <= {"number", ""}:
         return None
     return [*fields, *[""] * n_fields][:n_fields]
 
@@ -129,10 +111,10 @@ def split_facts(
     surplus = [[text for text in fields[n_filled:] if text] for fields in above[-2:]]
     if not surplus or not surplus[-1]:
         return above, []
+    cut = [fields[:n_filled] for fields in above[-2:]]
     if all("=" in text for text in surplus[-1]):
-        return [*above[:-1], above[-1][:n_filled]], [[text] for text in surplus[-1]]
-    if {*map(kind_of, surplus[-1])} == {"number"} and len(surplus) == 2:
-        cut = [fields[:n_filled] for fields in above[-2:]]
+        return [*above[:-1], cut[-1]], [[text] for text in surplus[-1]]
+    if len(cut) == 2 and {*map(kind_of, surplus[-1])} == {"number"}:
         return [*above[:-2], *cut], [[*pair] for pair in zip(*surplus, strict=False)]
     return above, []
 
@@ -142,13 +124,12 @@ def stated_rates(rows: Iterable[list[str]]) -> dict[str, float]:
     rates = {}
     for fields in rows:
         match = _STATEMENT.match(";".join(fields[:3]))
-        value = number(match[2]) if match else np.nan
-        if np.isfinite(value) and value > 0:
-            name = match[1]
-            # Values of further channels follow that of the first.
-            unit = match[3] if np.isnan(number(match[3])) else ""
-            unit = (unit_in_name(name) or unit).strip(" []()").lower() or None
-            plain = all_letters(re.split(r"[(\[]", name)[0])
-            rate = stated_rate(plain, value, unit)
-            rates |= {name: rate} if rate else {}
+        if match is None:
+            continue
+        name, value, unit = match.groups()
+        # Values of further channels follow that of the first.
+        unit = unit if np.isnan(number(unit)) else ""
+        unit = (unit_in_name(name) or unit).strip(" []()").lower() or None
+        rate = stated_rate(letters(name), number(value), unit)
+        rates |= {name: rate} if rate else {}
     return rates

@@ -4,10 +4,10 @@ import codecs
 import csv
 import io
 import re
-from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import islice
+from statistics import mode
 from typing import Any
 
 import numpy as np
@@ -18,16 +18,15 @@ from .facts import (
     OVERFLOWS,
     distinct,
     is_ambiguous,
-    meanings,
     n_decimals,
     number,
     unit_in_name,
 )
 from .text_header import (
     are_texts,
-    header_of,
+    fitted_names,
     kind_of,
-    names_of,
+    names_and_units,
     split_facts,
     stated_rates,
 )
@@ -39,22 +38,21 @@ _STREAM_LINES = (4, 200)
 UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 #: Separator that spreadsheets write into the first line.
 _SEPARATOR_LINE = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)
+#: Share of the last lines in which a sign stands that separates.
+_MOST = 0.6
 #: Beginnings of lines that are comments, if they do not separate.
 _COMMENT_SIGNS = ("#", "%", "!", "//", ";")
-#: Number with a decimal comma, or two integers: sign, digits before the comma, digits
-#: after it.
-_WITH_COMMA = re.compile(r"([+-]?)(\d*),(\d+)")
+#: Number with a decimal comma, or two integers.
+_WITH_COMMA = re.compile(r"[+-]?\d*,\d+")
+#: The same with signs or zeros that two integers would not have.
+_DECIMAL_COMMA = re.compile(r"\+.*|-?,.*|-0+,.*|.*,0\d+")
 _INTEGER = re.compile(r"[+-]?\d+")
-#: Texts of instruments in place of a number.
-_NO_WORDS = {*MISSING, *OVERFLOWS, "err", "error"}
-#: Roles of the comma in lines that hold one comma each.
-_SEPARATOR = "separator"
-_DECIMAL = "decimal sign"
-_UNCLEAR = "either"
 _AMBIGUOUS = (
     "the comma may separate two columns of integers, or be the decimal sign of one column: write "
     "the names of the columns into the first line, one for each"
 )
+#: Texts of instruments in place of a number.
+_NO_WORDS = {*MISSING, *OVERFLOWS, "err", "error"}
 
 
 @dataclass(frozen=True)
@@ -82,9 +80,6 @@ class TextLayout:
         Fields of a sample. There may be one name more, for comments.
     n_rows : int
         Samples in the head.
-    skips_blank : bool
-        Whether blank lines are no samples. In a text of one column, a blank line is a
-        missing value, unless one follows each sample.
     last_digits : dict of str to float
         By column, the value of the last written decimal, if all samples of the head
         have equally many.
@@ -105,10 +100,9 @@ class TextLayout:
     units: dict[str, str]
     n_fields: int
     n_rows: int
-    skips_blank: bool
     last_digits: dict[str, float]
-    rates: dict[str, float] = field(default_factory=dict)
-    advice: str = ""
+    rates: dict[str, float]
+    advice: str
 
 
 def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> TextLayout:
@@ -116,7 +110,7 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
 
     Blank lines are skipped everywhere. Lines that begin with ``#``, ``%``, ``!``,
     ``//``, or with a semicolon that does not separate, are comments. Separators are the
-    semicolon, the tabulator, the comma, and white space if a line holds nothing but
+    semicolon, the tabulator, the comma, and white space if lines hold nothing but
     numbers. The columns of the last lines are numbers, dates or other texts; the first
     line with the same kinds of fields is the first sample. The lines of texts above it
     hold names and units; all other lines above are a preamble, which may state the
@@ -147,8 +141,7 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     Raises
     ------
     ContentError
-        If there is no line of text, if names and samples differ in number, or if a sign
-        may separate thousands or decimals. The message quotes the field and its line.
+        If there is no line of text, or if names and samples differ in number.
 
     Examples
     --------
@@ -160,31 +153,43 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     lines = list(islice(io.StringIO(text, newline=None), _LINES + 1))
     if not is_whole or len(lines) > _LINES:
         lines = lines[:-1]
-    body, comments, separator, comma = _split_comments(lines)
+    separator, advice = _separator(lines)
+    if _SEPARATOR_LINE.fullmatch(lines[0]):
+        lines[0] = "\n"
+    comments = {i: line for i, line in enumerate(lines) if _is_comment(line, separator)}
+    body = ["\n" if i in comments else line for i, line in enumerate(lines)]
     n_before, rows = zip(*split_rows(body, separator), strict=True)
     kinds = [[kind_of(text) for text in fields] for fields in rows]
-    n_fields, usual, first = _first_sample(rows, kinds, may_be_cut)
+    usual = _usual_kinds(kinds)
+    n_fields = len(usual)
+    first = _first_sample(rows, kinds, usual, may_be_cut)
     n_above = n_before[first] if first < len(rows) else len(body)
-    is_filled = [any(fields) for fields in rows]
-    places = [i for i in range(first, len(rows)) if is_filled[i]]
-    samples = {n_before[i] + 1: rows[i] for i in places}
-    n_blank = max(places, default=0) - min(places, default=1) + 1 - len(places)
-    decimal, thousands = _signs(samples, [kinds[i] for i in places], n_fields)
+    samples = [fields for fields in rows[first:] if any(fields)]
+    numbers = [
+        text
+        for fields, of_fields in zip(rows[first:], kinds[first:], strict=True)
+        for text, kind in zip(fields, of_fields, strict=True)
+        if kind == "number"
+    ]
+    decimal, thousands = _signs(numbers)
     n_filled = max((i + 1 for i, kind in enumerate(usual) if kind), default=1)
-    above = [fields for fields in rows[:first] if fields]
-    above, facts = split_facts(above, n_filled)
-    names, unit_line = header_of(above, n_fields, n_filled)
-    comments = [_fields(line, separator) for i, line in comments.items() if i < n_above]
-    if not above and comments:
-        names = names_of(comments[-1], n_fields, n_filled, is_tagged=True)
+    above, facts = split_facts([fields for fields in rows[:first] if fields], n_filled)
+    names, unit_fields = names_and_units(above, n_fields, n_filled)
+    remarks = [
+        _fields(line.lstrip("#%!/; "), separator)
+        for i, line in comments.items()
+        if i < n_above
+    ]
+    if not above and remarks:
+        names = fitted_names(remarks[-1], n_fields, n_filled, is_tagged=True)
     has_header = names is not None
-    names = distinct(names) if has_header else [str(i) for i in range(n_fields)]
-    unit_fields = unit_line or [unit_in_name(name) or "" for name in names]
+    names = distinct(names or [str(i) for i in range(n_fields)])
+    unit_fields = unit_fields or [unit_in_name(name) or "" for name in names]
     units = [text.strip("[]() ") for text in unit_fields]
-    last_digits = {
-        name: n_decimals(fields[i] for fields in samples.values() if len(fields) > i)
-        for i, name in enumerate(names[:n_fields])
-    }
+    digits = [
+        n_decimals(fields[i] for fields in samples if len(fields) > i)
+        for i in range(n_fields)
+    ]
     return TextLayout(
         encoding,
         separator,
@@ -197,13 +202,14 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
         units={name: unit for name, unit in zip(names, units, strict=False) if unit},
         n_fields=n_fields,
         n_rows=len(samples),
-        skips_blank=n_fields > 1 or n_blank > max(0.9 * len(samples) - 2, 3),
         last_digits={
-            name: 10.0**-n for name, n in last_digits.items() if n is not None
+            name: 10.0**-n
+            for name, n in zip(names, digits, strict=False)
+            if n is not None
         },
         # Some instruments state facts in columns next to the samples.
-        rates=stated_rates([*comments, *above, *facts, *samples.values()]),
-        advice=_AMBIGUOUS if comma == _UNCLEAR and not has_header else "",
+        rates=stated_rates([*remarks, *above, *facts, *samples]),
+        advice="" if has_header else advice,
     )
 
 
@@ -231,11 +237,11 @@ def stream_head(lines: Sequence[str]) -> int | None:
     n_before = 0
     n_filled = 0
     for i, line in enumerate(lines):
-        texts = [text for text in re.split(r"[;,\s]+", line) if text.strip('"')]
+        texts = [text for text in re.split(r'[;,\s"]+', line) if text]
         if not texts or line[:1] in "#%":
             continue
         n_filled += 1
-        are_numbers = {kind_of(text.strip('"')) for text in texts} <= {"number", "date"}
+        are_numbers = {*map(kind_of, texts)} <= {"number", "date"}
         is_second = are_numbers and len(texts) == n_before
         n_before = len(texts) if are_numbers else 0
         if n_filled >= _STREAM_LINES[0] and (is_second or i + 1 >= _STREAM_LINES[1]):
@@ -282,104 +288,78 @@ def _is_sample(kinds, usual):
     return len(kinds) >= len(usual) and all(is_usual) and not are_texts(kinds)
 
 
-def _split_comments(lines):
-    """Return the lines, with comments as blank lines; the comments; separator; and comma."""
-    stated = _SEPARATOR_LINE.fullmatch(lines[0]) if lines else None
-    if stated:
-        lines = ["\n", *lines[1:]]
-    filled = [line for line in lines if line.strip() and not _is_comment(line, ";")]
-    if not filled:
-        raise ContentError("No columns to parse: the file holds no line of text")
-    comma = None
-    separator = stated[1] if stated else _separator(filled[len(filled) // 2 :][-20:])
-    if separator == "," and not stated:
-        comma = _role_of_comma([line for line in filled if not _is_comment(line, ",")])
-    if comma == _DECIMAL:
-        # None of the lines has a semicolon: each is one field.
-        separator = ";"
-    comments = {i: line for i, line in enumerate(lines) if _is_comment(line, separator)}
-    body = ["\n" if i in comments else line for i, line in enumerate(lines)]
-    texts = {i: line.lstrip("#%!/; ") for i, line in comments.items()}
-    return body, texts, separator, comma
-
-
 def _is_comment(line, separator):
     signs = tuple(sign for sign in _COMMENT_SIGNS if sign != separator)
     return line.lstrip(' "').startswith(signs)
 
 
-def _role_of_comma(lines):
-    """Return whether the comma separates, is the decimal sign of one column, or is unclear."""
-    texts = [line.strip().strip('"') for line in lines]
-    matches = [_WITH_COMMA.fullmatch(text) for text in texts]
-    first = next((i for i, match in enumerate(matches) if match), len(matches))
-    samples = [match for match in matches[first:] if match]
+def _separator(lines):
+    """Return the separator, and advice if it is a comma that may be the decimal sign."""
+    if lines and (stated := _SEPARATOR_LINE.fullmatch(lines[0])):
+        return stated[1], ""
+    filled = [line for line in lines if line.strip() and not _is_comment(line, ";")]
+    if not filled:
+        raise ContentError("No columns to parse: the file holds no line of text")
+    last = filled[len(filled) // 2 :][-20:]
+    for separator in (";", "\t"):
+        if sum(separator in line for line in last) > _MOST * len(last):
+            return separator, ""
+    words = [line.split() for line in last]
+    are_numbers = [len(w) > 1 and not np.isnan([*map(number, w)]).any() for w in words]
+    if sum(are_numbers) > _MOST * len(last):
+        return r"\s+", ""
+    texts = [line.strip().strip('"') for line in filled if not _is_comment(line, ",")]
+    with_comma = [bool(_WITH_COMMA.fullmatch(text)) for text in texts]
+    first = with_comma.index(True) if any(with_comma) else len(texts)
     others = [text for text in texts[first:] if not _WITH_COMMA.fullmatch(text)]
-    if not samples or not all(map(_INTEGER.fullmatch, others)):
-        return _SEPARATOR
+    if first == len(texts) or not all(map(_INTEGER.fullmatch, others)):
+        return ",", ""
+    is_decimal = any(map(_DECIMAL_COMMA.fullmatch, texts[first:]))
     if first > 0:
-        return _SEPARATOR if "," in texts[first - 1] else _DECIMAL
-    return _DECIMAL if any(map(_is_no_pair_of_integers, samples)) else _UNCLEAR
+        is_decimal = "," not in texts[first - 1]
+    # None of the lines has a semicolon: each is one field.
+    return (";", "") if is_decimal else (",", _AMBIGUOUS)
 
 
-def _is_no_pair_of_integers(match):
-    """Return whether a number has signs or zeros that integers at its comma would not have."""
-    sign, before, after = match.groups()
-    is_signed = sign == "+" or (sign == "-" and not before.strip("0"))
-    return is_signed or not before or (after[0] == "0" and len(after) > 1)
-
-
-def _first_sample(rows, kinds, may_be_cut):
-    """Return the number of fields of a sample, the usual kinds, and the first row."""
+def _usual_kinds(kinds):
+    """Return the most frequent kinds of the fields of a sample."""
     tail = [row for row in kinds[len(kinds) // 2 :] if any(row)]
-    n_fields = Counter(map(len, tail)).most_common(1)[0][0]
+    n_fields = mode(map(len, tail))
     columns = zip(*(row for row in tail if len(row) == n_fields), strict=True)
-    filled = [[kind for kind in column if kind] or [""] for column in columns]
-    usual = [Counter(column).most_common(1)[0][0] for column in filled]
+    return [mode([kind for kind in column if kind] or [""]) for column in columns]
+
+
+def _first_sample(rows, kinds, usual, may_be_cut):
+    """Return the number of rows above the first sample."""
+    filled = [i for i, fields in enumerate(rows) if any(fields)]
     if are_texts(usual):
         # Without numbers, the first line holds the names.
-        return n_fields, usual, next(i for i, row in enumerate(kinds) if row) + 1
-    is_sample = [len(row) == n_fields and _is_sample(row, usual) for row in kinds]
-    above = range(is_sample.index(True))
+        return filled[0] + 1
+    is_sample = [len(row) == len(usual) and _is_sample(row, usual) for row in kinds]
+    first = is_sample.index(True)
     # Comments may stand in a column that is empty otherwise.
     lenient = [kind or "text" for kind in usual]
-    others = [i for i in above if rows[i] and not _is_sample(kinds[i], lenient)]
+    above = [i for i in filled if i < first]
+    others = [i for i in above if not _is_sample(kinds[i], lenient)]
     heads = [i for i in others if are_texts(kinds[i]) or _is_word(rows[i][0])]
     heads = heads or [i for i in others if "text" in kinds[i]]
-    if not heads and not may_be_cut:
-        # A row of more fields is a preamble. Any other may be a damaged sample: the
-        # reader refuses it.
-        samples = (i for i in above if rows[i] and not any(rows[i][n_fields:]))
-        return n_fields, usual, next(samples, len(above))
-    # Blank lines after the names belong to the head.
-    after = range(heads[-1] + 1, len(rows)) if heads else [len(above)]
-    return n_fields, usual, next(i for i in after if any(rows[i]))
+    if heads:
+        # Blank lines after the names belong to the head.
+        return next(i for i in filled if i > heads[-1])
+    if may_be_cut:
+        return first
+    # A row of more fields is a preamble. Any other may be a damaged sample: the reader
+    # refuses it.
+    return next((i for i in above if not any(rows[i][len(usual) :])), first)
 
 
-def _signs(samples, kinds, n_fields):
+def _signs(numbers):
     """Return the decimal sign, and the sign of thousands, empty if neither is shown."""
-    columns: list[dict[int, str]] = [{} for _ in range(n_fields)]
-    for (line, fields), of_fields in zip(samples.items(), kinds, strict=True):
-        for column, text, kind in zip(columns, fields, of_fields, strict=False):
-            if kind == "number":
-                column[line] = text
-    decimals = {_decimal_sign(text) for column in columns for text in column.values()}
-    decimals.discard(None)
-    if decimals:
-        decimal = "," if "," in decimals else "."
-        others = ",." if len(decimals) == 1 else ""
-        return decimal, others.replace(decimal, "")
-    decimal = "."
-    for column in columns:
-        like = {line: text for line, text in column.items() if is_ambiguous(text)}
-        integers = [text for line, text in column.items() if line not in like]
-        is_short = all(len(text.strip("+-")) < 4 for text in integers)
-        if like and integers and is_short:
-            line, text = next(iter(like.items()))
-            raise ContentError(f"line {line}: the value is {meanings(text)}")
-        if any("," in text for text in like.values()):
-            decimal = ","
-    return decimal, ""
+    shown = {*map(_decimal_sign, numbers)} - {None}
+    if len(shown) == 1:
+        (decimal,) = shown
+        return decimal, ",.".replace(decimal, "")
+    return "," if any("," in text for text in numbers) else ".", ""
 
 
 def _decimal_sign(text):
@@ -426,14 +406,3 @@ def decode(head: bytes) -> tuple[str, str]:
         except UnicodeDecodeError:
             continue
     return "latin-1", head.decode("latin-1")
-
-
-def _separator(lines):
-    for separator in (";", "\t"):
-        if sum(separator in line for line in lines) > 0.6 * len(lines):
-            return separator
-    numbers = [line.split() for line in lines if "," not in line.split()]
-    last = numbers[-1] if numbers else []
-    if len(last) > 1 and not np.isnan([*map(number, last)]).any():
-        return r"\s+"
-    return ","

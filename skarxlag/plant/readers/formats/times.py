@@ -1,22 +1,334 @@
-"""Times of samples: in seconds, and the sampling rate that they state."""
+"""Times of samples: the channel that holds them, their rate, and whether they are even."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .facts import RATE_TOLERANCE, number, rounded, seconds_of_date, seconds_of_day
+from .contents import ContentError, Contents
+from .facts import (
+    RATE_TOLERANCE,
+    SECONDS,
+    names_times,
+    number,
+    rounded,
+    seconds_of_date,
+    seconds_of_day,
+    time_unit_in_name,
+)
 
 DAY = 86400.0
-#: Samples and steps of times by which one may be late.
-LATE = 0.6
-LATE_STEPS = 0.5
+#: Times from which the sampling rate is computed, and more if they are too coarse.
+_N_PROBED = 10_000
+_N_COARSE = 1_000_000
 #: Coarse times give a sampling rate if it is known to this share.
-COARSE_TOLERANCE = 5e-3
+_COARSE_TOLERANCE = 5e-3
+#: Samples and steps of times by which one may be late.
+_LATE = 0.6
+_LATE_STEPS = 0.5
+#: Share of the steps of times that have the same sign. The others are jumps of the
+#: clock.
+_ONE_WAY = 0.9
+#: Share by which the rate of the times may differ from the sampling rate, apart from
+#: rounding; seconds over which it is measured; and samples before it is checked.
+DRIFT = 0.01
+_MEASURED_FOR = 10.0
+_SHORTEST = 100
+#: Numbers since 1970 in units below the second: from which number on, and the unit.
+_SINCE_1970 = {1e17: 1e-9, 1e14: 1e-6, 1e11: 1e-3}
+#: Days of spreadsheets since 1900 and of MATLAB since the year 0, for about a century.
+_DAYS = ((20_000, 80_000), (690_000, 760_000))
+#: Sampling rates in Hz beyond which times without a unit are not taken for seconds.
+#: Seconds of half a day and more are not counted in microseconds.
+_LOWEST_RATE = 10.0
+_HIGHEST_RATE = 1e6
+#: Other units than seconds in which times without a unit may be.
+_OTHER_UNITS = (1e-3, 1e-6, 1e-9, 60.0, 3600.0, DAY)
 #: Parts of the times of which each has its own number of decimals, and times that show
 #: it.
 _N_PARTS = 16
-_N_WRITTEN = 500
+_N_WRITTEN = 100
+#: Steps of the last decimal from which two equal times are not the same by rounding.
+_FINE = 1.5
+
+
+@dataclass(frozen=True)
+class TimeAxis:
+    """Channel of times. They are those of all channels of its length.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    length : int or None
+        Samples. None if all channels of the file are equally long.
+    sampling_rate : float
+        In Hz.
+    start : float or None
+        Seconds since 1970 at the first sample; None if the times are not dates.
+    resolution : float
+        Seconds of the smallest step.
+    scale : float
+        Seconds of the unit of the values.
+    has_equal : bool
+        Whether equal times are usual, because they were rounded.
+    last_digit : float or None
+        Seconds of the last written decimal, if a text has the same one everywhere.
+    problem : str
+        Why equal times do not come from rounding, else empty.
+    """
+
+    name: str
+    length: int | None
+    sampling_rate: float
+    start: float | None = None
+    resolution: float = 0.0
+    scale: float = 1.0
+    has_equal: bool = False
+    last_digit: float | None = None
+    problem: str = ""
+
+
+class EvenTimes:
+    """Check that the times of a file are even, block by block.
+
+    A sample of unknown time follows the sample before. Equal times were rounded. No
+    step from one time to the next may fall, or be late by more than the tolerance. The
+    rate over the last ten seconds must agree with the sampling rate within 1 % and the
+    rounding of the times.
+
+    Parameters
+    ----------
+    axis : TimeAxis
+        The channel of times.
+    rate : float
+        Sampling rate in Hz.
+    """
+
+    def __init__(self, axis: TimeAxis, rate: float) -> None:
+        self._axis = axis
+        self._rate = rate
+        self._n_samples = 0
+        # Samples and seconds of the last known time: the first sample that has it, and
+        # the last one.
+        self._samples = np.empty(0, dtype=int)
+        self._seconds = np.empty(0)
+
+    def check(self, values: Any) -> None:
+        """Refuse times that are not even, in themselves or after the block before.
+
+        Parameters
+        ----------
+        values : ndarray of shape (n_samples,)
+            Times of the next block.
+        """
+        axis = self._axis
+        times, _ = in_seconds(values, axis.scale, self._seconds[-1:])
+        known = np.flatnonzero(np.isfinite(times))
+        samples = np.append(self._samples, known + self._n_samples)
+        seconds = np.append(self._seconds, times[known])
+        self._n_samples += len(times)
+        if not len(samples):
+            return
+        written = axis.last_digit or last_decimal(times)
+        is_fine = 0 < written < 1 / self._rate / _FINE
+        is_equal = np.diff(seconds) == 0
+        # The last known time is there twice.
+        is_equal[: len(self._samples) // 2] = False
+        if is_fine and not axis.has_equal and is_equal.any():
+            i = int(np.argmax(is_equal)) + 1
+            raise ContentError(_equal_times(axis.name, int(samples[i]), seconds[i]))
+        changed = changes(seconds)
+        self._samples = samples[[changed[-1], -1]]
+        self._seconds = seconds[[changed[-1], -1]]
+        resolution = max(axis.resolution, written)
+        steps = np.diff(seconds[changed])
+        n_steps = np.diff(samples[changed])
+        is_break = _breaks(steps, n_steps, 1 / self._rate, resolution)
+        if is_break.any():
+            i = np.argmax(is_break)
+            raise ContentError(
+                f"{axis.name!r} is not evenly spaced: {steps[i]:g} s before sample "
+                f"{samples[changed[i + 1]]}, expected {1 / self._rate:g} s"
+            )
+        checked = np.append(changed, -1)
+        largest = np.abs(steps).max(initial=resolution)
+        self._check_rate(samples[checked], seconds[checked], largest)
+
+    def _check_rate(self, samples, seconds, largest):
+        """Refuse times of another rate, and those that stand still."""
+        before = samples - int(_MEASURED_FOR * self._rate)
+        origin = np.maximum(np.searchsorted(samples, before, side="right") - 1, 0)
+        n_samples = samples - samples[origin]
+        passed = seconds - seconds[origin]
+        expected = n_samples / self._rate
+        is_wrong = np.abs(passed - expected) > DRIFT * expected + 2 * largest
+        is_wrong &= n_samples >= _SHORTEST
+        if is_wrong.any():
+            i = np.argmax(is_wrong)
+            raise ContentError(
+                f"{self._axis.name!r} is not evenly spaced: {n_samples[i]} samples before "
+                f"sample {samples[i]} take {passed[i]:g} s, expected {expected[i]:g} s at "
+                f"{self._rate:g} Hz"
+            )
+
+
+def _breaks(steps, n_samples, period, resolution):
+    """Return which steps fall, or are later than the samples in them."""
+    late = steps - np.maximum(n_samples * period, resolution)
+    return (steps <= 0) | (late > max(_LATE * period, _LATE_STEPS * resolution))
+
+
+def even_rate(name: str, times: NDArray[Any]) -> float | None:
+    """Return the sampling rate of times in seconds, and refuse those that are not even."""
+    changed = changes(times)
+    rate, _ = rate_of_times(times, np.arange(len(times)), changed)
+    if not np.isfinite(rate):
+        return None
+    axis = TimeAxis(name, len(times), rate, has_equal=len(changed) < len(times))
+    EvenTimes(axis, rate).check(times)
+    return rate
+
+
+def find_time_axis(
+    contents: Contents, stated_rate: float | None = None
+) -> TimeAxis | None:
+    """Find the channel of times, None if there is none.
+
+    Its name is one such as ``time``, ``t`` or ``seconds``, or its unit is one of time.
+    Its values are numbers, dates, or texts of dates or times of day, most of which
+    rise, or most of which fall. Some may be unknown. Integers without a unit are not
+    times, unless they count since 1970: they may count samples.
+
+    Numbers without a unit are seconds. They are smaller units if they are so large that
+    they count these since 1970; days of a spreadsheet if seconds would give a sampling
+    rate above 1 MHz; and the unit that gives the stated rate, if one does. Seconds that
+    would give a rate below 10 Hz, which no analysis of bearings uses, are not times.
+
+    Parameters
+    ----------
+    contents : Contents
+        Of the file.
+    stated_rate : float or None
+        Sampling rate in Hz that the user states.
+    """
+    if len(contents.channels) < 2:
+        return None
+    axes = (_axis(contents, name, stated_rate) for name in contents.channels)
+    return next((axis for axis in axes if axis is not None), None)
+
+
+def _axis(contents, name, stated_rate, n_probed=_N_PROBED):
+    """Return the axis of a channel, judged by its first times; None if it has no times."""
+    channel = contents.channels[name]
+    unit = channel.unit or time_unit_in_name(name)
+    scale = SECONDS.get((unit or "").strip().lower(), np.nan)
+    if np.isnan(scale) and not names_times(name):
+        return None
+    (values,) = next(contents.read([name], n_probed), [np.zeros(0)])
+    values = np.asarray(values[:n_probed])
+    times, kind = in_seconds(values, scale if unit else 1.0)
+    timed = np.flatnonzero(np.isfinite(times))
+    if len(timed) < 2:
+        return None
+    is_guessed = kind == "number" and unit is None
+    if is_guessed:
+        scale = _guessed_scale(times[timed], stated_rate)
+        times = times * scale
+        is_count = np.median(np.diff(times[timed])) == 1
+        if scale == 1 and (values.dtype.kind in "iu" or is_count):
+            return None
+    changed = changes(times)
+    steps = np.diff(times[changed])
+    if len(steps) and max(np.mean(steps > 0), np.mean(steps < 0)) < _ONE_WAY:
+        return None
+    rate, tolerance = rate_of_times(times, timed, changed)
+    if tolerance >= RATE_TOLERANCE and len(times) == n_probed < _N_COARSE:
+        return _axis(contents, name, stated_rate, _N_COARSE)
+    is_slow = is_guessed and scale == 1 and rate < _LOWEST_RATE and stated_rate is None
+    if not len(steps) or is_slow:
+        return None
+    scale = scale if kind == "number" else 1.0
+    last_digit = channel.last_digit and channel.last_digit * scale
+    problem = _problem_of_equal(contents, name, times, last_digit)
+    if tolerance > _COARSE_TOLERANCE and not problem:
+        return None
+    return TimeAxis(
+        name,
+        channel.length,
+        rate,
+        float(times[changed[0]] - changed[0] / rate) if kind == "date" else None,
+        float(np.abs(steps).min()),
+        scale,
+        len(changed) < len(timed),
+        last_digit,
+        problem,
+    )
+
+
+def _guessed_scale(times, stated_rate):
+    """Return the seconds of the unit of times that state none."""
+    first = abs(times[0])
+    for least, scale in _SINCE_1970.items():
+        if first >= least:
+            return scale
+    steps = np.abs(np.diff(times))
+    step = float(np.median(steps[steps > 0])) if steps.any() else np.nan
+    if step < 1 / _HIGHEST_RATE and any(low < first < high for low, high in _DAYS):
+        return DAY
+    if stated_rate is not None:
+        for scale in _OTHER_UNITS:
+            if abs(stated_rate * step * scale - 1) < 0.01:
+                return scale
+    return 1.0
+
+
+def _problem_of_equal(contents, name, times, last_digit):
+    """Return why equal times are not rounded, empty if they are or there are none."""
+    samples = np.flatnonzero(np.isfinite(times))
+    known = times[samples]
+    starts = changes(known)
+    sizes = np.diff(starts, append=len(known))
+    if len(starts) == len(known) or len(sizes) < 3:
+        return ""
+    others = [
+        other
+        for other, channel in contents.channels.items()
+        if other != name and channel.length == contents.channels[name].length
+    ]
+    columns = next(contents.read(others, len(times)), [])
+    columns = {o: np.asarray(c)[samples] for o, c in zip(others, columns, strict=True)}
+    repeats = np.delete(np.arange(len(known)), starts)
+    first = int(repeats[0])
+    problem = _equal_times(name, int(samples[first]), known[first])
+    varying = [c for c in columns.values() if np.mean(c[1:] == c[:-1]) < 0.5]
+    if varying and all(np.all(c[repeats] == c[repeats - 1]) for c in varying):
+        return problem
+    usual = np.median(np.abs(np.diff(known[starts])))
+    ends = known[:_N_WRITTEN], known
+    written = last_digit or max(map(last_decimal, ends))
+    is_slow_clock = sizes[1:-1].min() > 2 and np.ptp(sizes[1:-1]) > 0
+    if not 0 < written < usual / _FINE or is_slow_clock:
+        return ""
+    n_equal = int(sizes[0])
+    for other, column in columns.items():
+        tags = column[: len(column) // n_equal * n_equal].reshape(-1, n_equal)
+        if len({*tags[0].tolist()}) == n_equal > 1 and np.all(tags == tags[0]):
+            shown = ", ".join(map(str, tags[0].tolist()))
+            return (
+                f"{name!r} holds each time in {n_equal} rows, one for each value of the "
+                f"column {other!r} ({shown}): make one column of each"
+            )
+    return problem
+
+
+def _equal_times(name, sample, time):
+    return (
+        f"{name!r} is {time:.10g} s in samples {sample - 1} and {sample}, though times are "
+        "written more finely than samples follow: remove rows that are repeated, and make "
+        "one column of each sensor"
+    )
 
 
 def changes(times: NDArray[Any]) -> NDArray[Any]:
@@ -32,7 +344,7 @@ def changes(times: NDArray[Any]) -> NDArray[Any]:
 
 
 def last_decimal(times: NDArray[Any]) -> float:
-    """Return the last decimal to which times were written, 0 if they have too many.
+    """Return the last decimal to which the last times were written, 0 if they have too many.
 
     Examples
     --------
@@ -61,14 +373,11 @@ def rate_of_times(
     if len(steps) == 0:
         return np.nan, np.inf
     period, tolerance = _growing_steps(times[timed], timed)
-    if tolerance < COARSE_TOLERANCE:
+    if tolerance < _COARSE_TOLERANCE:
         return rounded(1 / period, tolerance), tolerance
     n_between = np.diff(changed)
     usual = np.median(steps / n_between)
-    resolution = np.abs(steps).min()
-    late = steps - np.maximum(n_between * usual, resolution)
-    is_late = late > np.maximum(LATE * usual, LATE_STEPS * resolution)
-    if np.any((steps <= 0) | is_late):
+    if _breaks(steps, n_between, usual, np.abs(steps).min()).any():
         # A gap or a jump is no time that samples took.
         return rounded(1 / abs(usual), RATE_TOLERANCE / 2), RATE_TOLERANCE / 2
     # Coarse times are equal for several samples. How long the first and last of them
@@ -110,7 +419,10 @@ def _growing_steps(times, samples):
 
 
 def in_seconds(values: Any, scale: float, before: Any = ()) -> tuple[NDArray[Any], str]:
-    """Return times in seconds, NaN if unknown, and whether they are numbers, dates or of day."""
+    """Return times in seconds, NaN if unknown, and whether they are numbers, dates or of day.
+
+    Times of day rise over midnight, after the last one `before`.
+    """
     values = np.asarray(values)
     kind = values.dtype.kind
     if kind in "mM":
@@ -123,17 +435,12 @@ def in_seconds(values: Any, scale: float, before: Any = ()) -> tuple[NDArray[Any
         if not np.isnan(seconds).all():
             return seconds, "date"
         seconds = np.array([seconds_of_day(text) for text in texts])
-        if not np.isnan(seconds).all():
-            return _over_midnight(seconds, before), "day"
+        is_known = np.isfinite(seconds)
+        if is_known.any():
+            known = np.append(before, seconds[is_known])
+            seconds[is_known] = np.unwrap(known, period=DAY)[len(before) :]
+            return seconds, "day"
         values = np.array([number(str(text)) for text in texts])
     elif kind not in "fiu":
         return np.full(len(values), np.nan), "number"
     return values.astype(np.float64) * scale, "number"
-
-
-def _over_midnight(seconds, before):
-    """Return times of day that rise over midnight, after the last one before."""
-    is_known = np.isfinite(seconds)
-    known = np.append(before, seconds[is_known])
-    seconds[is_known] = np.unwrap(known, period=DAY)[len(before) :]
-    return seconds

@@ -10,7 +10,7 @@ import numpy as np
 from .arrays import NamedArrays
 from .contents import ContentError, Contents, DamagedError, Format
 from .facts import SECONDS, is_rate, rounded
-from .time_axis import even_rate
+from .times import even_rate
 
 FORMAT = Format((".uff", ".unv"), library="pyuff", isolated=True)
 
