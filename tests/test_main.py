@@ -62,9 +62,8 @@ PRINTS_MUCH = [
     sys.executable,
     "-c",
     "import sys, types, skarxlag.plant.commands\n"
-    "from skarxlag.plant.commands.parsers import diagnose as parser\n"
-    "parser.add_arguments = lambda parser: None\n"
-    "parser.check = lambda args: None\n"
+    "from skarxlag.plant.commands import checks, parsers\n"
+    "checks.diagnose = parsers.diagnose = lambda args: None\n"
     "command = types.ModuleType('skarxlag.plant.commands.diagnose')\n"
     "command.run = lambda args: print('x' * 100_000) or 0\n"
     "sys.modules[command.__name__] = command\n"
@@ -95,7 +94,7 @@ def test_a_full_disk_ends_without_a_traceback():
     assert done.returncode == 1
     assert (
         done.stderr.strip()
-        == "skarxlag diagnose: error: [Errno 28] No space left on device"
+        == "skarxlag diagnose: error: standard output: [Errno 28] No space left on device"
     )
 
 

@@ -1,6 +1,7 @@
 """The command line: ``skarxlag COMMAND``, with the commands that `_COMMANDS` lists."""
 
 import argparse
+import inspect
 import os
 import re
 import sys
@@ -12,9 +13,9 @@ from io import TextIOWrapper, UnsupportedOperation
 from ..._version import __version__
 from .messages import CommandError, UsageError, say
 
-#: Summaries of the commands. ``skarxlag.plant.commands.parsers.NAME`` declares and checks the
-#: arguments. ``run(args)`` of the module ``skarxlag.plant.commands.NAME`` returns the exit
-#: status.
+#: Summaries of the commands. Functions of these names in `parsers` and `checks` declare
+#: and check the arguments. ``run(args)`` of the module ``skarxlag.plant.commands.NAME``
+#: returns the exit status.
 _COMMANDS = {
     "evaluate": "compare the diagnosers across speeds",
     "fit": "calibrate a diagnoser on your recordings",
@@ -50,7 +51,7 @@ def main(argv: list[str] | None = None) -> int:
         with warnings.catch_warnings():
             # Users of a shell read the messages of the command, not warnings of Python.
             warnings.simplefilter("ignore")
-            args.check(args)
+            getattr(import_module(".checks", __name__), args.command)(args)
             # This import takes most of the time of a short command.
             status = import_module(f".{args.command}", __name__).run(args)
         sys.stdout.flush()
@@ -126,8 +127,8 @@ def _parser(argv):
     for name, summary in _COMMANDS.items():
         command = commands.add_parser(name, help=summary)
         if name in argv:
-            module = import_module(f".parsers.{name}", __name__)
-            command.description = module.__doc__
-            command.set_defaults(check=module.check, fail=command.error)
-            module.add_arguments(command)
+            declare = getattr(import_module(".parsers", __name__), name)
+            command.description = inspect.getdoc(declare)
+            command.set_defaults(fail=command.error)
+            declare(command)
     return parser

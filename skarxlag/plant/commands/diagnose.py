@@ -16,11 +16,18 @@ from ...core.fault_locations import NO_FINDING
 from ...core.files import write_atomically
 from ..readers.entries import ListedRecording
 from . import results
-from .arguments import keywords, refuse
 from .diagnosis import Diagnosis, diagnose_file
 from .files import is_report, result_paths
 from .journal import Journal
-from .messages import Reporter, as_command_error, counted, printable, show
+from .messages import (
+    Reporter,
+    as_command_error,
+    counted,
+    keywords,
+    printable,
+    refuse,
+    show,
+)
 from .models import RecordingModel, SavedModel, bearing_model
 from .workers import executors, run_tasks
 

@@ -29,9 +29,8 @@ from ...model_selection import (
     protocol_splits,
 )
 from ..readers.entries import ListedRecording
-from .arguments import keywords
 from .evaluation_report import save_results, summary_text
-from .messages import Reporter, UsageError, as_command_error, listed
+from .messages import Reporter, UsageError, as_command_error, keywords, listed
 from .training_rows import training_rows
 
 #: Crack sizes of the simulated rig, and the speed of its calibration.

@@ -18,7 +18,6 @@ from ...diagnosers import make_detector, make_diagnoser, make_known_conditions
 from ...kernels.speed_references import group_speeds
 from ...persistence.models import packed_diagnoser
 from ..readers.entries import ListedRecording
-from .arguments import keywords
 from .channels import Channels, fitted_channels, units_of
 from .error_rates import ErrorRates
 from .messages import (
@@ -26,6 +25,7 @@ from .messages import (
     Reporter,
     UsageError,
     as_command_error,
+    keywords,
     show,
 )
 from .remarks import why_no_orders

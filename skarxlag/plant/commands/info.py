@@ -22,7 +22,7 @@ _UNITS = {"train_rpm": "rpm", "sampling_rate": "Hz", "window_length": "samples"}
 
 def run(args: argparse.Namespace) -> int:
     """Run the command with parsed arguments."""
-    lines, facts = describe(args.model)
+    lines, facts = describe(args.path)
     show(*([json.dumps(facts)] if args.json else lines))
     return 0
 

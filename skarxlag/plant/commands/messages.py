@@ -1,10 +1,13 @@
 """Messages of the commands: errors in one line, names and numbers, and progress."""
 
+import inspect
 import sys
-from collections.abc import Iterable, Iterator
+from argparse import Namespace
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
+from typing import Any
 
 
 class UsageError(Exception):
@@ -25,6 +28,19 @@ def as_command_error() -> Iterator[None]:
         raise
     except (OSError, ValueError, ImportError) as error:
         raise CommandError(" ".join(str(error).split())) from error
+
+
+def refuse(options: Any, names: Iterable[str], why: str) -> None:
+    """Raise an error if one of some options is given."""
+    for name in names:
+        if getattr(options, name):
+            raise UsageError(f"argument --{name.replace('_', '-')}: {why}")
+
+
+def keywords(function: Callable[..., Any], args: Namespace) -> dict[str, Any]:
+    """Return the arguments of a command that a function takes by the same names."""
+    names = inspect.signature(function).parameters
+    return {name: value for name, value in vars(args).items() if name in names}
 
 
 def require(packages: Iterable[str], purpose: str, extra: str) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..watch.options import SensorOptions
 from ..watch.sensors import follow
-from .arguments import keywords
+from .messages import keywords
 
 
 def run(args: argparse.Namespace) -> int:

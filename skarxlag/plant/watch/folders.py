@@ -10,9 +10,8 @@ import numpy as np
 
 from ...monitoring.alarm import CumulativeSumAlarm
 from ...verdicts.names import POSSIBLY_CHANGED
-from ..commands.arguments import refuse
 from ..commands.diagnosis import diagnose_file
-from ..commands.messages import counted, say
+from ..commands.messages import counted, refuse, say
 from ..commands.models import SavedModel
 from ..readers.entries import ListedRecording
 from ..readers.files import recording_start

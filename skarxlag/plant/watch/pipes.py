@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from ...monitoring import ConditionMonitor
-from ..commands.arguments import refuse
 from ..commands.channels import channel_difference
-from ..commands.messages import CommandError, UsageError, counted, listed
+from ..commands.messages import CommandError, UsageError, counted, listed, refuse
 from ..commands.models import SavedModel
 from ..commands.remarks import why_no_orders
 from ..readers.formats.rates import rates_agree

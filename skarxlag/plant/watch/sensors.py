@@ -12,8 +12,7 @@ from typing import Any
 
 from ...persistence.monitor_states import load_monitor_state, save_monitor_state
 from ...verdicts.windows import HOLD
-from ..commands.arguments import refuse
-from ..commands.messages import CommandError, UsageError, as_command_error, say
+from ..commands.messages import CommandError, UsageError, as_command_error, refuse, say
 from ..commands.models import SavedModel
 from ..readers.recording_tables import channel_names, read_rows, speed_facts
 from ..readers.speeds import TACHO
