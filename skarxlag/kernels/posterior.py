@@ -7,11 +7,12 @@ specimen, and for the rest it follows from residuals with a small exponent. The 
 were chosen by leaving rigs out, as the page on another bearing describes.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit, log_expit, logit
+from scipy.special import expit, log_expit
 
 from .arrays import Array
 
@@ -30,6 +31,7 @@ ANOTHER_EXPONENT = 8.0
 CONDITION_EXPONENT = 32.0
 #: Probability of an unknown condition in rows that are of no recorded specimen.
 UNKNOWN_SHARE = 0.1
+_UNKNOWN_ODDS = math.log(UNKNOWN_SHARE / (1 - UNKNOWN_SHARE))
 #: Log residual of an answer that is not there, above those of all numbers.
 NO_ANSWER = 1e4
 #: Share of the gap of noise that the rows of a recording have in common: they are of
@@ -113,10 +115,12 @@ def answer_log_probabilities(
     (array([[1. , 0. ],
            [0.7, 0.3]]), array([ 0.5, -3.1]))
     """
-    smallest, second = np.moveaxis(np.sort(residuals, axis=-1), -1, 0)[:2]
+    ascending = np.sort(residuals, axis=-1)
+    smallest = ascending[..., 0]
+    second = ascending[..., 1]
     excess = second - smallest - noise_gap
-    log_odds = logit(prior) + ODDS_OF_NOISE + GAP_ODDS * excess
-    log_odds -= FAR_ODDS * np.maximum(smallest, 0.0)
+    log_odds = GAP_ODDS * excess - FAR_ODDS * np.maximum(smallest, 0.0)
+    log_odds += math.log(prior / (1 - prior)) + ODDS_OF_NOISE
     log_odds = np.minimum(log_odds, LARGEST_ODDS)
     log_odds[second == NO_ANSWER] = -np.inf
     is_nearest = residuals == smallest[..., np.newaxis]
@@ -134,8 +138,8 @@ def _log_softmax(scores):
 
 def _by_location(function, values, locations):
     """Reduce the columns of each location by a function of NumPy."""
-    order = np.argsort(locations, kind="stable")
-    first = np.searchsorted(locations[order], np.arange(locations.max() + 1))
+    order = locations.argsort(kind="stable")
+    first = locations[order].searchsorted(np.arange(locations.max() + 1))
     return function.reduceat(values[:, order], first, axis=1)
 
 
@@ -249,18 +253,18 @@ def condition_log_probabilities(
     (array([[0.  , 0.93, 0.  , 0.  , 0.06]]), array([0.46]))
     """
     left = np.sqrt(COMMON_GAP + (1 - COMMON_GAP) / np.maximum(n_rows, 1.0))
+    gaps = left[..., np.newaxis] * gaps_of_noise
     questions = question_residuals(residuals, locations, healthy)
-    gaps = np.multiply.outer(left, gaps_of_noise)
     answers, log_odds = answer_log_probabilities(questions, gaps, prior)
     of_locations = answers[:, 1] + answers[:, 0, 1:2]
     if healthy >= 0:
         of_locations[:, healthy] = answers[:, 0, 0]
-    scores = -CONDITION_EXPONENT * residuals
-    scores -= _by_location(np.logaddexp, scores, locations)[:, locations]
-    scores += of_locations[:, locations]
+    of_conditions = -CONDITION_EXPONENT * residuals
+    of_locations -= _by_location(np.logaddexp, of_conditions, locations)
     recorded = log_odds.max(axis=1)
-    unknown = log_expit(-recorded) + logit(UNKNOWN_SHARE)
-    scores = np.column_stack([scores, unknown])
+    scores = np.empty((len(residuals), len(locations) + 1))
+    scores[:, :-1] = of_conditions + of_locations[:, locations]
+    scores[:, -1] = log_expit(-recorded) + _UNKNOWN_ODDS
     return Posterior(_log_softmax(scores), expit(recorded))
 
 

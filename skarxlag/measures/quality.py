@@ -306,8 +306,7 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
     stays = steps <= np.maximum(still, ROUNDING)[:, np.newaxis]
     steps[stays] = np.inf
     step = steps.min(axis=1, initial=np.inf)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        coarse = np.nan_to_num(step / span, posinf=0.0)
+    coarse = np.divide(step, span, out=np.zeros(n_windows), where=step < np.inf)
     held = stays.sum(axis=1) / n_samples
     run = _longest_runs(stays)
     overflow = is_overflow(output).mean(axis=1)
