@@ -233,6 +233,9 @@ class ConditionClassifier(SignalClassifier):
     def _joined(self, evidence, n_rows, is_plausible=True):
         """Return probabilities and verdicts; equal ones for implausible rows."""
         locations, healthy = self.questions()
+        expected = f"one column for each of {len(locations)} conditions"
+        fits = evidence.shape[1:] == locations.shape
+        expect(fits, "evidence.shape", evidence.shape, expected)
         joined = posterior.condition_log_probabilities(
             evidence,
             locations,

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit, log_expit
 
 from .arrays import Array
+from .compiled import compiled
 
 #: Log odds of a recorded specimen for each neper by which the gap of the residuals
 #: exceeds that of noise. The gap is the logarithm of the second smallest residual over
@@ -31,7 +31,6 @@ ANOTHER_EXPONENT = 8.0
 CONDITION_EXPONENT = 32.0
 #: Probability of an unknown condition in rows that are of no recorded specimen.
 UNKNOWN_SHARE = 0.1
-_UNKNOWN_ODDS = math.log(UNKNOWN_SHARE / (1 - UNKNOWN_SHARE))
 #: Log residual of an answer that is not there, above those of all numbers.
 NO_ANSWER = 1e4
 #: Share of the gap of noise that the rows of a recording have in common: they are of
@@ -49,10 +48,14 @@ class Posterior(NamedTuple):
         column of an unknown condition.
     recorded : ndarray of shape (n_rows,)
         Probability that the row is of a specimen that was recorded.
+    gaps : ndarray of shape (n_rows, 2)
+        Second smallest log residual less the smallest, in the question whether there is
+        a fault, and at which location; 0 if there is one answer.
     """
 
     log_probability: NDArray[np.float64]
     recorded: NDArray[np.float64]
+    gaps: NDArray[np.float64]
 
 
 def logarithms(residuals: Array) -> NDArray[np.float64]:
@@ -70,112 +73,6 @@ def logarithms(residuals: Array) -> NDArray[np.float64]:
     """
     residuals = residuals.astype(np.float64)
     return np.log(np.maximum(residuals, np.finfo(float).tiny))
-
-
-def answer_log_probabilities(
-    residuals: Array, noise_gap: float | NDArray[np.float64], prior: float = 0.5
-) -> tuple[Array, Array]:
-    r"""Compute the log probability of each answer to a question.
-
-    With the smallest residual :math:`r_1`, the second one :math:`r_2`, the gap :math:`g
-    = \ln (r_2 / r_1)`, the gap :math:`g_0` that noise reaches, and the prior
-    :math:`\pi`, the log odds that the row is of a recorded specimen are
-
-    .. math::
-
-        z = \min\Bigl(8,\; \ln\frac{\pi}{1 - \pi} - 2.5 + 6\,(g - g_0)
-        - 4 \max(\ln r_1, 0)\Bigr).
-
-    With :math:`q = 1 / (1 + e^{-z})`, answer a has the probability
-
-    .. math:: p_a = q\,[a \text{ is nearest}] + (1 - q)\,\frac{r_a^{-8}}{\sum_b r_b^{-8}}.
-
-    Parameters
-    ----------
-    residuals : ndarray of shape (..., n_answers)
-        Natural logarithms of the residuals of two or more answers; `NO_ANSWER` for one
-        that is not there.
-    noise_gap : float or ndarray of shape (...)
-        The gap :math:`g_0`, at least 0.
-    prior : float, default=0.5
-        The probability :math:`\pi`, in (0, 1).
-
-    Returns
-    -------
-    log_probability : ndarray of shape (..., n_answers)
-        Natural logarithms; those of a row sum to 1 as probabilities.
-    log_odds : ndarray of shape (...)
-        The log odds z. With a single answer there is no gap, and they are minus
-        infinity.
-
-    Examples
-    --------
-    >>> logs, odds = answer_log_probabilities(np.log([[1.0, 2.0], [1.0, 1.1]]), 0.2)
-    >>> np.exp(logs).round(2), odds.round(1)
-    (array([[1. , 0. ],
-           [0.7, 0.3]]), array([ 0.5, -3.1]))
-    """
-    ascending = np.sort(residuals, axis=-1)
-    smallest = ascending[..., 0]
-    second = ascending[..., 1]
-    excess = second - smallest - noise_gap
-    log_odds = GAP_ODDS * excess - FAR_ODDS * np.maximum(smallest, 0.0)
-    log_odds += math.log(prior / (1 - prior)) + ODDS_OF_NOISE
-    log_odds = np.minimum(log_odds, LARGEST_ODDS)
-    log_odds[second == NO_ANSWER] = -np.inf
-    is_nearest = residuals == smallest[..., np.newaxis]
-    if_recorded = log_expit(log_odds) - np.log(is_nearest.sum(axis=-1))
-    of_others = _log_softmax(-ANOTHER_EXPONENT * residuals)
-    if_another = log_expit(-log_odds)[..., np.newaxis] + of_others
-    of_nearest = np.logaddexp(if_recorded[..., np.newaxis], if_another)
-    return np.where(is_nearest, of_nearest, if_another), log_odds
-
-
-def _log_softmax(scores):
-    """Return what `scipy.special.log_softmax` does, which takes as long as a row's spectra."""
-    return scores - np.logaddexp.reduce(scores, axis=-1, keepdims=True)
-
-
-def _by_location(function, values, locations):
-    """Reduce the columns of each location by a function of NumPy."""
-    order = locations.argsort(kind="stable")
-    first = locations[order].searchsorted(np.arange(locations.max() + 1))
-    return function.reduceat(values[:, order], first, axis=1)
-
-
-def question_residuals(residuals: Array, locations: Array, healthy: int) -> Array:
-    """Return the residuals of the answers to both questions.
-
-    The residual of an answer is the smallest residual of its conditions.
-
-    Parameters
-    ----------
-    residuals, locations, healthy
-        As in `condition_log_probabilities`.
-
-    Returns
-    -------
-    ndarray of shape (n_rows, 2, n_answers)
-        Of the question whether there is a fault: of healthy conditions and of faults.
-        Of the question at which location the fault is: of the locations. `NO_ANSWER` for
-        locations that are healthy or not there.
-
-    Examples
-    --------
-    >>> residuals = np.array([[0.0, -0.7, 0.1]])
-    >>> question_residuals(residuals, np.array([0, 1, 2]), 0)
-    array([[[ 0.e+00, -7.e-01,  1.e+04],
-            [ 1.e+04, -7.e-01,  1.e-01]]])
-    """
-    n_locations = locations.max() + 1
-    shape = len(residuals), 2, max(n_locations, 2)
-    questions = np.full(shape, NO_ANSWER)
-    questions[:, 1, :n_locations] = _by_location(np.minimum, residuals, locations)
-    if healthy >= 0:
-        questions[:, 0, 0] = questions[:, 1, healthy]
-        questions[:, 1, healthy] = NO_ANSWER
-    questions[:, 0, 1] = questions[:, 1].min(axis=1)
-    return questions
 
 
 def noise_gaps(residuals: Array, locations: Array, healthy: int) -> Array:
@@ -197,10 +94,9 @@ def noise_gaps(residuals: Array, locations: Array, healthy: int) -> Array:
     >>> noise_gaps(np.array([[0.0, -0.7, 0.1], [0.1, 0.0, 0.0]]), np.array([0, 1, 2]), 0)
     array([0.7, 0.8])
     """
-    questions = np.sort(question_residuals(residuals, locations, healthy), axis=2)
-    gaps = questions[..., 1] - questions[..., 0]
-    gaps[questions[..., 1] == NO_ANSWER] = 0.0
-    return gaps.max(axis=0)
+    none = np.zeros(2)
+    found = condition_log_probabilities(residuals, locations, healthy, none)
+    return found.gaps.max(axis=0)
 
 
 def condition_log_probabilities(
@@ -214,10 +110,27 @@ def condition_log_probabilities(
     r"""Compute the log probability of each condition, and that of an unknown one.
 
     Three questions are asked in turn: whether there is a fault, at which location, and
-    which of the conditions of the location it is. `answer_log_probabilities` answers the
-    first two. The conditions of a location differ by specimen, so their probabilities
-    are proportional to :math:`r^{-32}`. An unknown condition has the odds :math:`(1 - q)
-    \cdot 0.1 / 0.9` against all known ones, with the larger q of the two questions.
+    which of the conditions of the location it is. The residual of a location is the
+    smallest residual of its conditions, and that of a fault the smallest of its
+    locations. With the smallest residual :math:`r_1` of a question, the second one
+    :math:`r_2`, the gap :math:`g = \ln (r_2 / r_1)`, the gap :math:`g_0` that noise
+    reaches, and the prior :math:`\pi`, the log odds that the row is of a recorded
+    specimen are
+
+    .. math::
+
+        z = \min\Bigl(8,\; \ln\frac{\pi}{1 - \pi} - 2.5 + 6\,(g - g_0)
+        - 4 \max(\ln r_1, 0)\Bigr).
+
+    With :math:`q = 1 / (1 + e^{-z})`, answer a of the first two questions has the
+    probability
+
+    .. math:: p_a = q\,[a \text{ is nearest}] + (1 - q)\,\frac{r_a^{-8}}{\sum_b r_b^{-8}}.
+
+    If there is a single answer, q is 0. The conditions of a location differ by specimen,
+    so their probabilities are proportional to :math:`r^{-32}`. An unknown condition has
+    the odds :math:`(1 - q) \cdot 0.1 / 0.9` against all known ones, with the larger q of
+    the two questions.
 
     The rows of a recording are of one specimen. So the questions are asked once, about
     the mean of the logarithms over its n rows. The noise of the rows is independent in
@@ -227,7 +140,7 @@ def condition_log_probabilities(
     ----------
     residuals : ndarray of shape (n_rows, n_conditions)
         Natural logarithms of the residuals, or means of them.
-    locations : ndarray of int of shape (n_conditions,)
+    locations : ndarray of int64 of shape (n_conditions,)
         Number of the location of each condition; all numbers from 0 to the largest occur.
     healthy : int
         Number of the location of healthy conditions; -1 if there is none.
@@ -241,7 +154,7 @@ def condition_log_probabilities(
     Returns
     -------
     Posterior
-        Log probabilities, and the probability of a recorded specimen.
+        Log probabilities, the probability of a recorded specimen, and the gaps.
 
     Examples
     --------
@@ -252,20 +165,90 @@ def condition_log_probabilities(
     >>> np.exp(found.log_probability).round(2), found.recorded.round(2)
     (array([[0.  , 0.93, 0.  , 0.  , 0.06]]), array([0.46]))
     """
+    n_means, n_conditions = residuals.shape
     left = np.sqrt(COMMON_GAP + (1 - COMMON_GAP) / np.maximum(n_rows, 1.0))
-    gaps = left[..., np.newaxis] * gaps_of_noise
-    questions = question_residuals(residuals, locations, healthy)
-    answers, log_odds = answer_log_probabilities(questions, gaps, prior)
-    of_locations = answers[:, 1] + answers[:, 0, 1:2]
-    if healthy >= 0:
-        of_locations[:, healthy] = answers[:, 0, 0]
-    of_conditions = -CONDITION_EXPONENT * residuals
-    of_locations -= _by_location(np.logaddexp, of_conditions, locations)
-    recorded = log_odds.max(axis=1)
-    scores = np.empty((len(residuals), len(locations) + 1))
-    scores[:, :-1] = of_conditions + of_locations[:, locations]
-    scores[:, -1] = log_expit(-recorded) + _UNKNOWN_ODDS
-    return Posterior(_log_softmax(scores), expit(recorded))
+    limits = np.empty((n_means, 2))
+    limits[:] = left[..., np.newaxis] * gaps_of_noise
+    found = Posterior(
+        np.empty((n_means, n_conditions + 1)), np.empty(n_means), np.empty((n_means, 2))
+    )
+    _fill_posterior(
+        np.ascontiguousarray(residuals, dtype=np.float64),
+        np.ascontiguousarray(locations),
+        healthy,
+        limits,
+        math.log(prior / (1 - prior)) + ODDS_OF_NOISE,
+        np.empty((4, max(locations.max() + 1, 2))),
+        *found,
+    )
+    return found
+
+
+@compiled
+def _fill_posterior(
+    residuals, locations, healthy, limits, odds, work, logs, recorded, gaps
+):
+    """Fill the last three arrays; `work` is working memory for the answers of a row."""
+    nearest = work[0]
+    shares = work[1]
+    n_answers = len(nearest)
+    for w in range(len(residuals)):
+        for a in range(n_answers):
+            nearest[a] = NO_ANSWER
+            shares[a] = 0.0
+        for c in range(len(locations)):
+            a = locations[c]
+            nearest[a] = min(nearest[a], residuals[w, c])
+        for c in range(len(locations)):
+            a = locations[c]
+            shares[a] += np.exp(-CONDITION_EXPONENT * (residuals[w, c] - nearest[a]))
+        of_states = work[2]
+        of_faults = work[3]
+        of_states[0] = of_states[1] = NO_ANSWER
+        for a in range(n_answers):
+            of_faults[a] = nearest[a]
+            if a == healthy:
+                of_states[0] = nearest[a]
+                of_faults[a] = NO_ANSWER
+            of_states[1] = min(of_states[1], of_faults[a])
+        recorded[w] = 0.0
+        another = 1.0
+        for question in range(2):
+            answers = work[2 + question]
+            n_answers_here = 2 if question == 0 else n_answers
+            smallest = second = NO_ANSWER
+            for a in range(n_answers_here):
+                second = min(second, max(smallest, answers[a]))
+                smallest = min(smallest, answers[a])
+            total = 0.0
+            n_nearest = 0
+            for a in range(n_answers_here):
+                total += np.exp(-ANOTHER_EXPONENT * (answers[a] - smallest))
+                n_nearest += answers[a] == smallest
+            gap = 0.0
+            z = -np.inf
+            if second < NO_ANSWER:
+                gap = second - smallest
+                z = odds + GAP_ODDS * (gap - limits[w, question])
+                z = min(z - FAR_ODDS * max(smallest, 0.0), LARGEST_ODDS)
+            q = 1 / (1 + np.exp(-z))
+            of_others = 1 / (1 + np.exp(z)) / total
+            for a in range(n_answers_here):
+                below = -ANOTHER_EXPONENT * (answers[a] - smallest)
+                if below == 0:
+                    answers[a] = np.log(q / n_nearest + of_others)
+                else:
+                    answers[a] = np.log(of_others) + below
+            recorded[w] = max(recorded[w], q)
+            another = min(another, of_others * total)
+            gaps[w, question] = gap
+        unknown = another * UNKNOWN_SHARE / (1 - UNKNOWN_SHARE)
+        logs[w, len(locations)] = np.log(unknown / (1 + unknown))
+        for c in range(len(locations)):
+            a = locations[c]
+            answer = of_states[0] if a == healthy else of_states[1] + of_faults[a]
+            below = -CONDITION_EXPONENT * (residuals[w, c] - nearest[a])
+            logs[w, c] = answer + below - np.log(shares[a]) - np.log1p(unknown)
 
 
 def decided_condition(
@@ -293,7 +276,8 @@ def decided_condition(
     >>> decided_condition(np.array([[0.4, 0.3, 0.3]]), np.array([0, 1, 2]), 0)
     array([1])
     """
-    of_locations = _by_location(np.add, probability, locations)
+    is_at = locations == np.arange(locations.max() + 1)[:, np.newaxis]
+    of_locations = np.where(is_at, probability[:, np.newaxis], 0.0).sum(axis=2)
     if healthy >= 0:
         is_faulty = 2 * of_locations[:, healthy] < of_locations.sum(axis=1)
         of_locations[:, healthy] = np.where(is_faulty, -1.0, np.inf)

@@ -177,6 +177,8 @@ def test_rows_are_joined_by_their_mean_log_residuals(fitted, data):
     joined = fitted.join(found.row_evidence.mean(axis=0, keepdims=True), 5)
     expected = of_kernel(fitted, mean, n_rows=5)
     np.testing.assert_allclose(joined.log_probability, expected.log_probability)
+    with pytest.raises(ValueError, match=r"evidence\.shape == \(1, 1\), expected one"):
+        fitted.join(mean[:, :1])
 
 
 def test_gaps_of_noise_are_those_of_coloured_noises_at_the_middle_speed(data):

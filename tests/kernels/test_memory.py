@@ -13,6 +13,7 @@ from skarxlag.kernels import (
     linear_prediction,
     observer,
     observer_bank,
+    posterior,
     residual_levels,
     short_time,
 )
@@ -46,6 +47,12 @@ CALLS = {
         noise(5, 3),
         np.array([[0, 4, 2]]),
     ),
+    **{
+        f"{n} conditions": lambda n=n: posterior.condition_log_probabilities(
+            noise(3, n), np.arange(n) // 2, 0, (0.1, 0.2)
+        )
+        for n in (1, 5)
+    },
     "observer": lambda: observer.observe(noise(17, 2, 21), LOOP),
     "bank": lambda: observer_bank.bank_levels(
         noise(2, 7), 0.3, *np.full((3, 33), 0.1), 0.05
