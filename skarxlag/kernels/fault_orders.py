@@ -224,9 +224,11 @@ def speed_error(contrasts: Array, orders: Array, tolerance: float) -> float:
 
 def _apart(at, orders, distance):
     """Return which orders have this distance in their logarithm from all lines of faults."""
-    lines = np.outer(orders, np.arange(1, N_MULTIPLES + 1)).ravel()
-    distances = np.abs(np.log(at[..., np.newaxis] / lines))
-    return distances.min(axis=-1) > distance
+    lines = np.outer(orders, np.arange(1, N_MULTIPLES + 1))
+    lines = np.sort(np.log(lines), axis=None)
+    log_at = np.log(at)
+    nearest = lines[np.searchsorted((lines[1:] + lines[:-1]) / 2, log_at)]
+    return np.abs(log_at - nearest) > distance
 
 
 def _steps(largest):
