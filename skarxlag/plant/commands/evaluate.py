@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer, scale
 
 from ... import diagnosers
+from ...core.files import write_atomically
 from ...core.validation import output_of_windows
 from ...datasets import load_public_rig, simulate_rig
 from ...decisions.fusion import SensorFusion
@@ -29,13 +31,17 @@ from ...model_selection import (
     protocol_splits,
 )
 from ..readers.entries import ListedRecording
-from .evaluation_report import save_results, summary_text
 from .messages import Reporter, UsageError, as_command_error, keywords, listed
+from .results import csv_of
 from .training_rows import training_rows
 
 #: Crack sizes of the simulated rig, and the speed of its calibration.
 _CRACKS_MM = (3.0, 6.0)
 _SIMULATED_RPM = 500.0
+#: Printed columns, in percent of rows.
+_COLUMNS = ["condition", "location", "recordings", "false alarms", "missed"]
+#: Points by which another method has to be better to be named.
+_LEAST_LEAD = 1.0
 #: Segments of the log spectrum of the peer.
 _SEGMENT = 256
 ALPIO = "ALPIO, the paper's baseline"
@@ -122,7 +128,7 @@ def evaluate_cases(
     output.mkdir(parents=True, exist_ok=True)
     reporter = reporter or Reporter()
     reporter.start(sum(len(case.methods) * len(case.splits) for case in cases))
-    results = []
+    summaries = []
     for case in cases:
         verdicts = evaluate(
             case.methods,
@@ -136,11 +142,54 @@ def evaluate_cases(
                 f"{name}: fitted and tested with {n_rows} rows"
             ),
         )
-        results.append((case, verdicts, evaluation_summary(verdicts)))
-    text = summary_text(results, RECOMMENDED)
-    where = save_results(results, text, output)
+        summaries.append(evaluation_summary(verdicts))
+        stem = re.sub("[^a-z0-9]+", "_", f"{Path(case.title).stem} {case.part}".lower())
+        tables = {"verdicts": verdicts.set_index("row"), "summary": summaries[-1]}
+        for name, table in tables.items():
+            content = csv_of(table, index=True, float_format="%.6g").encode()
+            write_atomically(output / f"{stem.strip('_')}_{name}.csv", content)
+    text = "\n".join(_summary_lines(cases, summaries))
+    write_atomically(output / "report.txt", f"{text}\n".encode())
     # A summary whose tables cannot be written is not printed.
-    print(text, where, sep="\n", flush=True)
+    print(text, f"Tables are in {output.resolve()}.", sep="\n", flush=True)
+
+
+def _summary_lines(cases, summaries):
+    """Yield the data, a table for each protocol, and what its figures mean."""
+    case = cases[0]
+    trained = {split.train_rpm for split in case.splits if split.train_rpm > 0}
+    n_conditions = len(set(case.y.tolist()))
+    seconds = case.X.shape[-1] / case.sampling_rate
+    yield (
+        f"{case.title}: {n_conditions} conditions at "
+        f"{listed(np.unique(case.facts['rpm']))} rpm, trained at "
+        f"{listed(sorted(trained)) or 'several'} rpm."
+    )
+    yield (
+        f"A row has {case.X.shape[-1]} samples, {1e3 * seconds:.4g} ms, so 1 % of false "
+        f"alarms are {36 / seconds:.3g} an hour. Chance is {100 / n_conditions:.1f} %."
+    )
+    yield (
+        "Percent of rows with the right condition and the right location, of recordings "
+        "with the right location, of healthy rows called faulty, and of faults missed:"
+    )
+    located = []
+    for each, summary in zip(cases, summaries, strict=True):
+        for protocol in summary.index.unique("protocol"):
+            table = summary.loc[protocol].reindex(each.methods, columns=_COLUMNS)
+            located.append(table["location"])
+            yield from ("", ", ".join(filter(None, [PROTOCOLS[protocol], each.part])))
+            yield table.rename_axis(None).to_string(
+                float_format="{:.1f}".format, na_rep="-"
+            )
+    means = pd.concat(located, axis=1).mean(axis=1)
+    if means.max() > means[RECOMMENDED] + _LEAST_LEAD:
+        yield from (
+            "",
+            f"Here, {means.idxmax()} is right more often than {RECOMMENDED}.",
+        )
+    yield ""
+    yield from dict.fromkeys(text for each in cases for text in each.sentences)
 
 
 def _paper_methods(healthy):

@@ -99,14 +99,15 @@ resample_to, n_jobs
         raise CommandError(
             f"{source}: no speed is stated; expected a column rpm, or --rpm"
         )
-    if "condition" not in rows.facts and (kind == "detector" or bearing is not None):
-        rows.facts["condition"] = HEALTHY
     may_be_one = kind == "detector" or bearing is not None
+    if "condition" not in rows.facts and may_be_one:
+        rows.facts["condition"] = HEALTHY
     healthy, reason = _healthy_condition(rows, source, kind, healthy, may_be_one)
     if kind == "detector":
         rows = rows.where(rows.y == healthy)
     rows = rows.with_signal(source, outputs or 1)
     reporter.line(f"{len(rows.X)} {rows.word}: fitting")
+    rates = None
     with as_command_error(), parallel_config("threading", n_jobs=n_jobs):
         detector = make_detector(
             false_alarm_rate=false_alarm_rate, fixed_gain=fixed_gain
@@ -115,37 +116,21 @@ resample_to, n_jobs
         if kind != "detector":
             main = _diagnoser(rows, kind, bearing, healthy, false_alarm_rate)
         models, notes = _fitted(rows, main, detector, healthy, outputs)
-        # Locations of faults that no recording shows are conditions, too.
+        if outputs is None and healthy is not None:
+            rates = ErrorRates.measured(detector, rows, healthy)
         fitted = models.pop("diagnoser")
+        # Locations of faults that no recording shows are conditions, too.
         conditions = capabilities(fitted).conditions or [healthy]
         conditions = sorted(conditions, key=lambda name: name != healthy)
         counts = _counts(conditions, rows)
-        rates = None
-        if outputs is None and healthy is not None:
-            rates = ErrorRates.measured(detector, rows, healthy)
-        used = [
-            each for each in recordings if each.name in set(rows.facts["recording"])
-        ]
-        facts = {
-            **fitted_channels(recordings, rows.channels),
-            **facts_of_training(used),
+        facts = _facts(recordings, rows, counts)
+        facts |= {
             "diagnoser": kind,
-            "rows": rows.word,
             "conditions": conditions,
             "healthy": healthy,
-            "train_rpm": _training_speeds(rows),
-            "sampling_rate": rows.sampling_rate,
-            "n_channels": 1 if rows.X.ndim == 2 else rows.X.shape[1],
-            "window_length": rows.X.shape[-1],
-            "n_windows": counts[rows.word].tolist(),
-            "n_recordings": counts["recordings"].tolist(),
             "false_alarm_rate": false_alarm_rate,
             "error_counts": None if rates is None else list(rates),
             "bearing": bearing,
-            "training_files": sorted(
-                file_name(each, each.path.stat().st_size) for each in used
-            ),
-            "saved": datetime.now(UTC).strftime("%Y-%m-%d"),
         }
         # The output is resolved and checked; a link that was made since is replaced.
         content = packed_diagnoser(fitted, models, facts)
@@ -174,8 +159,6 @@ resample_to, n_jobs
 
 def _kind(recordings, kind, bearing, healthy):
     """Return the kind of diagnoser if it is stated, or the recordings determine it."""
-    present = {recording.condition for recording in recordings}
-    only = present.pop() if len(present) == 1 else None
     if bearing is not None:
         if kind not in (None, "stretches"):
             raise UsageError(
@@ -183,20 +166,40 @@ def _kind(recordings, kind, bearing, healthy):
                 f"--diagnoser {kind}"
             )
         return "stretches"
+    only, *others = {recording.condition for recording in recordings}
+    if kind is not None or others or only is None:
+        return kind
     is_healthy = only == healthy
     if healthy is None:
         is_healthy = location_of_label(only) == HEALTHY
-    return "detector" if kind is None and only is not None and is_healthy else kind
+    return "detector" if is_healthy else None
 
 
-def _training_speeds(rows):
-    """Return the different speeds of rows; varying ones are grouped."""
-    if rows.speeds is None:
-        return None
-    rpm = np.unique(rows.facts["rpm"])
-    if "mean_rpm" in rows.facts:
-        rpm = np.exp(group_speeds(np.log(rpm))[0]).round(1)
-    return rpm.tolist()
+def _facts(recordings, rows, counts):
+    """Return facts of the training that are saved with the model."""
+    names = set(rows.facts["recording"])
+    used = [recording for recording in recordings if recording.name in names]
+    rpm = None
+    if rows.speeds is not None:
+        rpm = np.unique(rows.facts["rpm"])
+        if "mean_rpm" in rows.facts:
+            rpm = np.exp(group_speeds(np.log(rpm))[0]).round(1)
+        rpm = rpm.tolist()
+    return {
+        **fitted_channels(recordings, rows.channels),
+        **facts_of_training(used),
+        "rows": rows.word,
+        "train_rpm": rpm,
+        "sampling_rate": rows.sampling_rate,
+        "n_channels": 1 if rows.X.ndim == 2 else rows.X.shape[1],
+        "window_length": rows.X.shape[-1],
+        "n_windows": counts[rows.word].tolist(),
+        "n_recordings": counts["recordings"].tolist(),
+        "training_files": sorted(
+            file_name(each, each.path.stat().st_size) for each in used
+        ),
+        "saved": datetime.now(UTC).strftime("%Y-%m-%d"),
+    }
 
 
 def _healthy_condition(rows, source, kind, healthy, may_be_one):
@@ -239,53 +242,46 @@ def _diagnoser(rows, kind, bearing, healthy, false_alarm_rate):
 
 def _fitted(rows, main, detector, healthy, outputs):
     """Return the fitted models by their names in the file, and notes on them."""
+    notes = []
+
+    def fit(name, model, rows, y):
+        """Fit a model with the metadata that it requests, and keep its warnings."""
+        if outputs is not None:
+            model = SensorFusion(estimator=model, n_outputs=outputs)
+        requested = {
+            key: values
+            for key, values in rows.metadata.items()
+            if requests(model, "fit", key)
+        }
+        with warnings.catch_warnings(
+            record=True, action="always", category=UserWarning
+        ) as warned:
+            model.fit(rows.X, y, **requested)
+        notes.extend(f"Note: {warning.message}" for warning in warned)
+        models[name] = model
+        return model
+
+    models: dict[str, Any] = {}
     if main is detector:
-        main = _of_outputs(main, outputs)
-        return {"diagnoser": main}, _fit_quietly(main, rows.X, None, rows.metadata)
-    main = _of_outputs(main, outputs)
-    notes = _fit_quietly(main, rows.X, rows.y, rows.metadata)
-    models = {"diagnoser": main}
+        fit("diagnoser", main, rows, None)
+        return models, notes
+    fit("diagnoser", main, rows, rows.y)
     if len(set(rows.y)) > 1:
-        known = _of_outputs(make_known_conditions(), outputs)
         try:
-            _fit_quietly(known, rows.X, rows.y, rows.metadata)
+            known = fit("known_conditions", make_known_conditions(), rows, rows.y)
             if left_out := sorted(set(rows.y) - set(known.classes_)):
+                del models["known_conditions"]
                 raise ValueError(
                     f"fewer than two windows at one speed of {', '.join(left_out)}"
                 )
-            models["known_conditions"] = known
         except ValueError as error:
             notes.append(f"The verdict 'unknown condition' is not possible: {error}")
     if healthy is not None:
-        companion = _of_outputs(detector, outputs)
-        of_healthy = rows.where(rows.y == healthy)
         try:
-            notes += _fit_quietly(companion, of_healthy.X, None, of_healthy.metadata)
-            models["detector"] = companion
+            fit("detector", detector, rows.where(rows.y == healthy), None)
         except ValueError as error:
             notes.append(f"No healthy limits: {error}")
     return models, notes
-
-
-def _of_outputs(model, outputs):
-    """Return a model for a number of outputs."""
-    if outputs is None:
-        return model
-    return SensorFusion(estimator=model, n_outputs=outputs)
-
-
-def _fit_quietly(model, X, y, metadata):
-    """Fit a model with the metadata that it requests; return the messages of its warnings."""
-    requested = {
-        name: values
-        for name, values in metadata.items()
-        if requests(model, "fit", name)
-    }
-    with warnings.catch_warnings(
-        record=True, action="always", category=UserWarning
-    ) as warned:
-        model.fit(X, y, **requested)
-    return [f"Note: {warning.message}" for warning in warned]
 
 
 def _counts(conditions, rows):
