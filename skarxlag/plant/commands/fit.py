@@ -242,10 +242,10 @@ def _diagnoser(rows, kind, bearing, healthy, false_alarm_rate):
 
 def _fitted(rows, main, detector, healthy, outputs):
     """Return the fitted models by their names in the file, and notes on them."""
-    notes = []
+    models: dict[str, Any] = {}
 
     def fit(name, model, rows, y):
-        """Fit a model with the metadata that it requests, and keep its warnings."""
+        """Fit a model with the metadata that it requests, and return its warnings."""
         if outputs is not None:
             model = SensorFusion(estimator=model, n_outputs=outputs)
         requested = {
@@ -256,20 +256,17 @@ def _fitted(rows, main, detector, healthy, outputs):
         with warnings.catch_warnings(
             record=True, action="always", category=UserWarning
         ) as warned:
-            model.fit(rows.X, y, **requested)
-        notes.extend(f"Note: {warning.message}" for warning in warned)
-        models[name] = model
-        return model
+            models[name] = model.fit(rows.X, y, **requested)
+        return [f"Note: {warning.message}" for warning in warned]
 
-    models: dict[str, Any] = {}
     if main is detector:
-        fit("diagnoser", main, rows, None)
-        return models, notes
-    fit("diagnoser", main, rows, rows.y)
+        return models, fit("diagnoser", main, rows, None)
+    notes = fit("diagnoser", main, rows, rows.y)
     if len(set(rows.y)) > 1:
         try:
-            known = fit("known_conditions", make_known_conditions(), rows, rows.y)
-            if left_out := sorted(set(rows.y) - set(known.classes_)):
+            fit("known_conditions", make_known_conditions(), rows, rows.y)
+            known = models["known_conditions"].classes_
+            if left_out := sorted(set(rows.y) - set(known)):
                 del models["known_conditions"]
                 raise ValueError(
                     f"fewer than two windows at one speed of {', '.join(left_out)}"
@@ -278,7 +275,7 @@ def _fitted(rows, main, detector, healthy, outputs):
             notes.append(f"The verdict 'unknown condition' is not possible: {error}")
     if healthy is not None:
         try:
-            fit("detector", detector, rows.where(rows.y == healthy), None)
+            notes += fit("detector", detector, rows.where(rows.y == healthy), None)
         except ValueError as error:
             notes.append(f"No healthy limits: {error}")
     return models, notes
