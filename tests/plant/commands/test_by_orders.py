@@ -4,9 +4,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.signal import lfilter
 
-from skarxlag import bearing_orders, load_diagnoser
+from skarxlag import bearing_orders
 from skarxlag.plant.commands.fit import fit
 from skarxlag.plant.readers.listing import list_files
 
@@ -153,17 +152,6 @@ def joint(plant):
     lines = fit(list_files(plant / "learned_*.npy", **facts), model, bearing="6205")
     assert lines[-1] == f"Saved stretches to {model}"
     return model
-
-
-def test_fit_with_faults_joins_spectra_and_orders(run, plant, joint):
-    fitted, facts = load_diagnoser(joint)
-    assert facts["bearing"] == "6205" and fitted["decide"].conditions_ is not None
-    # Another mounting: a resonance, and noise.
-    noise = np.random.default_rng(3).normal(size=int(2 * RATE))
-    moved = lfilter([1], [1, -0.9], np.load(plant / "inner.npy")) + 3 * noise
-    np.save(plant / "moved.npy", moved)
-    code, out, err = run("diagnose", joint, plant / "moved.npy", "--rpm", 900, *RATES)
-    assert code == 0 and "inner" in out, err
 
 
 def test_a_model_is_asked_about_another_bearing(run, plant, joint):

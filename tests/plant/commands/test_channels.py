@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from skarxlag import load_diagnoser, load_recordings, read_recording_table
+from skarxlag import load_diagnoser
 from skarxlag.plant.commands import main
 from tests.plant.watch.watching import COLOURS, RATE, WINDOW, sound
 
@@ -111,24 +111,6 @@ def test_files_of_one_channel_may_call_it_as_they_like(verdict, plant, model):
     )
 
 
-@pytest.mark.parametrize("seconds", [1.5, 1e9])
-def test_a_column_of_times_is_no_signal(run, saved, tmp_path, seconds):
-    """Its windows have a spectrum like any other: `diagnose` named a condition."""
-    clock = np.arange(N) / RATE % seconds
-    paths = [tmp_path / f"{condition}.csv" for condition in COLOURS]
-    for path in paths:
-        write(path, path.stem, 2, "clock,acc_x,acc_y", clock)
-    message = "only rises or only falls: it holds times or a count, and is no signal"
-    for load in (load_recordings, read_recording_table):
-        with pytest.raises(ValueError, match=rf"\w+.csv: channel 'clock' {message}"):
-            load(tmp_path / "*.csv", channel="clock", sampling_rate=RATE)
-    code, out, err = run("diagnose", saved("1"), paths[0], "--channel", "clock")
-    assert code == 1 and message in err and "no verdict: channel" in out
-    output = tmp_path / "m.skops"
-    code, _, err = run(*fit(tmp_path, output, "clock"), "--sampling-rate", RATE)
-    assert code == 1 and message in err and not output.exists()
-
-
 def test_times_in_minutes_without_their_unit(run, plant, saved):
     """Advice to resample the recording would be wrong."""
     path = write(plant / "minutes.csv", "good", 2, clock=np.arange(N) / RATE)
@@ -161,17 +143,3 @@ def test_units_that_differ_in_fit_are_said(run, plant):
     code, out, _ = run(*fit(plant, model, "acc_x", ("good_in_g.csv", "worn_in_v.csv")))
     assert code == 0 and "Note: the recordings have the units g, mm/s." in out
     assert load_diagnoser(model)[1]["unit"] is None
-
-
-def test_another_scale_changes_nothing(verdict, plant, saved, tmp_path):
-    """Units as the documentation says, for all makers but with --fixed-gain."""
-    for name in ("good.csv", "worn.csv"):
-        columns = np.loadtxt(plant / name, delimiter=",", skiprows=1)
-        columns *= [1, 9.80665, 1]
-        options = {"delimiter": ",", "header": "time,acc_x,acc_y", "comments": ""}
-        np.savetxt(tmp_path / name, columns, fmt="%.17g", **options)
-        lines = [
-            verdict(saved("acc_x"), folder / name)[1].splitlines()[2].split()[1:]
-            for folder in (plant, tmp_path)
-        ]
-        assert lines[0] == lines[1]

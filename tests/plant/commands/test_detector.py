@@ -1,7 +1,6 @@
 """A detector from a table of healthy recordings, in diagnose and in watch."""
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.signal import lfilter
 
@@ -86,17 +85,6 @@ def test_one_healthy_condition_alone_makes_a_detector(
         assert code == 1 and "expected two or more" in err
     else:
         assert code == 0 and load_diagnoser(path)[1]["diagnoser"] == kind
-
-
-def test_recordings_at_a_speed_between_are_distinguished(run, plant, model):
-    detector, facts = load_diagnoser(model)
-    assert facts["window_length"] == 8400
-    np.testing.assert_allclose(detector[-1].speeds_, SPEEDS)
-    output = plant / "v.csv"
-    code, out, _ = run("diagnose", model, "--table", plant / "new.csv", "-o", output)
-    rows = pd.read_csv(output)
-    assert code == 0 and rows["verdict"].tolist() == ["healthy", "changed"]
-    assert rows["alarm"].tolist() == ["no", "yes"] and "of 8400 samples" in out
 
 
 @pytest.mark.slow

@@ -187,21 +187,6 @@ def test_own_recordings_are_evaluated_as_fit_would_train(run, workshop, name):
     }
 
 
-def test_a_folder_is_evaluated_like_a_table(run, workshop):
-    pattern = r"(?P<condition>[a-z]+)\d?_(?P<rpm>\d+)"
-    options = ("--pattern", pattern, "--sampling-rate", RATE)
-    rows = ("--window-length", 1200, "-q")
-    source = workshop / "*.npy"
-    code, out, err = run("evaluate", source, *options, *rows, "-o", workshop / "f")
-    assert code == 0, err
-    table = pd.read_csv(workshop / "table.csv").drop(columns="specimen")
-    table.to_csv(workshop / "plain.csv", index=False)
-    path = workshop / "plain.csv"
-    _, of_table, _ = run("evaluate", path, *rows, "-o", workshop / "of_table")
-    named = out.replace(str(source), str(path))
-    assert named.splitlines()[:-1] == of_table.splitlines()[:-1]
-
-
 def test_with_a_bearing_the_combs_decide_too(workshop):
     recordings = list_recordings(workshop / "table.csv")
     case = evaluate.table_case(workshop / "table.csv", recordings, bearing="6205")

@@ -1,6 +1,5 @@
 import json
 import shutil
-import sys
 import warnings
 
 import numpy as np
@@ -141,16 +140,6 @@ def test_fit_requires_the_healthy_condition_that_no_name_states(run, workshop):
     assert code == 0 and "Healthy: a (the only condition)" in out
 
 
-def test_missing_skops_is_reported_before_anything_is_fitted(
-    run, workshop, monkeypatch
-):
-    monkeypatch.setitem(sys.modules, "skops", None)
-    code, _, err = run("fit", workshop / "table.csv", "-o", workshop / "m.skops", *FIT)
-    assert code == 1
-    assert "needs skops: pip install 'skarxlag[io]'" in err
-    assert "fitting" not in err
-
-
 def test_a_file_without_facts_and_its_windows(run, model, workshop):
     path, output = workshop / "run_17.npy", workshop / "verdicts.csv"
     recording = signal("inner", 7 * WINDOW + 50, seed=77, gain=3.0)
@@ -244,29 +233,6 @@ def test_another_sampling_rate_is_refused(run, model, workshop):
     assert run("diagnose", model, path, "--sampling-rate", "20e3")[0] == 1
     code, out, _ = run("diagnose", model, path, "--sampling-rate", "50e3")
     assert code == 0 and "assumed" not in out
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--healthy", "x"], "--healthy: 'x', expected a condition of"),
-        (
-            ["--false-alarm-rate", "1"],
-            "--false-alarm-rate: '1', expected a number between 0 and 1",
-        ),
-        (["--diagnoser", "x"], "--diagnoser: invalid choice: 'x'"),
-        (
-            ["--window-length", "10"],
-            "--window-length: '10', expected an integer of at least 100",
-        ),
-        (["-o", "nowhere/m.skops"], "-o/--output: nowhere/m.skops, expected a file"),
-    ],
-)
-def test_wrong_arguments_of_fit_are_named(run, workshop, arguments, message):
-    output = workshop / "m.skops"
-    code, _, err = run("fit", workshop / "table.csv", "-o", output, *arguments)
-    assert code == 2 and f"argument {message}" in err
-    assert not output.exists()
 
 
 def test_tables_that_cannot_be_fitted_are_named(run, workshop):

@@ -83,18 +83,6 @@ def test_results_are_written_whole_or_not_at_all(run, tmp_path, models, suffix, 
     assert code == 0 and "worn" in out
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(
-    not os.path.exists("/dev/full"), reason="no device that is always full"
-)
-def test_a_full_disk_behind_the_output_ends_with_one_line(models):
-    command = [sys.executable, "-m", "skarxlag", "info", models[0]]
-    with open("/dev/full", "w") as full:
-        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
-    assert done.returncode == 1 and "Traceback" not in done.stderr
-    assert done.stderr.strip().endswith("No space left on device")
-
-
 #: Compiles a loop while no file can grow, and computes with it.
 COMPILES = """
 import resource, signal

@@ -113,12 +113,6 @@ def test_figures_show_what_the_verdict_rests_on(report_page):
         assert line in drawn["Spectrum of low frequencies"]
 
 
-def test_a_bearing_marks_the_lines_of_its_faults(plant):
-    page = diagnosed(plant, plant / "worn.npy", "--rpm", "300", "--bearing", "6205")
-    drawn = pictures(page)["Envelope spectrum and lines of bearing 6205"]
-    assert all(name in drawn for name in ("BPFO", "BPFI", "2 BSF", "1x shaft"))
-
-
 def test_a_long_recording_makes_no_longer_page(plant):
     """Curves have at most 600 points; a recording takes some 300 kB."""
     np.save(plant / "long.npy", np.tile(signal("worn", 4), 200))

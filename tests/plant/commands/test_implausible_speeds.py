@@ -5,11 +5,9 @@ import json
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from sklearn.base import clone
 
 from skarxlag import (
     FaultOrderClassifier,
-    SensorFusion,
     make_alpio,
     make_detector,
     make_diagnoser,
@@ -18,7 +16,6 @@ from skarxlag import (
     save_diagnoser,
     window_verdicts,
 )
-from skarxlag.core.fault_locations import NO_FINDING
 
 pytestmark = [
     pytest.mark.slow,
@@ -71,26 +68,6 @@ def test_no_model_gives_a_verdict(fitted):
             assert not windows[[0, 2]].str.startswith("no verdict").any()
             row = recording_verdicts(model, X[:3], np.zeros(3), rpm=rpm).iloc[0]
             assert row["verdict"].startswith("no verdict: ") and row["alarm"] == "-"
-
-
-def test_too_few_turns_give_no_verdict_and_no_error():
-    """A row may have less than two turns at a speed that is plausible, or is searched."""
-    combs = FaultOrderClassifier(bearing=ORDERS, sampling_rate=RATE)
-    searching = clone(combs).set_params(speed_range=(150.0, 230.0)).fit(GOOD)
-    two = SensorFusion(estimator=combs).fit(np.stack([GOOD, GOOD], axis=1))
-    for model, rows, rpm in [
-        (combs.fit(GOOD), GOOD[:2], [900.0, 230.0]),
-        (two, np.stack([GOOD, GOOD], axis=1)[:2], [900.0, 230.0]),
-        (searching, GOOD[:2], None),
-    ]:
-        found = window_verdicts(model, rows, rpm=rpm).iloc[1]
-        assert found["verdict"].startswith("no verdict: combs need")
-        assert np.isnan(found["probability of healthy"]) and np.isnan(found["alarm"])
-        if rpm is not None:
-            whole = recording_verdicts(
-                model, rows, [0, 0], rpm=rpm, train_rpm=[900.0]
-            ).iloc[0]
-            assert whole["verdict"] == NO_FINDING
 
 
 @pytest.mark.parametrize("has_model", [True, False])

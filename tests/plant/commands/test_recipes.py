@@ -11,7 +11,6 @@ import socket
 import subprocess
 import sys
 import textwrap
-import threading
 import time
 from importlib.util import find_spec
 from pathlib import Path
@@ -43,7 +42,7 @@ TESTS = {
     },
     "monitoring": {
         ">>>": "test_docs.py",
-        "arecord": "test_sound_card, test_growing_file",
+        "arecord": "test_sound_card",
         '{"kind"': "test_example_of_a_line",
         "skarxlag acknowledge": "test_acknowledge",
         "name,source,model": "test_table",
@@ -355,32 +354,6 @@ def test_sound_card(run_lines, piped, tmp_path):
     (printed,) = run_lines(command)
     assert printed.count('"kind": "verdict"') == 9
     assert f"{9 * WINDOW} samples" in printed
-
-
-@needs_bash
-@pytest.mark.slow
-def test_growing_file(shell, tmp_path):
-    """What is appended while the command runs is read, too, and so is a rotated file."""
-    save_model(tmp_path / "bearing.skops")
-    log = tmp_path / "log.csv"
-    log.write_bytes(b"acc\n" + lines_of(sound("good", 2 * WINDOW, 3)))
-
-    def write():
-        with log.open("ab") as file:
-            file.write(lines_of(sound("good", WINDOW, 4)))
-        time.sleep(2)
-        log.rename(tmp_path / "log.1")
-        log.write_bytes(b"acc\n" + lines_of(sound("good", 2 * WINDOW, 5)))
-
-    timer = threading.Timer(1, write)
-    timer.start()
-    command = block("monitoring", "arecord").splitlines()[1]
-    assert command.startswith("tail -n +1 -F log.csv | ")
-    found = shell(f"timeout 12 {command} --rpm 1480 || true")
-    timer.join()
-    starts = [json.loads(line)["start"] for line in found.stdout.splitlines()
-              if '"verdict"' in line[:20]]  # fmt: skip
-    assert starts == [WINDOW * k for k in range(5)], found.stderr
 
 
 def test_table(run_lines, tmp_path):

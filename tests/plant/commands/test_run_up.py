@@ -68,10 +68,20 @@ def test_the_place_of_a_fault_is_found_where_the_mean_speed_fails(run, folder, n
     output = folder / "results.json"
     none = "no fault pattern found"
     of_name = none if name == "healthy" else name
-    for speed, expected in (("tacho:key", of_name), (f"{mean:.0f}", none)):
+    log = folder / "speeds.csv"
+    log.write_text(f"recording,rpm\n{name}_1,{mean}\n")
+    # Pulses that are taken for four in a revolution give a quarter of the speed.
+    for speed, n_pulses, expected in (
+        ("tacho:key", 1, of_name),
+        ("tacho:key", 4, none),
+        (log, None, none),
+        (f"{mean:.0f}", None, none),
+    ):
+        pulses = () if n_pulses is None else ("--pulses-per-revolution", n_pulses)
         diagnose = ("diagnose", "--bearing", "6205", "--channel", "acc", "-o", output)
         diagnose += ("--force",)
-        code, _, err = run(*diagnose, "--rpm", speed, folder / f"{name}_1.npz")
+        speeds = ("--rpm", speed, *pulses)
+        code, _, err = run(*diagnose, *speeds, folder / f"{name}_1.npz")
         assert code == 0, err
         found = json.loads(output.read_text())["recordings"]
         assert [row["verdict"] for row in found] == [expected], speed

@@ -1,6 +1,4 @@
-"""Random tables, files and options: no traceback, a known exit status, a verdict for each file."""
-
-import itertools
+"""Random files and options: no traceback, a known exit status, a verdict for each file."""
 
 import numpy as np
 import pytest
@@ -26,7 +24,6 @@ FILES = [
     "nan.npy",
 ]
 FILES += ["short.npy", "text.txt", "lost.mat"]
-COUNTER = itertools.count()
 
 
 @pytest.fixture(scope="module")
@@ -92,80 +89,10 @@ FACTS = {
 }
 
 
-#: Cells of each column; the last ones are wrong.
-CELLS = {
-    "condition": ["good", "worn", "a b", "no signal", ""],
-    "RPM": ["300", "600", "1,5", "-3", ""],
-    "sampling rate": [str(RATE), "1e4", "0", ""],
-    "channel": ["0", "", "drive;fan", "fan"],
-    "hall": ["x", "=cmd()", ""],
-    "conditon": ["good"],
-}
-
-
-@st.composite
-def tables(draw):
-    """Draw the text of a table, half of them without a mistake."""
-    if draw(st.booleans()):
-        columns = [
-            "condition",
-            "sampling rate",
-            *draw(st.sets(st.sampled_from(["RPM", "hall"]))),
-        ]
-        names, n_cells = ["good.npy", "worn.csv", "=1 ä.npy"], 1
-    else:
-        columns = draw(st.lists(st.sampled_from(list(CELLS)), unique=True))
-        names, n_cells = draw(st.lists(st.sampled_from(FILES), max_size=4)), None
-    lines = [["path", *columns]]
-    for number, name in enumerate(names):
-        cells = {each: st.sampled_from(CELLS[each][:n_cells]) for each in columns}
-        cells |= {"condition": st.just("gw"[number % 2])} if n_cells else {}
-        lines.append([name, *(draw(cells[each]) for each in columns)])
-    separator = draw(st.sampled_from([",", ";"]))
-    quoted = [
-        [f'"{cell}"' if separator in cell else cell for cell in line] for line in lines
-    ]
-    return "\n".join(map(separator.join, quoted))
-
-
 def check(code, out, err):
     assert code in (0, 1, 2, 3)
     assert "Traceback" not in out + err
     assert code in (0, 3) or err
-
-
-@pytest.mark.slow
-@QUICK
-@given(
-    tables(),
-    options(
-        diagnoser=of("diagnoser", "stretches", "detector"),
-        healthy=of("good", "none", "x"),
-        false_alarm_rate=of(0.2, 1),
-        bearing=of("6205", "outer=3.5,inner=5.4", "x"),
-        fixed_gain=FLAG,
-        no_p_values=FLAG,
-        window_length=of(WINDOW, 100, 5),
-        resample_to=of(4_000, -1),
-        rpm=of(300),
-    ),
-)
-def test_fit_and_info_of_any_table(run, plant, text, chosen):
-    table, model = plant / f"t{next(COUNTER)}.csv", plant / "any.skops"
-    table.write_text(text)
-    model.unlink(missing_ok=True)
-    plain = ("--window-length", WINDOW, "--healthy", "g")
-    code, out, err = run(
-        "fit", table, "-o", model, "-q", "--n-jobs", 1, *plain, *chosen
-    )
-    check(code, out, err)
-    assert model.exists() == (code == 0) == (f"to {model}" in out)
-    if code == 0:
-        code, out, err = run("info", model)
-        assert code == 0 and "Limits" in out
-        code, out, err = run("diagnose", model, plant / "good.npy", "-q", "--n-jobs", 1)
-        check(code, out, err)
-        assert len(rows_of(out)) == 2
 
 
 def rows_of(out):
@@ -188,10 +115,9 @@ def rows_of(out):
         force=FLAG,
         **FACTS,
     ),
-    st.none() | tables(),
 )
 def test_diagnose_gives_each_recording_a_verdict(
-    run, plant, models, data, files, chosen, text
+    run, plant, models, data, files, chosen
 ):
     model = data.draw(st.sampled_from([*models, None]))
     arguments = [] if model is None else [model]
@@ -199,16 +125,11 @@ def test_diagnose_gives_each_recording_a_verdict(
     if "--output" in chosen:
         place = chosen.index("--output") + 1
         chosen[place] = plant / chosen[place]
-    if text is not None:
-        table = plant / f"t{next(COUNTER)}.csv"
-        table.write_text(text)
-        chosen = [*chosen, "--table", table]
     code, out, err = run("diagnose", *arguments, "-q", "--n-jobs", 1, *chosen)
     check(code, out, err)
     if out:
-        n_listed = 0 if text is None else len(text.splitlines()) - 1
         is_recording = model is not None and model.suffix != ".skops"
-        n_recordings = len(files) + n_listed + (is_recording and "--bearing" in chosen)
+        n_recordings = len(files) + (is_recording and "--bearing" in chosen)
         assert len(rows_of(out)) == 1 + n_recordings
     else:
         assert code in (1, 2)

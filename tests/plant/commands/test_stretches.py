@@ -183,24 +183,13 @@ def test_report_draws_orders_and_marks_the_faults_of_a_bearing(run, workshop, mo
     marked = report_of(run, workshop, model, "--bearing", "9,7.94,39.04")
     assert "lines of bearing 9,7.94,39.04<" in marked
     assert "lines of bearing" not in plain
-    # A contact angle moves the orders.
-    tilted = report_of(run, workshop, model, "--bearing", "9,7.94,39.04,40")
-    assert "lines of bearing 9,7.94,39.04,40<" in tilted
 
 
-@pytest.mark.parametrize(
-    ("value", "expected"),
-    [
-        ("9,7.94", "(2 numbers); expected one of 6203"),
-        ("9.5,7.94,39.04", "invalid literal for int"),
-        ("9,ball,39.04", "could not convert string to float: 'ball'"),
-        ("9,7.94,39.04,90", "contact_angle == 90.0, must be < 90"),
-    ],
-)
-def test_a_bearing_that_is_none(run, workshop, model, value, expected):
+def test_a_bearing_that_is_none(run, workshop, model):
     output = workshop / "bad.html"
+    recording = workshop / "inner_600.npy"
     code, _, err = run(
-        "diagnose", model, workshop / "inner_600.npy", "--bearing", value, "-o", output
+        "diagnose", model, recording, "--bearing", "9,7.94", "-o", output
     )
-    assert code == 2 and f"argument --bearing: {value!r}: " in err and expected in err
-    assert not output.exists()
+    assert code == 2 and "argument --bearing: '9,7.94': " in err
+    assert "(2 numbers); expected one of 6203" in err and not output.exists()

@@ -3,7 +3,6 @@
 import json
 import os
 import sys
-import threading
 import time
 from types import SimpleNamespace
 
@@ -229,12 +228,6 @@ def test_odd_entries_of_a_folder(watched, folder):
     found, err = watched()
     assert [v["source"] for v in found] == ["a:b\\n.npy"]
     assert "c\\n.npy: holds pickled objects" in err and "1 skipped" in err
-
-
-def test_a_folder_that_vanishes_ends_the_command(run, model, folder):
-    threading.Timer(0.05, folder.rmdir).start()
-    code, _, err = run("watch", model, folder)
-    assert code == 1 and str(folder) in err and "Traceback" not in err
 
 
 def test_a_file_that_states_a_date(run, model, folder):

@@ -4,7 +4,6 @@ import contextlib
 import json
 import os
 import signal
-import sys
 import threading
 import time
 from types import SimpleNamespace
@@ -21,7 +20,7 @@ from skarxlag import (
     save_monitor_state,
 )
 from skarxlag.plant.watch import sensors
-from tests.plant.watch.watching import IDLE, RATE, WINDOW, expected, lines_of, sound
+from tests.plant.watch.watching import IDLE, RATE, WINDOW, lines_of, sound
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning"),
@@ -116,32 +115,6 @@ def test_each_sensor_has_its_verdicts_and_a_model_is_loaded_once(
     assert len({lines[0]["p_value"] for lines in found.values()}) == 3
     for name in "abc":
         assert f"{name}: 1 snapshot, 0 skipped, 0 alarms; last: good, " in err
-
-
-def test_pipes_of_one_model_have_the_verdicts_of_each_alone(run, plant, during):
-    signals = [sound("good", 3 * WINDOW, 3), 50 * sound("good", 3 * WINDOW, 4)]
-    ends = []
-    for name in ("pa", "pb"):
-        os.mkfifo(plant.parent / name)
-        ends.append(os.open(plant.parent / name, os.O_RDWR))
-    change(plant, source=["pa", "pb", "dc"], rpm=900)
-
-    def write(half):
-        for end, one in zip(ends, signals, strict=True):
-            os.write(end, lines_of(np.split(one, 2)[half]))
-
-    during(lambda: None, lambda: write(0), lambda: None, lambda: write(1))
-    code, out, _ = run("watch", plant)
-    for end in ends:
-        os.close(end)
-    model = sensors.SavedModel(pd.read_csv(plant)["model"][0])
-    found = of_kind(out)
-    assert code == 0
-    for name, one in zip("ab", signals, strict=True):
-        alone = expected((model.diagnoser, model.detector), one)
-        assert [v["verdict"] for v in found[name]] == [v["verdict"] for v in alone]
-        assert [v["p_value"] for v in found[name]] == [v["p_value"] for v in alone]
-        assert [v["rpm"] for v in found[name]] == [900.0] * 3
 
 
 @pytest.mark.parametrize(
@@ -254,15 +227,6 @@ def test_a_pipe_of_a_table_that_its_writer_closes_is_opened_again(run, plant, du
     _, out, err = run("watch", plant, "--settle", 0.01, "--retry", 1e-9)
     assert [line["start"] for line in of_kind(out)["b"]] == [0, 200]
     assert "pipe: the pipe has ended" in err and "b: watched again" in err
-
-
-def test_a_later_run_continues_each_sensor(run, plant):
-    states = plant.parent / "states"
-    assert len(run("watch", plant, *IDLE, "--state", states)[1].splitlines()) == 3
-    assert {path.stem for path in states.iterdir()} == {*"abc"}
-    drop(plant.parent / "db", 3 * WINDOW, 9)
-    out = run("watch", plant, *IDLE, "--state", states)[1]
-    assert [line["source"] for line in of_kind(out)["b"]] == ["1.npy"]
 
 
 def test_a_pipe_continues_after_the_pause(run, model, piped, tmp_path, monkeypatch):
@@ -400,15 +364,6 @@ def test_verdicts_go_on_while_the_state_cannot_be_saved(
     assert names == ["0.npy", "1.npy"]
     is_full.append(True)
     assert run("watch", plant, *IDLE, *options)[0] == 1
-
-
-@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device")
-def test_an_output_that_is_full_ends_the_command(run, plant, monkeypatch):
-    with open("/dev/full", "w") as full:
-        monkeypatch.setattr(sys, "stdout", full)
-        code, _, err = run("watch", plant, *IDLE)
-    assert code == 1 and "standard output: [Errno 28]" in err
-    assert "Traceback" not in err and "tried again" not in err
 
 
 def test_a_sensor_has_the_name_of_its_folder(run, model, tmp_path, monkeypatch):
