@@ -14,6 +14,7 @@ from ..core.parallel import map_batches
 from ..core.speeds import speeds_of_rows
 from ..core.state import expect
 from ..core.validation import ABOVE_0, as_samples, check_real, is_of_floats
+from ..kernels.sample_statistics import sample_statistics
 from ..kernels.scaling import ROUNDING, largest
 from ..kernels.short_time import windowed_segments
 from . import mains_hum
@@ -290,31 +291,26 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
     output = np.asarray(
         windows if windows.ndim == 2 else windows[:, 0], dtype=np.float64
     )
-    output = np.where(not_finite[:, np.newaxis] > 0, 0.0, output)
+    if not_finite.any():
+        output = np.where(not_finite[:, np.newaxis] > 0, 0.0, output)
     # In units of the largest value, so that no range overflows.
     peak = largest(output)
     scaled = output / np.where(peak == 0, 1.0, peak)
     n_windows, n_samples = scaled.shape
-    highest = scaled.max(axis=1, keepdims=True)
-    lowest = scaled.min(axis=1, keepdims=True)
-    span = (highest - lowest)[:, 0]
-    steps = np.abs(np.diff(scaled, axis=1))
-    leaps = np.count_nonzero(steps > _LEAP * span[:, np.newaxis], axis=1)
     # Steps below the rounding of the largest value are lost, for instance next to one
     # huge sample.
-    still = _STILL * np.sqrt(np.einsum("wk,wk->w", steps, steps) / n_samples)
-    stays = steps <= np.maximum(still, ROUNDING)[:, np.newaxis]
-    steps[stays] = np.inf
-    step = steps.min(axis=1, initial=np.inf)
-    coarse = np.divide(step, span, out=np.zeros(n_windows), where=step < np.inf)
-    held = stays.sum(axis=1) / n_samples
-    run = _longest_runs(stays)
+    found = sample_statistics(scaled, _LEAP, _STILL, ROUNDING)
+    is_step = found.smallest_step < np.inf
+    coarse = np.zeros(n_windows)
+    np.divide(found.smallest_step, found.span, out=coarse, where=is_step)
+    held = found.n_held / n_samples
+    run = found.longest_run
     overflow = is_overflow(output).mean(axis=1)
-    saturates, clipped = _clipped(scaled, highest, lowest, coarse)
+    clipped = found.n_extreme / n_samples
     checks = {
         "not finite": (not_finite > 0, not_finite),
         "overflow": (overflow > 0, overflow),
-        "constant": (span <= ROUNDING, np.ones(n_windows)),
+        "constant": (found.span <= ROUNDING, np.ones(n_windows)),
         "held": (held > _HELD, held),
         "stuck": (
             (run > _STUCK * n_samples) & (run > _SHORTEST_STUCK),
@@ -324,25 +320,29 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
             (coarse * (_FEWEST_LEVELS - 1.5) > 1) & (n_samples >= _SHORTEST_COARSE),
             coarse,
         ),
-        "clipped": (saturates, clipped),
+        "clipped": (_are_clipped(scaled, found, coarse), clipped),
     }
     quality, share = _first_failed(checks, n_windows)
     # The other criteria cost more, and only make sense for a signal that moves.
     rest = np.flatnonzero(quality == "good")
     if len(rest) > 0:
         quality[rest], share[rest] = _quality_of_moving(
-            scaled[rest], leaps[rest], sampling_rate, shaft_frequency[rest]
+            scaled[rest],
+            found.span[rest],
+            found.n_leaps[rest],
+            sampling_rate,
+            shaft_frequency[rest],
         )
     return quality, share
 
 
-def _quality_of_moving(windows, leaps, sampling_rate, shaft_frequency):
+def _quality_of_moving(windows, span, leaps, sampling_rate, shaft_frequency):
     """Return the same by the criteria for windows that move."""
     n_windows, n_samples = windows.shape
     trendless = mains_hum.without_trend(windows)
     checks = {
         "wrapped": (_wrapped(windows, leaps), leaps / n_samples),
-        "ramp": (_ramps(windows, trendless), np.ones(n_windows)),
+        "ramp": (_are_ramps(trendless, span), np.ones(n_windows)),
     }
     if n_samples >= _SEGMENT:
         empty = _empty_bands(trendless)
@@ -363,25 +363,22 @@ def _first_failed(checks, n_windows):
     return quality, share
 
 
-def _ramps(windows, trendless):
+def _are_ramps(trendless, span):
     """Return whether signals are straight lines, but for two of their steps."""
-    step = np.ptp(windows, axis=1) / (windows.shape[1] - 1)
-    is_straight = np.abs(trendless).max(axis=1) <= _RAMP_STEPS * step
-    return is_straight & (windows.shape[1] >= _SHORTEST_COARSE)
+    n_samples = trendless.shape[1]
+    steps = _RAMP_STEPS * span / (n_samples - 1)
+    is_straight = largest(trendless)[:, 0] <= steps
+    return is_straight & (n_samples >= _SHORTEST_COARSE)
 
 
-def _clipped(windows, highest, lowest, step):
-    """Return whether windows are clipped, and the shares of their samples at the extremes.
-
-    The steps are shares of the range.
-    """
-    n_extreme = (windows == highest).sum(axis=1) + (windows == lowest).sum(axis=1)
-    share = n_extreme / windows.shape[1]
-    is_clipped = (share > _CLIPPED) & (n_extreme > 2)
+def _are_clipped(windows, found, step):
+    """Return whether windows are clipped. The steps are shares of the range."""
+    least = np.maximum(_CLIPPED * windows.shape[1], 2)
+    is_clipped = found.n_extreme > least
     for i in np.flatnonzero(is_clipped):
-        n_near = _near_extremes(windows[i], step[i]) - n_extreme[i]
-        is_clipped[i] = n_extreme[i] > _PILED_UP * n_near
-    return is_clipped, share
+        n_near = _near_extremes(windows[i], step[i]) - found.n_extreme[i]
+        is_clipped[i] = found.n_extreme[i] > _PILED_UP * n_near
+    return is_clipped
 
 
 def _near_extremes(window, step):
@@ -393,16 +390,6 @@ def _near_extremes(window, step):
     lowest = window.min()
     width = max(_NEAR, min(1.5 * step, 0.25)) * (highest - lowest)
     return np.sum((window >= highest - width) | (window <= lowest + width))
-
-
-def _longest_runs(stays):
-    """Return the length of the longest run of equal samples in each row.
-
-    `stays` states whether each step is zero.
-    """
-    step = np.arange(1, stays.shape[1] + 1, dtype=np.int32)
-    last_move = np.maximum.accumulate(np.where(stays, 0, step), axis=1)
-    return (step - last_move).max(axis=1, initial=0) + 1
 
 
 def _wrapped(windows, leaps):

@@ -15,6 +15,7 @@ from skarxlag.kernels import (
     observer_bank,
     posterior,
     residual_levels,
+    sample_statistics,
     short_time,
 )
 from skarxlag.kernels.compiled import _Kernel
@@ -59,6 +60,9 @@ CALLS = {
     ),
     "power": lambda: residual_levels.power_levels(noise(17, 2, 21), LOOP),
     "gain": lambda: residual_levels.switching_gain(noise(3, 5), 0.1),
+    "samples": lambda: sample_statistics.sample_statistics(
+        noise(2, 7).round(), 0.7, 0.1, 1e-9
+    ),
     "bands": lambda: short_time.band_levels(
         noise(1, 180), np.hanning(128), 16, np.ones(1)
     ),
