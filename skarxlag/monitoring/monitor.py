@@ -326,7 +326,7 @@ class ConditionMonitor:
         return speeds
 
     def _count(self, cut, row, result):
-        """Count a window, and return its verdict, to which recent windows add theirs."""
+        """Count a window, and return the fields of its verdict, and means of recent windows."""
         settings = self._settings
         start = cut.start + row * settings["hop"]
         end = self._stream.time_of(start + settings["window_length"])
@@ -348,39 +348,40 @@ class ConditionMonitor:
                 window_verdict = result.verdict if self.conditions else None
             means = self._recent.means()
         self._qualities[quality] += 1
-        judged = MonitorVerdict(
-            start=start,
-            time=end,
-            rpm=float(cut.middle[row]),
-            quality=quality,
-            quality_share=result.share,
-            rms=result.rms,
-            peak=result.peak,
-            crest_factor=result.crest_factor,
-            window_verdict=window_verdict,
-            verdict=verdict,
-            probability=np.nan,
-            exceeds=exceeds,
-            alarm=alarm and (alarm.active or alarm.latched),
-            alarm_level=alarm.level if alarm else np.nan,
-            p_value=self._recent.p_value(),
-            limits=result.limits,
-            alarm_state=self.alarm_state,
-        )
+        fields = {
+            "start": start,
+            "time": end,
+            "rpm": float(cut.middle[row]),
+            "quality": quality,
+            "quality_share": result.share,
+            "rms": result.rms,
+            "peak": result.peak,
+            "crest_factor": result.crest_factor,
+            "window_verdict": window_verdict,
+            "verdict": verdict,
+            "probability": np.nan,
+            "exceeds": exceeds,
+            "alarm": alarm and (alarm.active or alarm.latched),
+            "alarm_level": alarm.level if alarm else np.nan,
+            "p_value": self._recent.p_value(),
+            "limits": result.limits,
+            "alarm_state": self.alarm_state,
+        }
         # A latched alarm is of earlier windows.
-        return judged, means, bool(alarm and alarm.active)
+        return fields, means, bool(alarm and alarm.active)
 
-    def _named(self, judged, is_active, named):
-        """Add the verdict by recent windows, which is not healthy if they exceed the limits."""
+    def _named(self, fields, is_active, named):
+        """Set the verdict by recent windows, which is not healthy if they exceed the limits."""
         verdict = named.verdict
         probability = named.probability
-        is_against = judged.alarm_state == "not yet an alarm" or (
-            judged.p_value < (self._judge.limits.rate or 0.0)
+        is_against = fields["alarm_state"] == "not yet an alarm" or (
+            fields["p_value"] < (self._judge.limits.rate or 0.0)
         )
         if verdict in (self.healthy, NO_FINDING) and (is_active or is_against):
             verdict = CHANGED if is_active else POSSIBLY_CHANGED
             probability = np.nan
-        return judged._replace(verdict=verdict, probability=probability)
+        fields["verdict"] = verdict
+        fields["probability"] = probability
 
     def state(self) -> dict[str, Any]:
         """Return the state that `restore` continues from after a restart.

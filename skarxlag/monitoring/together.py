@@ -95,10 +95,10 @@ def _of_batch(cuts, owners):
     if with_means:
         evidence, n_windows, contrasts = zip(*with_means, strict=True)
         named = iter(judge.named(np.array(evidence), np.array(n_windows), contrasts))
-    for (i, _), (judged, means, is_active) in zip(owners, counted, strict=True):
+    for (i, _), (fields, means, is_active) in zip(owners, counted, strict=True):
         if means is not None:
-            judged = cuts[i].monitor._named(judged, is_active, next(named))
-        yield i, judged
+            cuts[i].monitor._named(fields, is_active, next(named))
+        yield i, MonitorVerdict(**fields)
 
 
 class _Result(NamedTuple):

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.lib.stride_tricks import as_strided
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.speeds import speeds_of_rows
@@ -105,10 +106,11 @@ class WindowStream:
         self.next_start += n_windows * self._hop
         # A view would keep the whole block in memory.
         self.rest = signal[:, n_windows * self._hop :].copy()
-        if n_windows == 0:
-            return start, np.empty((0, len(signal), self._length))
-        views = np.lib.stride_tricks.sliding_window_view(signal, self._length, axis=1)
-        return start, views[:, :: self._hop].transpose(1, 0, 2)
+        # NumPy's view of all windows takes as long to make as a window to be cut.
+        of_row, of_sample = signal.strides
+        shape = (n_windows, len(signal), self._length)
+        strides = (self._hop * of_sample, of_row, of_sample)
+        return start, as_strided(signal, shape, strides, writeable=False)
 
     def note_time(self, time: float) -> None:
         """State the time of the next sample; if it is not as expected, windows start again."""

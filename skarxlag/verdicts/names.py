@@ -193,7 +193,7 @@ class VerdictNames:
         # NumPy takes several times as long to sum so few numbers.
         of_conditions = probability.tolist()
         of_groups = [
-            sum(of_conditions[i] for i in group.members) for group in self._groups
+            sum([of_conditions[i] for i in group.members]) for group in self._groups
         ]
         healthy = 0.0 if self._healthy is None else of_groups[self._healthy]
         faulty = sum(of_groups) - healthy
