@@ -8,15 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
-from .file_facts import (
-    Channels,
-    FileFacts,
-    facts_and_samples,
-    speed_alone,
-)
+from .file_facts import Channels, FileFacts, described, facts_and_samples
 from .formats import find_format, read_file
 from .formats.contents import ContentError
-from .formats.description import descriptions
 from .formats.isolation import isolated
 from .speeds import SpeedProfile
 
@@ -213,7 +207,7 @@ def list_channels(path: StrPath, *, dtype: str | None = None) -> "pd.DataFrame":
     import pandas as pd
 
     with _named(path):
-        description = _description(path, dtype)
+        description, _ = _described(path, dtype)
         description.check_channels()
         times = description.axis and description.axis.name
         rates = [
@@ -244,10 +238,10 @@ def _visit(path, dtype, function, *arguments):
     return read_file(path, dtype, function, *arguments)
 
 
-def _description(path, dtype):
-    """Return what a file states."""
-    (description,) = _visit(path, dtype, descriptions)
-    return description
+def _described(path, dtype, *options):
+    """Return what a file states, and its speed."""
+    (result,) = _visit(path, dtype, described, *options)
+    return result
 
 
 @contextmanager
@@ -285,13 +279,13 @@ def recording_speed(
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    ((speed,),) = _visit(path, dtype, speed_alone, channel, sampling_rate)
+    _, speed = _described(path, dtype, channel, sampling_rate, True)
     return speed
 
 
 def chosen_channels(path: Any, channel: Any, dtype: Any) -> list[str]:
     """Return the names of the channels that are chosen as in :func:`read_recording`."""
-    description = _description(path, dtype)
+    description, _ = _described(path, dtype)
     with _named(path):
         return description.choose(channel)
 
@@ -317,7 +311,7 @@ def recording_start(
         As in :func:`read_recording`.
     """
     with _named(path):
-        description = _description(path, dtype)
+        description, _ = _described(path, dtype)
         starts = map(description.start, description.names(channel))
         return next((start for start in starts if start is not None), None)
 
