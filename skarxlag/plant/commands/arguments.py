@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 from ..readers.formats.facts import check_unambiguous
-from ..readers.speeds import check_stated_speed, is_speed_source
+from ..readers.speeds import HIGHEST_RPM, is_speed_source
 
 #: Ways to state a bearing.
 BEARING = (
@@ -59,7 +59,7 @@ def speed_or_source(text: str) -> dict[str, Any]:
     if is_speed_source(text):
         return {"speed_source": text}
     try:
-        check_stated_speed(text)
+        check_unambiguous("rpm", text, HIGHEST_RPM)
     except ValueError as error:
         raise ArgumentTypeError(str(error)) from error
     return {"rpm": positive_number(text)}

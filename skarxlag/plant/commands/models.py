@@ -18,9 +18,9 @@ from ...core.capabilities import capabilities, requests
 from ...core.fault_locations import FAULTS, HEALTHY
 from ...persistence.models import load_diagnoser
 from ...verdicts.judge import Judge
+from ..readers.cutting import block_length, cut_blocks
 from ..readers.entries import ListedRecording, OpenRecording
 from ..readers.formats.rates import rates_agree, unit_advice
-from ..readers.windows import block_length, cut_blocks
 from .channels import channels_of_model
 from .error_rates import ErrorRates
 from .messages import CommandError, as_command_error, counted, listed, printable

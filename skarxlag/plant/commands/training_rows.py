@@ -12,9 +12,8 @@ from sklearn.utils import Bunch
 from ...core.speeds import LEAST_REVOLUTIONS
 from ...datasets.frames import FACTS
 from ...measures.quality import quality_of_outputs
-from ..readers.cutting import cut_recordings
+from ..readers.cutting import cut_recordings, join_windows, speeds_within_rows
 from ..readers.entries import ListedRecording
-from ..readers.rows import join_windows, speeds_of_samples
 from .channels import Channels
 from .messages import CommandError, Reporter, as_command_error, counted
 
@@ -217,7 +216,7 @@ def training_rows(
         elif kind == "detector":
             rig = in_rows(rig, _DETECTOR_LENGTH // _WINDOW_LENGTH)
     check_speeds_of_recordings(source, rig)
-    speeds, errors = speeds_of_samples(
+    speeds, errors = speeds_within_rows(
         rig, LEAST_REVOLUTIONS if word == "stretches" else 0
     )
     rows = TrainingRows(

@@ -1,8 +1,9 @@
-"""Cut the recordings of a list into windows."""
+"""Cut recordings into windows, and join windows to rows."""
 
 import io
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -10,16 +11,141 @@ import pandas as pd
 from numpy.typing import NDArray
 from sklearn.utils import Bunch
 
+from ...core.speeds import speed_errors
 from ...core.validation import check_count
+from ...core.windows import make_windows
 from .entries import ListedRecording, OpenRecording
 from .formats.facts import number
 from .formats.rates import NO_RATE, rates_agree
 from .repeated import check_repeated
-from .speeds import SpeedProfile
-from .windows import block_length, cut_blocks, thin_windows
 
+#: Samples of a channel that are processed at a time, if a recording is read in parts.
+_BLOCK = 2**20
 #: Times within a window over which its mean speed is computed.
 _N_MEAN = 64
+#: Share by which the speed of a row varies before order tracking is needed. In rows of
+#: a second or two, combs at the mean speed are lost from 1 to 2 % on.
+_LEAST_CHANGE = 0.005
+#: Entries that have a value for each row.
+_OF_ROWS = ("target", "specimen", "load", "rpm", "recording", "start")
+
+
+def block_length(window_length: int) -> int:
+    """Return the samples of a channel to read at a time: whole windows, about a million samples.
+
+    Examples
+    --------
+    >>> from skarxlag.plant.readers.cutting import block_length
+    >>> block_length(1000), block_length(3_000_000)
+    (1048000, 3000000)
+    """
+    check_count(window_length, "window_length")
+    return window_length * max(_BLOCK // window_length, 1)
+
+
+def cut_blocks(
+    blocks: Iterable[Any], name: str, window_length: int, hop: int | None = None
+) -> Iterator[NDArray[Any]]:
+    """Cut a recording that arrives block by block into windows.
+
+    Parameters
+    ----------
+    blocks : iterable of arrays of shape (n_samples,) or (n_channels, n_samples)
+        Consecutive parts of one recording, of any lengths.
+    name : str
+        Name for error messages.
+    window_length : int
+        Samples in a window.
+    hop : int, default=None
+        As in :func:`make_windows`.
+
+    Yields
+    ------
+    ndarray of shape (n_windows, window_length) or (n_windows, n_channels,
+    window_length)
+        The windows that :func:`make_windows` cuts from the whole, some at a time.
+
+    Raises
+    ------
+    ValueError
+        If the recording is shorter than one window.
+
+    Examples
+    --------
+    >>> from skarxlag.plant.readers.cutting import cut_blocks
+    >>> parts = (np.arange(3), np.arange(3, 8))
+    >>> [windows.tolist() for windows in cut_blocks(parts, "run", 2)]
+    [[[0.0, 1.0]], [[2.0, 3.0], [4.0, 5.0], [6.0, 7.0]]]
+    """
+    hop = hop or window_length
+    at_a_time = block_length(window_length) // window_length
+    rest = None
+    n_windows = 0
+    n_skipped = 0
+    for block in blocks:
+        # If the hop reaches beyond the last block, the start of this one is left out.
+        signal = block[..., n_skipped:]
+        n_skipped = max(n_skipped - block.shape[-1], 0)
+        if rest is not None:
+            signal = np.concatenate([rest, signal], axis=-1)
+        n_fitting = max((signal.shape[-1] - window_length) // hop + 1, 0)
+        for first in range(0, n_fitting, at_a_time):
+            stop = (first + at_a_time - 1) * hop + window_length
+            yield make_windows(signal[..., first * hop : stop], window_length, hop=hop)
+        n_windows += n_fitting
+        n_skipped += max(n_fitting * hop - signal.shape[-1], 0)
+        # Without the copy, a few samples would keep the whole block in memory.
+        rest = signal[..., n_fitting * hop :].copy()
+    if n_windows == 0:
+        raise ValueError(
+            f"{name}: recording has {rest.shape[-1]} samples, fewer than "
+            f"window_length={window_length}; choose a shorter window (--window-length)"
+        )
+
+
+def thin_windows(
+    parts: Iterable[Any], max_windows: int | None
+) -> tuple[NDArray[Any], NDArray[Any], int]:
+    """Keep some of the windows of one recording, evenly spread over it.
+
+    Every window is kept until there are too many; then every second, every fourth, and
+    so on. At least half of `max_windows` remain of a recording that has more.
+
+    Parameters
+    ----------
+    parts : iterable of ndarray of shape (n_windows, ...)
+        Windows in time order, some at a time.
+    max_windows : int or None
+        Windows to keep, at most. None keeps all.
+
+    Returns
+    -------
+    windows : ndarray
+        Those kept.
+    position : ndarray of int, shape (n_windows,)
+        Position of each among all windows.
+    n_available : int
+        Number of all windows.
+
+    Examples
+    --------
+    >>> from skarxlag.plant.readers.cutting import thin_windows
+    >>> windows, position, n_available = thin_windows([np.zeros((7, 3)), np.ones((2, 3))], 5)
+    >>> position, n_available
+    (array([0, 2, 4, 6, 8]), 9)
+    """
+    kept = {}
+    step = 1
+    n_seen = 0
+    for window in chain.from_iterable(parts):
+        if n_seen % step == 0:
+            # Without the copy, one window would keep its part in memory.
+            kept[n_seen] = window.copy()
+        n_seen += 1
+        if max_windows is not None and len(kept) > max_windows:
+            step *= 2
+            kept = {place: kept[place] for place in kept if place % step == 0}
+    return np.stack([*kept.values()]), np.array([*kept]), n_seen
 
 
 def cut_recordings(
@@ -67,39 +193,35 @@ def cut_recordings(
     for entry in listed:
         blocks = reader.blocks(entry, block_length(window_length))
         parts = cut_blocks(blocks, str(entry.path), window_length, hop)
-        if max_windows is None:
-            n_available = 0
-            for windows in parts:
-                store.write(windows)
-                n_available += len(windows)
-            position = np.arange(n_available)
-        else:
-            windows, position, n_available = thin_windows(parts, max_windows)
-            store.write(windows)
+        windows, position, n_available = thin_windows(parts, max_windows)
+        store.write(windows)
         available.append(n_available)
         starts.append(position * hop)
         note(entry, n_available)
     # Without a copy, or memory would hold all windows twice.
-    data = np.frombuffer(store.getbuffer())
+    data = np.frombuffer(store.getbuffer()).reshape(-1, *windows.shape[1:])
     facts = reader.facts()
-    counts = [len(start) for start in starts]
-    row = np.repeat(np.arange(len(listed)), counts)
-    rpm = facts.rpm
-    if rpm is not None:
-        rpm = np.repeat(rpm, counts)
-        for name, profile in facts.profiles.items():
-            i = facts.recording.index(name)
-            rpm[row == i] = mean_speeds(
-                profile, starts[i], window_length, facts.sampling_rate
-            )
-    of_rows = {
-        "target": None if facts.condition is None else facts.condition[row],
-        "specimen": None if facts.specimen is None else facts.specimen[row],
-        "load": facts.load[row],
-        "rpm": rpm,
-        "recording": np.array(facts.recording)[row],
+    counts = [*map(len, starts)]
+    conditions = facts.pop("condition")
+    of_recordings = {
+        "target": conditions,
+        "specimen": facts.specimen,
+        "load": facts.load,
+        "rpm": facts.rpm,
+        "recording": np.array(facts.recording),
     }
-    conditions = _ordered_conditions(facts.pop("condition"), healthy, source)
+    rig = Bunch(
+        **facts
+        | {
+            name: None if values is None else values.repeat(counts)
+            for name, values in of_recordings.items()
+        },
+        data=data,
+        target_names=_ordered_conditions(conditions, healthy, source),
+        start=np.concatenate(starts),
+        available=np.array(available),
+    )
+    _set_mean_speeds(rig)
     notes = [f"{len(listed)} recordings listed in {source}, cut into windows"]
     if n_thinned := np.sum(np.greater(available, counts)):
         notes.append(
@@ -107,17 +229,8 @@ def cut_recordings(
         )
     for name, rate in facts.resampled.items():
         notes.append(f"{name} resampled from {rate:g} to {facts.sampling_rate:g} Hz")
-    return Bunch(
-        **facts
-        | of_rows
-        | {
-            "data": data.reshape(-1, *windows.shape[1:]),
-            "target_names": conditions,
-            "start": np.concatenate(starts),
-            "available": np.array(available),
-            "DESCR": "; ".join(notes),
-        }
-    )
+    rig.DESCR = "; ".join(notes)
+    return rig
 
 
 def _ordered_conditions(conditions, healthy, source):
@@ -133,19 +246,14 @@ def _ordered_conditions(conditions, healthy, source):
     return [healthy, *(name for name in names if name != healthy)]
 
 
-def mean_speeds(
-    profile: SpeedProfile, start: NDArray[Any], n_samples: int, sampling_rate: float
-) -> NDArray[Any]:
-    """Return the mean speed of each row."""
-    step = n_samples / _N_MEAN
-    return profile.rows(start / step, _N_MEAN, sampling_rate / step).mean(axis=1)
-
-
-def _loads(texts: list[str]) -> NDArray[Any]:
-    """Convert the loads of recordings to numbers, unless one of them is another text."""
-    numbers = np.array([number(text) for text in texts])
-    is_stated = np.array(texts) != ""
-    return numbers if np.isfinite(numbers[is_stated]).all() else np.array(texts)
+def _set_mean_speeds(rig):
+    """Fill in the mean speeds of rows whose speed varies."""
+    step = rig.data.shape[-1] / _N_MEAN
+    for name, profile in rig.profiles.items():
+        is_of_recording = rig.recording == name
+        start = rig.start[is_of_recording] / step
+        speeds = profile.rows(start, _N_MEAN, rig.sampling_rate / step)
+        rig.rpm[is_of_recording] = speeds.mean(axis=1)
 
 
 class Reader:
@@ -177,26 +285,26 @@ class Reader:
 
     def facts(self) -> Bunch:
         """Return the facts of the recordings that were read."""
-        listed = [opened.entry for opened in self._read]
-        names = [entry.name for entry in listed]
-        conditions = [entry.condition for entry in listed]
-        specimens = [entry.specimen or entry.condition for entry in listed]
-        speeds = [entry.rpm for entry in listed]
-        has_speeds = None not in speeds
+        entries = [opened.entry for opened in self._read]
+        names = [entry.name for entry in entries]
+        loads = [entry.load or "" for entry in entries]
+        numbers = [number(load) for load in loads if load]
+        if np.isfinite(numbers).all():
+            loads = [number(load) for load in loads]
+        rpm = _stated_by_all(entry.rpm for entry in entries)
+        profiles = (
+            {} if rpm is None else {entry.name: entry.profile for entry in entries}
+        )
         return Bunch(
-            condition=None if None in conditions else np.array(conditions),
-            specimen=None if None in specimens else np.array(specimens),
-            load=_loads([entry.load or "" for entry in listed]),
-            rpm=np.array(speeds) if has_speeds else None,
-            profiles={
-                entry.name: entry.profile
-                for entry in listed
-                if has_speeds and entry.profile is not None
-            },
+            condition=_stated_by_all(entry.condition for entry in entries),
+            specimen=_stated_by_all(e.specimen or e.condition for e in entries),
+            load=np.array(loads),
+            rpm=rpm,
+            profiles={name: profile for name, profile in profiles.items() if profile},
             recording=names,
             sampling_rate=self._common["sampling rates (Hz)"][0],
-            filenames=[str(entry.path) for entry in listed],
-            further=pd.DataFrame([entry.further for entry in listed], index=names),
+            filenames=[str(entry.path) for entry in entries],
+            further=pd.DataFrame([entry.further for entry in entries], index=names),
             resampled={
                 opened.entry.name: opened.old_rate
                 for opened in self._read
@@ -209,3 +317,92 @@ class Reader:
         first, where = self._common.setdefault(what, (value, entry.where or entry.path))
         if not agree(value, first):
             raise ValueError(f"different {what}: {value:g}, but {first:g} in {where}")
+
+
+def _stated_by_all(values):
+    values = list(values)
+    return None if None in values else np.array(values)
+
+
+def join_windows(rig: Bunch, n_windows: int) -> Bunch:
+    """Join consecutive windows of recordings to rows, as if they had been cut in rows.
+
+    Parameters
+    ----------
+    rig : Bunch
+        Result of `cut_recordings` that holds all windows of each recording, without a
+        hop. Its data are overwritten.
+    n_windows : int
+        Windows in a row. The last windows of a recording that do not fill a row are
+        left out.
+
+    Returns
+    -------
+    Bunch
+        The rows, as `cut_recordings` returns them.
+
+    Examples
+    --------
+    >>> rig = Bunch(data=np.arange(10.0).reshape(5, 2), start=np.array([0, 2, 4, 0, 2]), rpm=None,
+    ...             recording=np.array(["a", "a", "a", "b", "b"]), available=np.array([3, 2]),
+    ...             profiles={})
+    >>> rows = join_windows(rig, 2)
+    >>> rows.data.tolist(), rows.start.tolist(), rows.recording.tolist(), rows.available.tolist()
+    ([[0.0, 1.0, 2.0, 3.0], [6.0, 7.0, 8.0, 9.0]], [0, 0], ['a', 'b'], [1, 1])
+    """
+    n_old, *n_channels, window_length = rig.data.shape
+    position = rig.start // window_length
+    n_of_recording = rig.available.repeat(rig.available)
+    is_whole = position + n_windows <= n_of_recording
+    first = np.flatnonzero((position % n_windows == 0) & is_whole)
+    windows = rig.data.reshape(n_old, -1)
+    for row, start in enumerate(first):
+        # Memory would hold all windows twice, were they not moved within it.
+        joined = np.moveaxis(rig.data[start : start + n_windows], 0, -2)
+        place = row * n_windows
+        windows[place : place + n_windows] = joined.reshape(n_windows, -1)
+    data = windows[: len(first) * n_windows].reshape(len(first), *n_channels, -1)
+    rows = Bunch(**rig | {"data": data, "available": rig.available // n_windows})
+    for name in {*_OF_ROWS} & rig.keys():
+        rows[name] = None if rig[name] is None else rig[name][first]
+    _set_mean_speeds(rows)
+    return rows
+
+
+def speeds_within_rows(
+    rig: Bunch, least_revolutions: float = 0
+) -> tuple[NDArray[Any] | None, NDArray[Any]]:
+    """Return the speed of each row, or at each sample if it varies within a row.
+
+    Parameters
+    ----------
+    rig : Bunch
+        Result of `cut_recordings`.
+    least_revolutions : float, default=0
+        Revolutions of the shaft that a row needs.
+
+    Returns
+    -------
+    rpm : ndarray of shape (n_rows,) or (n_rows, n_samples), or None
+        Two-dimensional if the speed of a row varies by more than 0.5 %.
+    errors : ndarray of str of shape (n_rows,)
+        Why a row cannot be used: there is no speed above 0, it varies too much, or the
+        row has too few revolutions.
+    """
+    n_rows = len(rig.data)
+    n_samples = rig.data.shape[-1]
+    if not rig.profiles:
+        return rig.rpm, np.full(n_rows, "", dtype=object)
+    rpm = np.repeat(rig.rpm[:, np.newaxis], n_samples, axis=1)
+    for name, profile in rig.profiles.items():
+        is_of_recording = rig.recording == name
+        rpm[is_of_recording] = profile.rows(
+            rig.start[is_of_recording], n_samples, rig.sampling_rate
+        )
+    errors = speed_errors(rpm, n_rows)
+    is_short = n_samples * rpm.mean(axis=1) < least_revolutions * 60 * rig.sampling_rate
+    errors[(errors == "") & is_short] = (
+        f"the row has less than {least_revolutions} revolutions"
+    )
+    varies = np.ptp(rpm, axis=1) > _LEAST_CHANGE * rig.rpm
+    return rpm if varies.any() else rig.rpm, errors

@@ -164,7 +164,7 @@ def iter_windows(
     ...     [windows.shape for windows in iter_windows(path, 1000)]
     [(1048, 1000), (1048, 1000), (404, 1000)]
     """
-    from .windows import block_length, cut_blocks
+    from .cutting import block_length, cut_blocks
 
     n_samples = block_length(window_length)
     _, blocks = open_file(path, n_samples, choices=[channel], dtype=dtype)

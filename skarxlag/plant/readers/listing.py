@@ -154,12 +154,11 @@ def list_recordings(
         source = facts.get("speed_source", TACHO)
         if not source.startswith(TACHO):
             facts["speed_source"] = str(path.parent / source)
-        name = (
-            f"{row['path']}:{row['channel']}"
-            if n_listed[row["path"]] > 1
-            else row["path"]
-        )
-        listed.append(ListedRecording(where, name, path.parent / row["path"], **facts))
+        name = row["path"]
+        file = path.parent / name
+        if n_listed[name] > 1:
+            name += f":{row.get('channel', '')}"
+        listed.append(ListedRecording(where, name, file, **facts))
     return _filled(path, listed, stated)
 
 

@@ -4,13 +4,14 @@ import difflib
 import os
 import re
 import unicodedata
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .formats.facts import HERTZ, check_unambiguous, distinct, number
 from .formats.text_layout import decode, split_rows
-from .speeds import check_stated_speed, is_speed_source
+from .speeds import HIGHEST_RPM, is_speed_source
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
 FACTS = (
@@ -29,26 +30,31 @@ _RATE_UNIT = "sampling_rate_unit"
 
 def parsed_facts(where: str, facts: dict[str, str]) -> dict[str, Any]:
     """Convert texts, by the name of the fact, to the fields of `ListedRecording`."""
-    fields: dict[str, Any] = {
-        name: text for name, text in facts.items() if name in FACTS and text
-    }
-    for name in fields.keys() & {"pulses_per_revolution", "sampling_rate"}:
-        if (facts.get(_RATE_UNIT) or "Hz").lower() == "hz":
-            with _at(where):
-                check_unambiguous(name, fields[name])
-        fields[name] = _positive(where, name, fields[name])
-    if "sampling_rate" in fields and (unit := facts.get(_RATE_UNIT)):
-        if (scale := HERTZ.get(unit.lower())) is None:
-            raise ValueError(f"{where}: {_RATE_UNIT} is {unit!r}, expected Hz or kHz")
-        fields["sampling_rate"] *= scale
+    fields: dict[str, Any] = {name: facts[name] for name in FACTS if facts.get(name)}
+    unit = facts.get(_RATE_UNIT) or "Hz"
+    if unit.lower() not in HERTZ:
+        raise ValueError(f"{where}: {_RATE_UNIT} is {unit!r}, expected Hz or kHz")
+    scale = HERTZ[unit.lower()]
+    if "sampling_rate" in fields:
+        text = fields["sampling_rate"]
+        # No rate has thousands of kHz.
+        highest = np.inf if scale == 1 else 0
+        fields["sampling_rate"] = scale * _positive(
+            where, "sampling_rate", text, highest
+        )
+    if text := fields.get("pulses_per_revolution"):
+        name = "pulses_per_revolution"
+        fields[name] = _positive(where, name, text)
     if "rpm" in fields:
         fields |= speed_facts(where, fields.pop("rpm"))
     if "channel" in fields:
         fields["channel"] = channel_names(fields["channel"])
     for name in fields.keys() & {"condition", "specimen"}:
-        # The same letters may be one character or two, as in the names of files of
-        # macOS.
-        fields[name] = unicodedata.normalize("NFC", fields[name])
+        # Texts that look alike are equal: letters of one or two characters, as in the
+        # names of files of macOS, blanks of a spreadsheet, and invisible characters.
+        characters = unicodedata.normalize("NFC", fields[name])
+        visible = (c for c in characters if unicodedata.category(c) != "Cf")
+        fields[name] = " ".join("".join(visible).split())
     fields["further"] = {
         name: text for name, text in facts.items() if name not in _COLUMNS
     }
@@ -64,24 +70,14 @@ def speed_facts(where: str, text: str) -> dict[str, Any]:
     """Parse a shaft speed, or a source of speeds, to fields of `ListedRecording`."""
     if is_speed_source(text):
         return {"speed_source": text}
-    with _at(where):
-        check_stated_speed(text)
-    return {"rpm": _positive(where, "rpm", text)}
+    return {"rpm": _positive(where, "rpm", text, HIGHEST_RPM)}
 
 
-@contextmanager
-def _at(where):
-    """Put the place at the beginning of an error."""
-    try:
-        yield
-    except ValueError as error:
-        raise ValueError(f"{where}: {error}") from error
-
-
-def _positive(where, name, text):
+def _positive(where, name, text, highest=np.inf):
     """Return a positive number from a text, or raise an error that names the place."""
+    check_unambiguous(f"{where}: {name}", text, highest)
     value = number(text)
-    if not 0 < value < float("inf"):
+    if not 0 < value < np.inf:
         raise ValueError(f"{where}: {name} is {text!r}, expected a positive number")
     return value
 
@@ -100,18 +96,10 @@ def read_recordings(path: Path, has_speed: bool = False) -> dict[int, dict[str, 
     if not table:
         raise ValueError(f"{path}: lists no recording")
     filled = ["path", "condition", "specimen"] + ([] if has_speed else ["rpm"])
-    for name in filled:
-        for line, row in table.items():
+    for line, row in table.items():
+        for name in filled:
             if row.get(name) == "":
                 raise ValueError(f"{path}, line {line}: {name} is empty")
-    listed = set()
-    for line, row in table.items():
-        recording = row["path"], row.setdefault("channel", "")
-        if recording in listed:
-            raise ValueError(
-                f"{path}, line {line}: {row['path']} is listed a second time"
-            )
-        listed.add(recording)
     return table
 
 
@@ -123,11 +111,9 @@ def _column_name(name):
 
 def _check_columns(path, names):
     missing = [name for name in _COLUMNS if name not in names]
-    problems = ["the column path is missing."] if "path" in missing else []
+    problems = [f"the column {c} is missing." for c in missing if c == "path"]
     problems += [
-        f"the column {name} is there twice."
-        for name in _COLUMNS
-        if names.count(name) > 1
+        f"the column {c} is there twice." for c in _COLUMNS if names.count(c) > 1
     ]
     for name in names:
         for close in difflib.get_close_matches(name.lower(), missing, n=1, cutoff=0.8):
@@ -150,7 +136,7 @@ def read_rows(
         Text as spreadsheets write it, separated by commas, semicolons or tabulators.
     key : str
         A column. The first line with its name, in any case, is the header; without
-        such a line, the first one.
+        such a line, the first one that has text.
 
     Returns
     -------
@@ -182,11 +168,8 @@ def read_rows(
             raise ValueError("it holds no text")
         lines = text.splitlines()
         pattern = re.compile(rf'(^|[,;\t"])\s*{key}\s*([,;\t"]|$)', re.IGNORECASE)
-        first = next((i for i, line in enumerate(lines) if pattern.search(line)), None)
-        if first is None:
-            first = next((i for i, line in enumerate(lines) if line.strip()), 0)
-        header_line = "".join(lines[first : first + 1])
-        separator = max(",;\t", key=header_line.count)
+        first = next((i for i, line in enumerate(lines) if pattern.search(line)), 0)
+        separator = max(",;\t", key="".join(lines[first : first + 1]).count)
         header: list[str] = []
         rows = {}
         for n_before, cells in split_rows(lines[first:], separator):

@@ -6,9 +6,15 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from .formats.facts import distinct, is_ambiguous, number, seconds_of_date
+from .formats.facts import (
+    check_unambiguous,
+    distinct,
+    is_ambiguous,
+    number,
+    seconds_of_date,
+)
 from .recording_tables import read_rows
-from .speeds import HIGHEST_RPM, SpeedProfile, check_stated_speed
+from .speeds import HIGHEST_RPM, SpeedProfile
 
 
 def logged_speed(
@@ -43,7 +49,11 @@ def logged_speed(
             "recording or time"
         )
     log = pd.DataFrame(list(rows.values()), columns=columns)
-    _check_thousands(path, log["rpm"])
+    # Speeds such as 1.797 may be 1797, unless one shows that the point is decimal.
+    with_sign = [text for text in log["rpm"] if {*".,"} & {*text}]
+    if all(is_ambiguous(text, HIGHEST_RPM) for text in with_sign):
+        for text in with_sign:
+            check_unambiguous(f"{path}: rpm", text)
     log["rpm"] = log["rpm"].map(number).astype(float)
     has_names = "recording" in log
     if has_names:
@@ -66,13 +76,3 @@ def logged_speed(
     if has_names:
         return float(speeds.mean())
     return SpeedProfile(log["seconds"].to_numpy(), speeds)
-
-
-def _check_thousands(path, texts):
-    """Refuse speeds such as 1.797 if no other speed shows that the point is decimal."""
-    with_sign = texts[texts.str.contains("[.,]")]
-    if len(with_sign) and all(is_ambiguous(text, HIGHEST_RPM) for text in with_sign):
-        try:
-            check_stated_speed(with_sign.iloc[0])
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from error

@@ -5,8 +5,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .formats.facts import check_unambiguous
-
 #: Beginning of a source of speeds that is a channel of pulses.
 TACHO = "tacho:"
 #: Even times over which a mean is computed.
@@ -24,25 +22,6 @@ def is_speed_source(text: str) -> bool:
     [True, True, False]
     """
     return text.startswith(TACHO) or text.lower().endswith(".csv")
-
-
-def check_stated_speed(text: str) -> None:
-    """Refuse the text of a speed that may have a separator of thousands.
-
-    Raises
-    ------
-    ValueError
-        See `check_unambiguous`.
-
-    Examples
-    --------
-    >>> check_stated_speed("1797.5")
-    >>> check_stated_speed("1.797")
-    Traceback (most recent call last):
-        ...
-    ValueError: rpm is '1.797', which means 1797 or 1.797; write 1797, or 1.7970
-    """
-    check_unambiguous("rpm", text, HIGHEST_RPM)
 
 
 class SpeedProfile(NamedTuple):

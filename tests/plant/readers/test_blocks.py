@@ -59,7 +59,7 @@ WRITERS = {
 
 @pytest.fixture
 def small_blocks(monkeypatch):
-    monkeypatch.setattr("skarxlag.plant.readers.windows._BLOCK", 25)
+    monkeypatch.setattr("skarxlag.plant.readers.cutting._BLOCK", 25)
 
 
 @pytest.mark.slow
@@ -166,7 +166,7 @@ import sys
 from pathlib import Path
 import numpy as np
 import scipy.io.wavfile
-import skarxlag.plant.readers.windows
+import skarxlag.plant.readers.cutting
 from skarxlag import iter_windows
 
 def peak():

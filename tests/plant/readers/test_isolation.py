@@ -2,11 +2,8 @@
 
 import contextlib
 import os
-import signal
 import struct
 import sys
-import threading
-import zlib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -71,32 +68,13 @@ def endless(path):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="no limit of processor time")
 def test_a_reader_that_computes_for_ever_is_ended(run, monkeypatch):
     monkeypatch.setattr(isolation, "_PATIENCE", 0.5)
-    monkeypatch.setattr(isolation, "_CLOCK", 1000)
-    message = r"run.mat: .* more than 1 s of processor time, damaged"
+    message = (
+        r"run.mat: its reader took more than 1 s, damaged\? Or is the machine busy"
+    )
     with pytest.raises(ValueError, match=message):
         list(isolation.isolated(endless, run))
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="signals as on POSIX")
-def test_a_reader_that_has_to_wait_is_not_called_damaged(run, monkeypatch):
-    """A busy machine gives a process no time, as a signal does here."""
-    read_recording(run)
-    monkeypatch.setattr(isolation, "_PATIENCE", 0.1)
-    reader = isolation._idle[os.getpid()]
-    reader.send_signal(signal.SIGSTOP)
-    resume = threading.Timer(0.4, reader.send_signal, [signal.SIGCONT])
-    resume.start()
-    np.testing.assert_array_equal(read_recording(run)[0], Y)
-    assert isolation._idle[os.getpid()] is reader
-    resume.join()
-    reader.send_signal(signal.SIGSTOP)
-    message = r"run.mat: .* no answer in 1 s; is the disk or machine busy\?$"
-    with pytest.raises(ValueError, match=message):
-        read_recording(run)
 
 
 @pytest.mark.slow
@@ -174,16 +152,6 @@ def test_memory_is_bounded(tmp_path):
     if os.path.exists("/proc/self/statm"):
         message = "needs more memory than a file of its size may"
     with pytest.raises(ValueError, match=rf"run.mat: .*{message}"):
-        read_recording(tmp_path / "run.mat")
-
-
-def test_matlab_files_that_unpack_to_gigabytes(tmp_path):
-    n_bytes = 3_000_000_000
-    head = struct.pack("<II", 14, n_bytes)
-    packed = zlib.compress(head + bytes(2**20))
-    (tmp_path / "run.mat").write_bytes(matlab_file(element(15, packed)))
-    message = r"run.mat: .* bytes would unpack to 3000000000"
-    with pytest.raises(ValueError, match=message):
         read_recording(tmp_path / "run.mat")
 
 

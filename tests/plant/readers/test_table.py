@@ -223,7 +223,7 @@ OF_C = "c.csv,inner race,300,50000.0,1"
         ("ball", " ", r"line 3: condition is empty"),
         (GOOD, "path,specimen\na.npy,\n", r"line 2: specimen is empty"),
         (",condition", ",specimens", r"the column 'specimens' meant to be specimen"),
-        (OF_C, "a.npy,x,1,1,", r"line 4: a.npy is listed a second"),
+        (OF_C, "a.npy,x,1,1,", r"line 4: .*a.npy is the same recording as"),
         ("condition", "conditon", r"columns are path, conditon.*expected path, and"),
         ("path,", "file,", r"columns are file.*expected path"),
         ("path,", "path,path,", r"columns are path, path.*expected path, and any of"),

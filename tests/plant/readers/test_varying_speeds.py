@@ -5,9 +5,12 @@ import pandas as pd
 import pytest
 
 from skarxlag import load_recordings, read_recording_table
-from skarxlag.plant.readers.cutting import cut_recordings
+from skarxlag.plant.readers.cutting import (
+    cut_recordings,
+    join_windows,
+    speeds_within_rows,
+)
 from skarxlag.plant.readers.listing import list_recordings
-from skarxlag.plant.readers.rows import join_windows, speeds_of_samples
 from skarxlag.plant.readers.speeds import SpeedProfile
 
 RATE, SECONDS = 5000, 4
@@ -102,11 +105,11 @@ def test_rows_that_cannot_be_used(tmp_path):
     np.savez(tmp_path / "run.npz", y=Y, rpm=speed, fs=RATE)
     listed = list_recordings(tmp_path / "*.npz", channel="y")
     rig = cut_recordings(listed, tmp_path, 2500)
-    rpm, errors = speeds_of_samples(rig)
+    rpm, errors = speeds_within_rows(rig)
     np.testing.assert_allclose(rpm[1:], speed.reshape(-1, 2500)[1:], rtol=0.02)
     assert errors[0].startswith("speed varies from 1.47 to") and not errors[1:].any()
     assert errors[0].endswith("rpm within the row")
-    _, errors = speeds_of_samples(rig, least_revolutions=3)
+    _, errors = speeds_within_rows(rig, least_revolutions=3)
     assert errors[1] == "the row has less than 3 revolutions" and not errors[2:].any()
 
 
@@ -115,7 +118,7 @@ def test_a_steady_speed_is_one_number_for_each_row(tmp_path):
     rig = cut_recordings(
         list_recordings(tmp_path / "*.npz", channel="y"), tmp_path, 2500
     )
-    assert speeds_of_samples(rig)[0].tolist() == [900.0] * 8
+    assert speeds_within_rows(rig)[0].tolist() == [900.0] * 8
 
 
 def test_a_log_with_a_stop(tmp_path):

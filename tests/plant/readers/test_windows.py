@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from skarxlag import make_windows
-from skarxlag.plant.readers.windows import cut_blocks, thin_windows
+from skarxlag.plant.readers.cutting import cut_blocks, thin_windows
 
 
 @pytest.mark.parametrize("channels", [(), (1,), (3,)])
@@ -123,7 +123,7 @@ def test_bad_lengths_are_refused_by_name(name, value, error):
 @pytest.mark.parametrize("hop", [None, 1, 3, 7, 10, 40, 200])
 @pytest.mark.parametrize("cuts", [[], [1, 2, 3], [30, 31, 95], range(5, 100, 5)])
 def test_windows_of_blocks_are_those_of_the_whole(monkeypatch, hop, cuts):
-    monkeypatch.setattr("skarxlag.plant.readers.windows._BLOCK", 20)
+    monkeypatch.setattr("skarxlag.plant.readers.cutting._BLOCK", 20)
     recording = np.random.default_rng(0).normal(size=(2, 103))
     parts = list(cut_blocks(np.split(recording, cuts, axis=1), "run", 7, hop))
     np.testing.assert_array_equal(

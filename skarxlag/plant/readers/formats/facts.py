@@ -27,14 +27,19 @@ UNIT_NAMES = ("unitstring", "unit", "units", "niunitdescription")
 #: Name of a text with the unit of a number, which begins with the name of the number.
 UNIT_OF_NUMBER = re.compile("(.+?)units?")
 SPEED_NAME = re.compile(r"(.*?)[ _(\[]*(?:rpm|drehzahl)[ )\]]*", re.IGNORECASE)
-_SPEED_UNITS = {"rpm", "rev/min", "r/min", "1/min", "min-1", "u/min", "tr/min"}
-SECONDS = dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0)
-SECONDS |= dict.fromkeys(("ms", "msec", "millis", "milliseconds"), 1e-3)
-SECONDS |= dict.fromkeys(("us", "µs", "μs", "usec", "micros", "microseconds"), 1e-6)
-SECONDS |= dict.fromkeys(("ns", "nsec", "nanoseconds"), 1e-9)
-SECONDS |= dict.fromkeys(("min", "minute", "minutes"), 60.0)
-SECONDS |= dict.fromkeys(("h", "hour", "hours"), 3600.0)
-SECONDS |= dict.fromkeys(("d", "day", "days"), 86400.0)
+_SPEED_UNITS = ("rpm", "rev/min", "r/min", "1/min", "min-1", "u/min", "tr/min")
+_UNITS_OF_TIME = {
+    "s sec secs second seconds": 1.0,
+    "ms msec millis milliseconds": 1e-3,
+    "us µs μs usec micros microseconds": 1e-6,
+    "ns nsec nanoseconds": 1e-9,
+    "min minute minutes": 60.0,
+    "h hour hours": 3600.0,
+    "d day days": 86400.0,
+}
+SECONDS = {
+    name: scale for names, scale in _UNITS_OF_TIME.items() for name in names.split()
+}
 #: Units that are no names of columns, as "min", "h" and "d" are.
 UNITS = SECONDS.keys() - {"min", "h", "d"} | {
     *("g", "gs", "mg", "m/s2", "m/s^2", "m/s²", "m/s/s", "mm/s", "in/s", "ips", "um"),
@@ -47,8 +52,8 @@ MISSING = {"", "nan", "-nan", "na", "n/a", "#n/a", "null", "none", "nat", "<na>"
 OVERFLOW = 9.9e37
 OVERFLOWS = {"ol", "over", "overflow", "overload"}
 #: Units of sampling rates, in lower case.
-HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6}
-HERTZ |= {"1/s": 1.0, "s/s": 1.0, "ks/s": 1e3, "ms/s": 1e6}
+HERTZ = {"hz": 1.0, "1/s": 1.0, "s/s": 1.0, "khz": 1e3, "ks/s": 1e3, "mhz": 1e6}
+HERTZ["ms/s"] = 1e6
 #: Stated rates that differ by this share agree.
 RATE_TOLERANCE = 1e-3
 

@@ -1,8 +1,6 @@
 """MATLAB files: up to version 7 by SciPy; version 7.3 as the HDF5 files that they are."""
 
-import struct
 import warnings
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,12 +9,11 @@ import numpy as np
 
 from . import hdf5
 from .arrays import NamedArrays
-from .contents import Contents, DamagedError, Format, check_unpacked
+from .contents import Contents, Format
 
 # SciPy's compiled parser can crash or hang on a damaged file.
 FORMAT = Format((".mat",), isolated=True)
 
-_COMPRESSED = 15
 #: Classes of MATLAB that can be channels. NumPy has types of the same names.
 _NUMERIC = (
     *("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"),
@@ -42,20 +39,6 @@ def contents(path: Path) -> Iterator[Contents]:
         if is_hdf5 or head[512:] == _HDF5:
             yield from hdf5.contents(path, is_matlab=True)
             return
-        n_bytes = path.stat().st_size
-        check_unpacked(n_bytes, _unpacked_size(file, n_bytes))
-        variables = whosmat(file)
-        headers = {
-            name: (shape, kind)
-            for name, shape, kind in variables
-            if not name.startswith("__") and kind not in _OBJECTS
-        }
-        signals = {
-            name
-            for name, (shape, kind) in headers.items()
-            if kind in _NUMERIC and np.prod(shape) > 1
-        }
-        others = _variables(file, headers.keys() - signals)
         loaded: dict[str, Any] = {}
 
         def array_of(name):
@@ -65,14 +48,16 @@ def contents(path: Path) -> Iterator[Contents]:
             return loaded[name]
 
         arrays = NamedArrays(array_of)
-        if len(headers) < len(variables):
-            arrays.refused[""] = hdf5.MATLAB_OBJECT
-        for variable, (shape, kind) in headers.items():
-            if variable in signals:
+        for variable, shape, kind in whosmat(file):
+            if variable.startswith("__") or kind in _OBJECTS:
+                arrays.refused[""] = hdf5.MATLAB_OBJECT
+            elif kind in _NUMERIC and np.prod(shape) > 1:
                 arrays.add(variable, shape, kind)
-            for name, values in _arrays(variable, others.get(variable)):
-                loaded[name] = values
-                arrays.add(name, values.shape, values.dtype)
+            else:
+                values = _variables(file, [variable])[variable]
+                for name, element in _arrays(variable, values):
+                    loaded[name] = element
+                    arrays.add(name, element.shape, element.dtype)
         yield arrays.contents()
 
 
@@ -98,21 +83,3 @@ def _arrays(name, values):
             yield from _arrays(name if values.size == 1 else f"{name}[{i}]", element)
     elif isinstance(values, np.ndarray):
         yield name, values
-
-
-def _unpacked_size(file, n_bytes):
-    """Bytes of all packed variables, from their tags, which are unpacked no further."""
-    total = 0
-    file.seek(0)
-    # Version 4, which is never compressed, has no such mark.
-    order = {b"IM": "<", b"MI": ">"}.get(file.read(128)[126:])
-    while order and len(tag := file.read(8)) == 8:
-        kind, size = struct.unpack(f"{order}II", tag)
-        end = file.tell() + size
-        if end > n_bytes:
-            raise DamagedError("the last variable has no end")
-        if kind == _COMPRESSED:
-            inner = zlib.decompressobj().decompress(file.read(min(size, 4096)), 8)
-            total += struct.unpack(f"{order}II", inner)[1] if len(inner) == 8 else 0
-        file.seek(end)
-    return total

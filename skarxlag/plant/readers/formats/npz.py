@@ -1,11 +1,9 @@
-"""NumPy archives. The chosen arrays are read whole."""
+"""NumPy archives. They are read whole."""
 
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numpy.lib import format as npy
 
 from .arrays import NamedArrays
 from .contents import Contents, DamagedError, Format, check_unpacked
@@ -20,21 +18,10 @@ def contents(path: Path) -> Iterator[Contents]:
         archive = np.load(file, allow_pickle=False)
         if not isinstance(archive, np.lib.npyio.NpzFile):
             raise DamagedError("not an archive")
-        members = archive.zip.infolist()
-        check_unpacked(path.stat().st_size, sum(member.file_size for member in members))
-        arrays = NamedArrays(cache(archive.__getitem__))
-        for member in members:
-            name = member.filename.removesuffix(".npy")
-            with archive.zip.open(member) as array:
-                shape, dtype = _shape_and_dtype(array)
-            arrays.add(name, shape, dtype)
+        n_bytes = sum(member.file_size for member in archive.zip.infolist())
+        check_unpacked(path.stat().st_size, n_bytes)
+        loaded = dict(archive)
+        arrays = NamedArrays(loaded.__getitem__)
+        for name, values in loaded.items():
+            arrays.add(name, values.shape, values.dtype)
         yield arrays.contents()
-
-
-def _shape_and_dtype(file):
-    is_first = npy.read_magic(file) == (1, 0)
-    read_header = npy.read_array_header_1_0 if is_first else npy.read_array_header_2_0
-    shape, _, dtype = read_header(file)
-    if dtype.hasobject:
-        raise ValueError("holds Python objects")
-    return shape, dtype

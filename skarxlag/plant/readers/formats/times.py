@@ -45,9 +45,7 @@ _LOWEST_RATE = 10.0
 _HIGHEST_RATE = 1e6
 #: Other units than seconds in which times without a unit may be.
 _OTHER_UNITS = (1e-3, 1e-6, 1e-9, 60.0, 3600.0, DAY)
-#: Parts of the times of which each has its own number of decimals, and times that show
-#: it.
-_N_PARTS = 16
+#: Times that show the number of decimals that are written.
 _N_WRITTEN = 100
 #: Steps of the last decimal from which two equal times are not the same by rounding.
 _FINE = 1.5
@@ -313,9 +311,12 @@ def _problem_of_equal(contents, name, times, last_digit):
         return ""
     n_equal = int(sizes[0])
     for other, column in columns.items():
-        tags = column[: len(column) // n_equal * n_equal].reshape(-1, n_equal)
-        if len({*tags[0].tolist()}) == n_equal > 1 and np.all(tags == tags[0]):
-            shown = ", ".join(map(str, tags[0].tolist()))
+        tags = column[:n_equal].tolist()
+        if (
+            len({*tags}) == n_equal > 1
+            and tags == column[n_equal : 2 * n_equal].tolist()
+        ):
+            shown = ", ".join(map(str, tags))
             return (
                 f"{name!r} holds each time in {n_equal} rows, one for each value of the "
                 f"column {other!r} ({shown}): make one column of each"
@@ -344,7 +345,9 @@ def changes(times: NDArray[Any]) -> NDArray[Any]:
 
 
 def last_decimal(times: NDArray[Any]) -> float:
-    """Return the last decimal to which the last times were written, 0 if they have too many.
+    """Return the last decimal to which the last times were written.
+
+    It is 0 if they have too many, or are none.
 
     Examples
     --------
@@ -355,7 +358,7 @@ def last_decimal(times: NDArray[Any]) -> float:
     if len(finite) and abs(finite[0]) > 1e8:
         # Seconds since 1970 are known to about a microsecond.
         finite = np.round(finite - np.floor(finite[0]), 6)
-    for n in range(10):
+    for n in range(10 if len(finite) else 0):
         if np.allclose(finite, finite.round(n), rtol=4e-16, atol=1e-13):
             return 10.0**-n
     return 0.0
@@ -372,9 +375,12 @@ def rate_of_times(
     steps = np.diff(times[changed])
     if len(steps) == 0:
         return np.nan, np.inf
-    period, tolerance = _growing_steps(times[timed], timed)
-    if tolerance < _COARSE_TOLERANCE:
-        return rounded(1 / period, tolerance), tolerance
+    different = times[changed]
+    if 0 < last_decimal(different[:_N_WRITTEN]) < last_decimal(different[_N_WRITTEN:]):
+        # Times of few digits, such as 1.35E+01, lose decimals as they grow.
+        (period, _), variances = np.polyfit(timed, times[timed], 1, cov=True)
+        tolerance = 2 * np.sqrt(variances[0, 0]) / abs(period)
+        return rounded(1 / abs(period), tolerance), tolerance
     n_between = np.diff(changed)
     usual = np.median(steps / n_between)
     if _breaks(steps, n_between, usual, np.abs(steps).min()).any():
@@ -393,29 +399,6 @@ def rate_of_times(
     if is_coarse:
         tolerance = 1.5 / n_steps
     return rounded(n_steps / seconds, tolerance), tolerance
-
-
-def _growing_steps(times, samples):
-    """Return the period of times whose last decimal becomes coarser, and its tolerance.
-
-    Times of few digits, such as ``1.35E+01``, lose decimals as they grow. Each of them
-    limits the period, by half of its own last decimal. The tolerance is infinite if
-    the last decimal does not grow, or no period fits all times.
-    """
-    parts = np.array_split(times, _N_PARTS)
-    decimals = [last_decimal(part) for part in parts if len(part) > 1]
-    if len(decimals) < _N_PARTS or not 0 < decimals[0] < decimals[-1]:
-        return np.nan, np.inf
-    size = np.floor(np.log10(np.maximum(np.abs(times), decimals[0])))
-    half = np.maximum(decimals[-1] * 10 ** (size - size[-1]), decimals[0]) / 2
-    passed = (times - times[0])[1:]
-    n = (samples - samples[0])[1:]
-    slack = (half + half[0])[1:] * (1 + 1e-9)
-    low = np.max((passed - slack) / n)
-    high = np.min((passed + slack) / n)
-    if not 0 < low <= high:
-        return np.nan, np.inf
-    return (low + high) / 2, max((high - low) / (high + low), 1e-9)
 
 
 def in_seconds(values: Any, scale: float, before: Any = ()) -> tuple[NDArray[Any], str]:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .contents import Channel, ContentError, Contents, DamagedError, Format
+from .contents import Channel, ContentError, Contents, DamagedError, Format, slices
 
 FORMAT = Format((".tradb",), library="vallenae", isolated=True)
 
@@ -35,22 +35,12 @@ def contents(path: Path) -> Iterator[Contents]:
             if n_samples is None:
                 yield [np.concatenate(list(records)) for records in streams]
             else:
-                blocks = [_rechunked(records, n_samples) for records in streams]
-                yield from map(list, zip(*blocks, strict=True))
+                # Channels of one rate have records of one length.
+                for records in zip(*streams, strict=True):
+                    for part in slices(len(records[0]), n_samples):
+                        yield [samples[part] for samples in records]
 
         yield Contents(channels, read)
-
-
-def _rechunked(arrays, n_samples):
-    """Yield arrays of equal length from arrays of any length."""
-    waiting = np.empty(0)
-    for array in arrays:
-        waiting = np.append(waiting, array)
-        while len(waiting) >= n_samples:
-            yield waiting[:n_samples]
-            waiting = waiting[n_samples:]
-    if len(waiting):
-        yield waiting
 
 
 def _records(database, name, rate):

@@ -6,8 +6,6 @@ from scipy.io import savemat
 
 from skarxlag import list_channels, read_recording
 
-from .reading import truncate
-
 Y, U = np.random.default_rng(0).normal(size=(2, 50))
 
 
@@ -92,11 +90,3 @@ def test_a_shorter_channel_was_sampled_more_slowly(path):
     savemat(path, {"y": Y, "speed": U[:10], "fs": 12_000})
     assert read_recording(path, channel="y")[1] == 12_000
     assert read_recording(path, channel="speed")[1] is None
-
-
-@pytest.mark.parametrize("compress", [False, True])
-def test_a_truncated_file_is_refused_whatever_is_chosen(path, compress):
-    savemat(path, {"y": Y, "u": U}, do_compression=compress)
-    truncate(path, path.stat().st_size - 40)
-    with pytest.raises(ValueError, match=r"run.mat.*damaged"):
-        read_recording(path, channel="y")

@@ -58,7 +58,7 @@ def test_records_without_a_gap_are_one_recording(path, compression):
     assert channels["channel"].tolist() == ["1", "2"]
     assert channels["sampling_rate"].tolist() == [RATE, RATE]
     assert channels["unit"].tolist() == ["V", "V"]
-    for n_samples, longest in ((None, 256), (50, 50), (N, N), (1000, 256)):
+    for n_samples, longest in ((None, 256), (50, 50), (N, N), (1000, N)):
         read = in_blocks(path, n_samples, channel=["2", "1"])
         np.testing.assert_allclose(read[0], COUNTS[::-1] * STEP, atol=STEP, rtol=1e-6)
         assert read[1:] == (RATE, longest)
