@@ -28,9 +28,9 @@ rig = simulate_rig(
     n_samples=60_000,
 )
 diagnosers = {
-    "ALPIO": make_alpio(healthy="Normal"),
-    "extended state": make_extended_state_pio(healthy="Normal"),
-    "recommended": make_diagnoser(healthy="Normal"),
+    "ALPIO": make_alpio(),
+    "extended state": make_extended_state_pio(),
+    "recommended": make_diagnoser(),
 }
 
 # %%

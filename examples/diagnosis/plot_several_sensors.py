@@ -30,10 +30,10 @@ accuracy = {"near sensor": [], "far sensor": [], "both": []}
 for level in levels:
     noisy = near + level * near.std() * rng.normal(size=near.shape)
     sensors = {
-        "near sensor": (make_diagnoser(healthy="Normal"), noisy),
-        "far sensor": (make_diagnoser(healthy="Normal"), far),
+        "near sensor": (make_diagnoser(), noisy),
+        "far sensor": (make_diagnoser(), far),
         "both": (
-            SensorFusion(estimator=make_diagnoser(healthy="Normal")),
+            SensorFusion(estimator=make_diagnoser()),
             np.stack([noisy, far], axis=1),
         ),
     }

@@ -38,7 +38,7 @@ lda = LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto")
 classifiers = {
     "random forest": make_pipeline(spectra, RandomForestClassifier(20, random_state=0)),
     "LDA": make_pipeline(spectra, lda),
-    "make_diagnoser": make_diagnoser(healthy="healthy"),
+    "make_diagnoser": make_diagnoser(),
 }
 
 # %%

@@ -25,7 +25,7 @@ rig = load_public_rig(
     window_length=51_200,
 )
 trained, new = rig.rpm == 600, rig.rpm == 900
-diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, healthy="healthy")
+diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate)
 diagnoser.fit(rig.data[trained], rig.target[trained], rpm=600)
 
 # %%

@@ -30,7 +30,7 @@ for length in lengths:
     groups = np.column_stack([rig.rpm, rig.recording])
     scores.append(
         cross_val_score(
-            make_diagnoser(healthy="healthy"),
+            make_diagnoser(),
             rig.data,
             rig.target,
             groups=groups,
