@@ -2,38 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
 from joblib import parallel_config
-from numpy.typing import NDArray
 
-from ...core.speeds import SPEED_FACTOR
 from ...core.validation import output_of_windows
 from ...measures.levels import joined_levels, signal_levels
 from ...measures.velocity import velocity_rms
 from ...verdicts.names import no_verdict
-from ..readers.entries import ListedRecording, OpenRecording
-from ..readers.formats.rates import NO_RATE
-from .channels import channel_difference, plain_unit
+from ..readers.entries import ListedRecording
 from .messages import CommandError
 from .models import RecordingModel
 from .remarks import recording_remarks
-from .stated_speeds import speed_remark
-from .training_facts import why_no_limits
+from .stated_speeds import speed_remarks
+from .training_facts import plain_unit, why_no_limits
 from .workers import cancelled
 
 #: Entry of the column ``alarm`` if a stated fact differs from all training.
 NOT_VALID = "not valid here"
 #: Units of acceleration, in m/s2.
 ACCELERATIONS = {"m/s2": 1.0, "mm/s2": 1e-3, "g": 9.80665}
-#: Samples of a row without a model, at most: longer recordings are several rows.
-_LONGEST_ROW = 2**21
-#: Error on a recording of unknown speed.
-_NO_SPEED = "rpm is missing; expected --rpm, a column, or the file to state it"
 
 
 @dataclass(frozen=True)
@@ -109,24 +100,6 @@ def file_state(recording: ListedRecording) -> tuple[int, ...]:
     return status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
-class RowBlock(NamedTuple):
-    """Rows of a recording that follow each other.
-
-    Attributes
-    ----------
-    start : ndarray of int of shape (n_rows,)
-        Position of the first sample of each row.
-    X : ndarray of shape (n_rows[, n_channels], n_samples)
-        The rows.
-    rpm : float, ndarray of shape (n_rows, n_samples), or None
-        Their speed, or those at each sample; None if it is not known.
-    """
-
-    start: NDArray[Any]
-    X: NDArray[Any]
-    rpm: Any
-
-
 def diagnose_recording(
     model: RecordingModel,
     recording: ListedRecording,
@@ -152,54 +125,46 @@ def diagnose_recording(
         If the recording cannot be read, or does not fit the model.
     """
     opened = model.open(recording, resample)
+    rate = opened.sampling_rate
     unit = plain_unit(opened.channels[0][1] or unit or "")
     judge = model.judge
     tables = []
     evidence = []
     velocities = []
-    for block in row_blocks(model, opened):
+    remarks: list[str] = []
+    for start, X, rpm in model.row_blocks(opened):
         if cancelled.is_set():
             raise KeyboardInterrupt
-        output = output_of_windows(block.X)
+        output = output_of_windows(X)
         if judge is None:
-            judge = model.judge_of(block.X[0], block.rpm, opened.sampling_rate)
+            judge = model.judge_of(X[0], rpm, rate)
         if not tables:
-            remark = speed_remark(
-                output.ravel(), opened.sampling_rate, opened.entry.rpm
-            )
+            remarks += speed_remarks(output.ravel(), rate, opened.entry.rpm)
         # Results hold contrasts over orders, which would fill the memory.
-        results = judge.window_results(block.X, block.rpm)
+        results = judge.window_results(X, rpm)
         evidence.append(results.evidence)
         table = results.table().assign(**signal_levels(output)._asdict())
-        table.insert(0, "start", block.start)
+        table.insert(0, "start", start)
         if opened.entry.profile is not None:
-            table.insert(1, "rpm", block.rpm.mean(axis=1))
+            table.insert(1, "rpm", rpm.mean(axis=1))
         tables.append(table)
-        velocities.append(velocity_rms(output.ravel(), opened.sampling_rate, unit))
+        velocities.append(velocity_rms(output.ravel(), rate, unit))
     windows = pd.concat(tables, ignore_index=True)
-    reason = why_no_limits(
-        model.facts, recording, model.other_bearing
-    ) or channel_difference(opened.channels, model.facts, recording.channel)
+    reason = why_no_limits(model.facts, recording, opened.channels, model.other_bearing)
     if reason:
-        _remove_alarms(windows, reason, model)
+        windows = windows.assign(limits=reason, alarm=np.nan)
+        if model.has_detector_alone:
+            # A detector without limits has no verdict.
+            is_judged = windows["quality"] == "good"
+            windows.loc[is_judged, "verdict"] = no_verdict(reason)
     verdict = judge.recording(windows, np.concatenate(evidence))
     if reason and judge.limits.exist:
         verdict["alarm"] = NOT_VALID
     verdict |= _levels_of_recording(windows, velocities, unit)
     combs = windows.filter(like="dB of ").mean()
     verdict |= {f"{name} comb": level for name, level in combs.items()}
-    remarks = [remark] if remark else []
     remarks += recording_remarks(model, opened, recording, windows, verdict)
-    return Diagnosis(verdict, windows, opened.sampling_rate, remarks)
-
-
-def _remove_alarms(windows, reason, model):
-    """Remove alarms that do not hold; a detector without limits has no verdict."""
-    windows["limits"] = reason
-    windows["alarm"] = np.nan
-    if model.has_detector_alone:
-        is_judged = windows["quality"] == "good"
-        windows.loc[is_judged, "verdict"] = no_verdict(reason)
+    return Diagnosis(verdict, windows, rate, remarks)
 
 
 def _levels_of_recording(windows, velocities, unit):
@@ -213,60 +178,3 @@ def _levels_of_recording(windows, velocities, unit):
     if stated:
         entries["velocity_rms_mm_s"] = float(np.sqrt(np.mean(np.square(stated))))
     return entries
-
-
-def row_blocks(model: RecordingModel, opened: OpenRecording) -> Iterator[RowBlock]:
-    """Yield the rows of an open recording with their speeds, block by block."""
-    if model.window_length is None:
-        yield from _long_rows(opened)
-        return
-    rate = opened.sampling_rate or model.sampling_rate
-    n_before = 0
-    for X in model.windows(opened):
-        start = np.arange(n_before, n_before + len(X)) * model.window_length
-        yield RowBlock(start, X, opened.entry.speeds(start, X.shape[-1], rate))
-        n_before += len(X)
-
-
-def _long_rows(opened):
-    """Yield rows of a recording for a model without a length: all of it, as far as it is one row.
-
-    A longer recording is cut, and its last part that does not fill a row is left out.
-    The part of a run-up that is slow is left out, too.
-    """
-    entry = opened.entry
-    if opened.sampling_rate is None:
-        raise ValueError(f"{entry.name}: {NO_RATE}")
-    if entry.rpm is None:
-        raise ValueError(f"{entry.name}: {_NO_SPEED}")
-    start = 0
-    for signal in _parts(opened.blocks):
-        X = signal[np.newaxis]
-        rpm = entry.speeds([start], X.shape[-1], opened.sampling_rate)
-        first, end = 0, X.shape[-1]
-        if entry.profile is not None:
-            # A run-up may begin at rest, and a run-down end there.
-            fast = np.flatnonzero(SPEED_FACTOR * rpm[0] >= rpm.max())
-            first, end = fast[0], fast[-1] + 1
-            rpm = rpm[:, first:end]
-        yield RowBlock(np.array([start + first]), X[..., first:end], rpm)
-        start += X.shape[-1]
-
-
-def _parts(blocks):
-    """Yield parts of the largest length of a row, or everything if it is shorter."""
-    rest: list[NDArray[Any]] = []
-    n_samples = 0
-    is_long = False
-    for block in blocks:
-        rest.append(block)
-        n_samples += block.shape[-1]
-        while n_samples >= _LONGEST_ROW:
-            signal = np.concatenate(rest, axis=-1)
-            yield signal[..., :_LONGEST_ROW]
-            # Without the copy, a few samples would keep the whole part in memory.
-            rest = [signal[..., _LONGEST_ROW:].copy()]
-            n_samples -= _LONGEST_ROW
-            is_long = True
-    if not is_long:
-        yield np.concatenate(rest, axis=-1)

@@ -18,7 +18,6 @@ from ...diagnosers import make_detector, make_diagnoser, make_known_conditions
 from ...kernels.speed_references import group_speeds
 from ...persistence.models import packed_diagnoser
 from ..readers.entries import ListedRecording
-from .channels import Channels, fitted_channels, units_of
 from .error_rates import ErrorRates
 from .messages import (
     CommandError,
@@ -30,7 +29,7 @@ from .messages import (
 )
 from .remarks import why_no_orders
 from .results import file_name
-from .training_facts import facts_of_training
+from .training_facts import Channels, facts_of_training, units_of
 from .training_rows import training_rows
 
 
@@ -178,7 +177,10 @@ def _kind(recordings, kind, bearing, healthy):
 def _facts(recordings, rows, counts):
     """Return facts of the training that are saved with the model."""
     names = set(rows.facts["recording"])
-    used = [recording for recording in recordings if recording.name in names]
+    pairs = zip(recordings, rows.channels, strict=True)
+    used, channels = zip(
+        *(each for each in pairs if each[0].name in names), strict=True
+    )
     rpm = None
     if rows.speeds is not None:
         rpm = np.unique(rows.facts["rpm"])
@@ -186,8 +188,7 @@ def _facts(recordings, rows, counts):
             rpm = np.exp(group_speeds(np.log(rpm))[0]).round(1)
         rpm = rpm.tolist()
     return {
-        **fitted_channels(recordings, rows.channels),
-        **facts_of_training(used),
+        **facts_of_training(used, channels),
         "rows": rows.word,
         "train_rpm": rpm,
         "sampling_rate": rows.sampling_rate,

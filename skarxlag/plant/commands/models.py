@@ -16,14 +16,20 @@ from sklearn.base import clone
 from ... import diagnosers
 from ...core.capabilities import capabilities, requests
 from ...core.fault_locations import FAULTS, HEALTHY
+from ...core.speeds import SPEED_FACTOR
 from ...persistence.models import load_diagnoser
 from ...verdicts.judge import Judge
 from ..readers.cutting import block_length, cut_blocks
 from ..readers.entries import ListedRecording, OpenRecording
-from ..readers.formats.rates import rates_agree, unit_advice
-from .channels import channels_of_model
+from ..readers.formats.rates import NO_RATE, rates_agree, unit_advice
 from .error_rates import ErrorRates
 from .messages import CommandError, as_command_error, counted, listed, printable
+from .training_facts import channels_of_model
+
+#: Samples of a row without a model, at most: longer recordings are several rows.
+_LONGEST_ROW = 2**21
+#: Error on a recording of unknown speed.
+_NO_SPEED = "rpm is missing; expected --rpm, a column, or the file to state it"
 
 
 @dataclass(eq=False)
@@ -116,6 +122,30 @@ class RecordingModel:
             return (signal[np.newaxis] for signal in opened.blocks)
         return cut_blocks(opened.blocks, opened.entry.name, self.window_length)
 
+    def row_blocks(
+        self, opened: OpenRecording
+    ) -> Iterator[tuple[NDArray[Any], NDArray[Any], Any]]:
+        """Yield the rows of an open recording, block by block.
+
+        Yields
+        ------
+        start : ndarray of int of shape (n_rows,)
+            Position of the first sample of each row.
+        X : ndarray of shape (n_rows[, n_channels], n_samples)
+            The rows.
+        rpm : float, ndarray of shape (n_rows, n_samples), or None
+            Their speed, or those at each sample; None if it is not known.
+        """
+        if self.window_length is None:
+            yield from _long_rows(opened)
+            return
+        rate = opened.sampling_rate or self.sampling_rate
+        n_before = 0
+        for X in self.windows(opened):
+            start = np.arange(n_before, n_before + len(X)) * self.window_length
+            yield start, X, opened.entry.speeds(start, X.shape[-1], rate)
+            n_before += len(X)
+
     def judge_of(
         self, row: NDArray[Any], rpm: Any, sampling_rate: float | None
     ) -> Judge:
@@ -128,6 +158,50 @@ class RecordingModel:
             conditions=self.conditions,
             train_rpm=[np.mean(rpm)],
         )
+
+
+def _long_rows(opened):
+    """Yield rows of a recording for a model without a length: all of it, as far as it is one row.
+
+    A longer recording is cut, and its last part that does not fill a row is left out.
+    The part of a run-up that is slow is left out, too.
+    """
+    entry = opened.entry
+    if opened.sampling_rate is None:
+        raise ValueError(f"{entry.name}: {NO_RATE}")
+    if entry.rpm is None:
+        raise ValueError(f"{entry.name}: {_NO_SPEED}")
+    start = 0
+    for signal in _parts(opened.blocks):
+        X = signal[np.newaxis]
+        rpm = entry.speeds([start], X.shape[-1], opened.sampling_rate)
+        first, end = 0, X.shape[-1]
+        if entry.profile is not None:
+            # A run-up may begin at rest, and a run-down end there.
+            fast = np.flatnonzero(SPEED_FACTOR * rpm[0] >= rpm.max())
+            first, end = fast[0], fast[-1] + 1
+            rpm = rpm[:, first:end]
+        yield np.array([start + first]), X[..., first:end], rpm
+        start += X.shape[-1]
+
+
+def _parts(blocks):
+    """Yield parts of the largest length of a row, or everything if it is shorter."""
+    rest: list[NDArray[Any]] = []
+    n_samples = 0
+    is_long = False
+    for block in blocks:
+        rest.append(block)
+        n_samples += block.shape[-1]
+        while n_samples >= _LONGEST_ROW:
+            signal = np.concatenate(rest, axis=-1)
+            yield signal[..., :_LONGEST_ROW]
+            # Without the copy, a few samples would keep the whole part in memory.
+            rest = [signal[..., _LONGEST_ROW:].copy()]
+            n_samples -= _LONGEST_ROW
+            is_long = True
+    if not is_long:
+        yield np.concatenate(rest, axis=-1)
 
 
 def bearing_model(bearing: str) -> RecordingModel:

@@ -13,9 +13,8 @@ from ...verdicts.limits import FEW_HEALTHY, HOLD_FOR_RECORDED, LEAST_HEALTHY
 from ...verdicts.names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
 from ...verdicts.windows import HOLD
 from ..readers.entries import ListedRecording, OpenRecording
-from .channels import channel_difference
 from .messages import sentence
-from .training_facts import unstated_facts
+from .training_facts import channel_difference, unstated_facts
 
 if TYPE_CHECKING:
     from .models import RecordingModel

@@ -15,8 +15,8 @@ from ..pages import render
 from ..pages.pictures import STRETCH, recording_pictures, view_recording
 from ..readers.formats.rates import rates_agree
 from ..readers.listing import ListedRecording
-from .channels import plain_unit
 from .messages import CommandError, as_command_error, printable, show
+from .training_facts import plain_unit
 
 
 def run(args: argparse.Namespace) -> int:

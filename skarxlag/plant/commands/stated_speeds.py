@@ -1,5 +1,6 @@
 """Check of a stated speed against the lines of the shaft in the signal."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -25,10 +26,10 @@ _MAINS_TOLERANCE = 0.005
 _LEAST_HEIGHT = 6.0
 
 
-def speed_remark(
+def speed_remarks(
     samples: NDArray[Any], sampling_rate: float | None, rpm: float | None
-) -> str | None:
-    """Return a remark on a speed that was probably stated in another unit, or None.
+) -> Iterator[str]:
+    """Yield a remark on a speed that is slow, or was probably stated in another unit.
 
     Parameters
     ----------
@@ -44,14 +45,14 @@ def speed_remark(
     >>> time = np.arange(40_000) / 4_000
     >>> rng = np.random.default_rng(0)
     >>> signal = sum(np.sin(30 * np.pi * n * time) for n in (1, 2, 3)) + rng.normal(size=40_000)
-    >>> speed_remark(signal, 4_000, 900) is None
-    True
-    >>> speed_remark(signal, 4_000, 15)
-    'The speed was read as 15 rpm (0.25 Hz). The signal has lines of a shaft at 900 rpm (15 Hz):
-    state the speed in revolutions per minute.'
+    >>> [*speed_remarks(signal, 4_000, 900)]
+    []
+    >>> [*speed_remarks(signal, 4_000, 15)]
+    ['The speed was read as 15 rpm (0.25 Hz). The signal has lines of a shaft at 900 rpm (15 Hz):
+    state the speed in revolutions per minute.']
     """
     if rpm is None:
-        return None
+        return
     text = f"The speed was read as {rpm:g} rpm ({rpm / 60:.3g} Hz)."
     others = []
     if rpm < _LIKE_HERTZ:
@@ -59,18 +60,19 @@ def speed_remark(
         others = [30 * rpm, 60 * rpm]
     elif rpm > _LIKE_SIXTY:
         others = [rpm / 60]
+    heights = {rpm: _LEAST_HEIGHT}
     if sampling_rate is not None and others:
-        heights = {
-            speed: _line_height(samples, sampling_rate, speed / 60)
-            for speed in (rpm, *others)
-        }
-        best = max(others, key=lambda speed: heights[speed])
-        if heights[best] > max(_LEAST_HEIGHT, heights[rpm]):
-            return (
-                f"{text} The signal has lines of a shaft at {best:.4g} rpm "
-                f"({best / 60:.3g} Hz): state the speed in revolutions per minute."
-            )
-    return text if rpm < _SLOW else None
+        for speed in (rpm, *others):
+            heights[speed] = _line_height(samples, sampling_rate, speed / 60)
+        heights[rpm] = max(heights[rpm], _LEAST_HEIGHT)
+    best = max(heights, key=lambda speed: heights[speed])
+    if best != rpm:
+        yield (
+            f"{text} The signal has lines of a shaft at {best:.4g} rpm "
+            f"({best / 60:.3g} Hz): state the speed in revolutions per minute."
+        )
+    elif rpm < _SLOW:
+        yield text
 
 
 def _line_height(samples, sampling_rate, shaft):

@@ -14,8 +14,8 @@ from ...datasets.frames import FACTS
 from ...measures.quality import quality_of_outputs
 from ..readers.cutting import cut_recordings, join_windows, speeds_within_rows
 from ..readers.entries import ListedRecording
-from .channels import Channels
 from .messages import CommandError, Reporter, as_command_error, counted
+from .training_facts import Channels
 
 #: Samples of a channel that the rows of all recordings hold together: a quarter of a
 #: GiB. The fits of companions copy the healthy ones.

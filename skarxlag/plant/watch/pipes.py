@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from ...monitoring import ConditionMonitor
-from ..commands.channels import channel_difference
 from ..commands.messages import CommandError, UsageError, counted, listed, refuse
 from ..commands.models import SavedModel
 from ..commands.remarks import why_no_orders
+from ..commands.training_facts import channel_difference
 from ..readers.formats.rates import rates_agree
 from .options import SensorOptions
 from .parsing import RawParser, TextParser, chosen_names

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from skarxlag import make_diagnoser, save_diagnoser
-from skarxlag.plant.commands import diagnosis
+from skarxlag.plant.commands import models
 from skarxlag.plant.commands.fit import fit
 from skarxlag.plant.commands.info import describe
 from skarxlag.plant.commands.results import csv_of
@@ -161,7 +161,7 @@ def test_results_state_levels(run, tmp_path):
 
 def test_a_long_recording_is_read_in_rows(run, tmp_path, noise, monkeypatch):
     """The rows are those of the recording, and the last part that fills none is left out."""
-    monkeypatch.setattr(diagnosis, "_LONGEST_ROW", 10_000)
+    monkeypatch.setattr(models, "_LONGEST_ROW", 10_000)
     signal = strikes(5.415, 900, [0], 34_000)
     arguments = ("--bearing", "6205", write(tmp_path, "long", signal), *FACTS, *SPEED)
     [row], _ = results(run, tmp_path, *arguments)
