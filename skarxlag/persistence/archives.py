@@ -6,8 +6,8 @@ import json
 from typing import Any
 from zipfile import BadZipFile, ZipFile
 
-from ..core.files import read_members
 from ..core.registry import ESTIMATORS
+from .files import read_members
 
 #: Classes of scikit-learn that a model may contain next to the estimators of this
 #: package: pipelines, calibration, scalers and linear models. They hold arrays and

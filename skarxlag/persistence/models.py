@@ -13,14 +13,13 @@ from sklearn.pipeline import Pipeline
 
 from .._version import __version__
 from ..core.capabilities import capabilities, offers
-from ..core.files import read_members, write_atomically
 from ..core.state import check_model_state, estimators_within, expect
 from ..decisions.fault_detector import FaultDetector
 from ..decisions.fusion import SensorFusion
 from ..decisions.known_conditions import KnownConditions
 from .archives import TRUSTED_TYPES, checked_schema, digest, sealed
 from .facts import check_facts
-from .files import errors_named
+from .files import errors_named, read_members, write_atomically
 
 if TYPE_CHECKING:
     from sklearn.calibration import CalibratedClassifierCV

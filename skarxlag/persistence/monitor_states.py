@@ -5,10 +5,9 @@ import os
 from pathlib import Path
 from typing import Any
 
-from ..core.files import write_atomically
 from ..core.state import expect
 from ..monitoring import ConditionMonitor
-from .files import errors_named
+from .files import errors_named, write_atomically
 
 _FORMAT = "skarxlag monitor 11"
 #: Largest file of a state in bytes. That of one window of a million samples is smaller.

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skarxlag import load_diagnoser, make_alpio, make_diagnoser, save_diagnoser
-from skarxlag.core.files import read_members
 from skarxlag.persistence.archives import digest
+from skarxlag.persistence.files import read_members
 from tests.damage import damaged, some_examples
 
 X = np.random.default_rng(0).normal(size=(12, 80))

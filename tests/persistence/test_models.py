@@ -38,8 +38,8 @@ from skarxlag import (
     make_extended_state_pio,
     make_known_conditions,
 )
-from skarxlag.core.files import read_members
 from skarxlag.persistence.archives import TRUSTED_TYPES, sealed
+from skarxlag.persistence.files import read_members
 from skarxlag.persistence.models import load_diagnoser, save_diagnoser
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")

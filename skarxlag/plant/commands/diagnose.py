@@ -13,7 +13,7 @@ import pandas as pd
 
 from ..._version import __version__
 from ...core.fault_locations import NO_FINDING
-from ...core.files import write_atomically
+from ...persistence.files import write_atomically
 from ..readers.entries import ListedRecording
 from . import results
 from .diagnosis import Diagnosis, diagnose_file

@@ -18,7 +18,6 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer, scale
 
 from ... import diagnosers
-from ...core.files import write_atomically
 from ...core.validation import output_of_windows
 from ...datasets import load_public_rig, simulate_rig
 from ...decisions.fusion import SensorFusion
@@ -30,6 +29,7 @@ from ...model_selection import (
     evaluation_summary,
     protocol_splits,
 )
+from ...persistence.files import write_atomically
 from ..readers.entries import ListedRecording
 from .messages import Reporter, UsageError, as_command_error, keywords, listed
 from .results import csv_of

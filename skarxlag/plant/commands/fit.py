@@ -12,10 +12,10 @@ from joblib import parallel_config
 
 from ...core.capabilities import capabilities, requests
 from ...core.fault_locations import HEALTHY, location_of_label
-from ...core.files import write_atomically
 from ...decisions.fusion import SensorFusion
 from ...diagnosers import make_detector, make_diagnoser, make_known_conditions
 from ...kernels.speed_references import group_speeds
+from ...persistence.files import write_atomically
 from ...persistence.models import packed_diagnoser
 from ..readers.entries import ListedRecording
 from .error_rates import ErrorRates

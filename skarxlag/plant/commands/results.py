@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from ...core.fault_locations import NO_FINDING, location_of_label
-from ...core.files import write_atomically
+from ...persistence.files import write_atomically
 from ...verdicts.names import NO_VERDICT
 from ..readers.formats.facts import distinct
 from ..readers.listing import ListedRecording

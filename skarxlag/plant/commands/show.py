@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import kurtosis
 
-from ...core.files import write_atomically
 from ...measures.levels import signal_levels
 from ...measures.velocity import velocity_rms
+from ...persistence.files import write_atomically
 from ..pages import render
 from ..pages.pictures import STRETCH, recording_pictures, view_recording
 from ..readers.formats.rates import rates_agree

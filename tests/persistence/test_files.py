@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from skarxlag.core.files import write_atomically
+from skarxlag.persistence.files import write_atomically
 
 needs_posix = pytest.mark.skipif(
     os.name != "posix", reason="links and pipes as on POSIX"
@@ -44,7 +44,7 @@ def test_an_error_names_the_file_and_not_a_temporary_one(tmp_path, monkeypatch):
     def refuse(path, flags, mode):
         raise PermissionError(errno.EACCES, "Permission denied", path)
 
-    monkeypatch.setattr("skarxlag.core.files.os.open", refuse)
+    monkeypatch.setattr("skarxlag.persistence.files.os.open", refuse)
     with pytest.raises(PermissionError) as caught:
         write_atomically(tmp_path / "a.json", b"new")
     assert caught.value.filename == str(tmp_path / "a.json")
@@ -112,7 +112,7 @@ def test_nobody_may_read_a_file_earlier_than_its_predecessor(
         seen.append(stat.S_IMODE(target.stat().st_mode))
         target.chmod(stat.S_IMODE(source.stat().st_mode))
 
-    monkeypatch.setattr("skarxlag.core.files.shutil.copymode", copymode)
+    monkeypatch.setattr("skarxlag.persistence.files.shutil.copymode", copymode)
     try:
         write_atomically(path, b"old")
         path.chmod(mode)
@@ -151,6 +151,6 @@ def test_errors_of_the_system_name_the_file(tmp_path, monkeypatch):
     def full(*paths):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("skarxlag.core.files.os.replace", full)
+    monkeypatch.setattr("skarxlag.persistence.files.os.replace", full)
     with pytest.raises(OSError, match=r"No space left on device: .*out\.csv"):
         write_atomically(tmp_path / "out.csv", b"new")
