@@ -130,6 +130,7 @@ resample_to, n_jobs
             "false_alarm_rate": false_alarm_rate,
             "error_counts": None if rates is None else list(rates),
             "bearing": bearing,
+            "saved": datetime.now(UTC).strftime("%Y-%m-%d"),
         }
         # The output is resolved and checked; a link that was made since is replaced.
         content = packed_diagnoser(fitted, models, facts)
@@ -199,7 +200,6 @@ def _facts(recordings, rows, counts):
         "training_files": sorted(
             file_name(each, each.path.stat().st_size) for each in used
         ),
-        "saved": datetime.now(UTC).strftime("%Y-%m-%d"),
     }
 
 

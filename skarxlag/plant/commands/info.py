@@ -8,7 +8,6 @@ from typing import Any
 from ...core.capabilities import capabilities, unfolded_steps
 from ...core.speeds import LEAST_REVOLUTIONS
 from ...decisions.row_outliers import too_few_rows
-from ...verdicts.limits import LEAST_HEALTHY
 from ..readers.entries import ListedRecording
 from ..readers.files import list_channels
 from .files import is_model_file
@@ -74,13 +73,9 @@ def limits(model: SavedModel) -> list[str]:
     facts = model.facts
     described = model.capabilities
     names_faults = described.conditions is not None
-    n_healthy = described.n_healthy
-    has_limit = bool(model.train_rpm) and names_faults and described.alarm
-    has_limit &= n_healthy is None or n_healthy >= LEAST_HEALTHY
     cases = {
         "It distinguishes healthy from faulty and names no fault.": not names_faults,
         "It names the most similar of its conditions, also for any other fault.": names_faults,
-        "Its detection threshold holds at its training speeds.": has_limit,
         "It has no detection threshold, so it raises no alarm.": (
             names_faults and not described.alarm
         ),

@@ -2,7 +2,6 @@
 
 import json
 import re
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -39,36 +38,39 @@ def recording_rows(
     """Return a row for each recording: verdict, healthy condition, remarks, error, stated facts."""
     rows = []
     for recording, diagnosis in zip(recordings, diagnoses, strict=True):
-        row = dict.fromkeys(_FIRST) | diagnosis.verdict
-        row |= {"recording": printable(recording.name), "healthy": model.healthy}
         # A recording that was not diagnosed has an error, such as an implausible speed.
-        reason = str(row["verdict"]).partition(f"{NO_VERDICT}: ")[2]
-        row |= {"remark": " ".join(diagnosis.remarks), "error": printable(reason)}
-        row |= {"condition": recording.condition, "rpm": recording.rpm}
-        row["file_time"] = _time_of(diagnosis.file)
-        size = None if diagnosis.file is None else diagnosis.file[0]
-        row["in_training"] = file_name(recording, size) in model.training_files
-        facts = {
-            "specimen": recording.specimen,
-            "load": recording.load,
-        } | recording.further
-        stated = {name: text for name, text in facts.items() if text is not None}
-        rows.append(row | {f"stated {name}": text for name, text in stated.items()})
+        verdict = str(diagnosis.verdict["verdict"])
+        error = verdict.partition(f"{NO_VERDICT}: ")[2]
+        size, time = diagnosis.file[:2] if diagnosis.file else (None, None)
+        stated = {"specimen": recording.specimen, "load": recording.load}
+        rows.append(
+            dict.fromkeys(_FIRST)
+            | diagnosis.verdict
+            | {
+                "recording": printable(recording.name),
+                "healthy": model.healthy,
+                "remark": " ".join(diagnosis.remarks),
+                "error": printable(error),
+                "condition": recording.condition,
+                "rpm": recording.rpm,
+                "file_time": time,
+                "in_training": file_name(recording, size) in model.training_files,
+            }
+            | {
+                f"stated {name}": text
+                for name, text in (stated | recording.further).items()
+                if text is not None
+            }
+        )
     table = pd.DataFrame(rows).astype({"windows": "Int64", "no signal": "Int64"})
-    return machine_names(table.assign(alarm=table["alarm"].fillna("-")))
+    times = pd.to_datetime(table["file_time"]).dt.strftime("%Y-%m-%dT%H:%M:%SZ")
+    table = table.assign(alarm=table["alarm"].fillna("-"), file_time=times)
+    return machine_names(table)
 
 
 def file_name(recording: ListedRecording, size: int | None) -> str:
     """Return the name and the size of a file, by which those of the training are recognised."""
     return f"{recording.path.name} {size}"
-
-
-def _time_of(file):
-    """Return when the content of a file changed, in ISO 8601; None if it is not known."""
-    if file is None:
-        return None
-    seconds = file[1] // 10**9
-    return datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 def agreement(rows: pd.DataFrame, model: Any) -> tuple[int, int]:
@@ -187,25 +189,9 @@ def verdict_table(rows: pd.DataFrame) -> str:
     run_1.npy    good       50.0%  no (p 0.25)
     """
     table = rows.set_index("recording").rename_axis(None)
-    table["alarm"] += (
-        table["p_value"].map(" (p {:.2g})".format, na_action="ignore").fillna("")
-    )
-    forms = {
-        "condition": str,
-        "rpm": "{:g}".format,
-        "verdict": str,
-        "probability": percent,
-    }
-    forms = {
-        name: form for name, form in (forms | {"alarm": str}).items() if name in table
-    }
-    texts = {
-        name: table[name].map(form, na_action="ignore") for name, form in forms.items()
-    }
-    return (
-        pd.DataFrame(texts)
-        .dropna(axis=1, how="all")
-        .astype(object)
-        .fillna("-")
-        .to_string()
-    )
+    p_values = table["p_value"].map(" (p {:.2g})".format, na_action="ignore")
+    table["alarm"] += p_values.fillna("")
+    shown = ["condition", "rpm", "verdict", "probability", "alarm"]
+    table = table.reindex(columns=shown).dropna(axis=1, how="all")
+    forms = {"rpm": "{: g}".format, "probability": percent}
+    return table.to_string(formatters=forms, na_rep="-")

@@ -136,11 +136,10 @@ class TrainingRows:
                 )
         counts = silent.groupby(["recording", "quality"], sort=False).size()
         named = [f"{count} {why} in {name}" for (name, why), count in counts.items()]
-        if len(named) > _MOST_NAMED:
-            named[_MOST_NAMED:] = [f"{len(named) - _MOST_NAMED} more"]
         n_rows = counted(len(silent), self.word.removesuffix("s"))
+        more = ", ..." if len(named) > _MOST_NAMED else ""
         return left.with_note(
-            f"{n_rows} left out, without a signal: {', '.join(named)}"
+            f"{n_rows} left out, without a signal: {', '.join(named[:_MOST_NAMED])}{more}"
         )
 
 
