@@ -15,17 +15,21 @@ from ..core.fault_locations import FAULTS
 _SAME_SPEED = 0.05
 #: Log odds of a fault for each neper of its score, chosen by leaving rigs out.
 ODDS = 8.0
-#: Gumbel distribution of the best score of healthy rows, location and scale in nepers.
-#: Its median and its quantile .98 are about those of 22 recordings and 92 rows of 1 s of
-#: four rigs; no command computes it. The second location is that above the mean scores
+#: Gumbel distribution of the best score of healthy rows of 100 revolutions, location and
+#: scale in nepers. The limit at a rate of .02, 2.74, is that which six of seven rigs
+#: choose without the seventh: 2.7 or 2.8. The second location is that above the mean scores
 #: of the same machine at other speeds.
-HEALTHY_LOCATION = 1.25
+HEALTHY_LOCATION = 1.65
 OTHER_SPEED_LOCATION = 0.06
 HEALTHY_SCALE = 0.28
 #: Rows that `HEALTHY_SCALE` counts for when healthy rows of the machine are at hand.
 _PRIOR_ROWS = 10
-#: Score of a row without a comb if no healthy row is known.
-WITHOUT_COMB = HEALTHY_LOCATION
+#: Score of a row of about a second without a comb if no healthy row is known.
+WITHOUT_COMB = 1.25
+#: Revolutions of rows that `HEALTHY_LOCATION` holds for, and revolutions below which it
+#: falls no further.
+_STATED_REVOLUTIONS = 100
+_LEAST_REVOLUTIONS = 10
 #: Nepers by which a comb at no order of the bearing may be above those of its faults,
 #: and the largest score above the limit that counts if it is further above. With another
 #: bearing than the stated one, or another speed, it is.
@@ -126,10 +130,38 @@ def without_healthy(rate: float) -> HealthyCombs:
     return HealthyCombs(np.zeros(len(FAULTS)), np.empty(0), np.empty(0), limit)
 
 
+def length_allowance(n_revolutions: NDArray[Any]) -> NDArray[Any]:
+    r"""Compute how much higher combs of healthy machines are than in 100 revolutions.
+
+    .. math:: \tfrac{1}{2} \ln (\max(n, 10) / 100)
+
+    Faint lines that every machine has stand the higher above noise, the longer the
+    signal is.
+
+    Parameters
+    ----------
+    n_revolutions : ndarray of shape (n_rows,)
+        Revolutions n in each row. NaN, if the speed is not known, counts as 100.
+
+    Returns
+    -------
+    ndarray of shape (n_rows,)
+        In nepers.
+
+    Examples
+    --------
+    >>> length_allowance(np.array([100.0, 10.0, 2.0])).round(3)
+    array([ 0.   , -1.151, -1.151])
+    """
+    counted = np.maximum(n_revolutions, _LEAST_REVOLUTIONS)
+    return np.nan_to_num(np.log(counted / _STATED_REVOLUTIONS) / 2)
+
+
 def compare_combs(
     scores: NDArray[Any],
     other_scores: NDArray[Any],
     speeds: NDArray[Any],
+    n_revolutions: NDArray[Any],
     healthy: HealthyCombs,
     gain: float | NDArray[Any],
     false_alarm_rate: float,
@@ -145,6 +177,9 @@ def compare_combs(
         Scores of the strongest comb at no order of the bearing.
     speeds : ndarray of shape (n_rows,)
         Speeds of the rows; NaN if a speed is not known.
+    n_revolutions : ndarray of shape (n_rows,)
+        Revolutions of the bearing's shaft in the rows. They count if no healthy row of
+        the machine is known, see `length_allowance`.
     healthy : HealthyCombs
         What healthy rows show.
     gain : float or ndarray of shape (n_rows,)
@@ -162,7 +197,10 @@ def compare_combs(
     # The distance of an unknown speed is NaN.
     is_far = ~(distances.min(axis=1, initial=np.inf) <= _SAME_SPEED)
     elsewhere = limit_elsewhere(healthy.limit, false_alarm_rate)
-    limits = np.where(is_far, elsewhere, healthy.limit)
+    allowance = np.zeros(len(scores))
+    if len(healthy.best) == 0:
+        allowance = length_allowance(n_revolutions)
+    limits = np.where(is_far, elsewhere, healthy.limit) + allowance
     certainty = np.where(is_far, 1.0, gain)
     excess = (scores - healthy.reference) * certainty[:, np.newaxis]
     ranking = excess.argsort(axis=1, kind="stable")[:, :-3:-1]
@@ -170,13 +208,14 @@ def compare_combs(
     alarm = best > limits
     beyond = excess - limits[:, np.newaxis]
     is_doubted = other_scores > scores.max(axis=1) + _STRONGER
-    beyond[is_doubted] = np.minimum(beyond[is_doubted], _MOST_BESIDE_OTHERS)
+    surplus = beyond.max(axis=1, keepdims=True) - _MOST_BESIDE_OTHERS
+    beyond -= np.where(is_doubted[:, np.newaxis], np.maximum(surplus, 0), 0)
     return ComparedCombs(
         beyond,
         ranking,
         alarm,
         is_close=alarm & (ODDS * (best - second) < -logit(wrong_name_rate)),
-        p_value=p_values_of_healthy(best, healthy.best, is_far),
+        p_value=p_values_of_healthy(best - allowance, healthy.best, is_far),
         score_limits=healthy.reference[ranking[:, 0]] + limits / certainty,
     )
 

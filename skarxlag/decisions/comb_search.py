@@ -123,6 +123,7 @@ class CombSearch:
             of_signal = _shaft_score(contrasts[2], np.exp(error))
             fields["shaft_scores"] = max(fields["shaft_scores"], of_signal)
             fields["rpm"] = rpm
+            fields["n_revolutions"] = turns
             fields["speed_errors"] = np.exp(error)
             if with_contrasts:
                 fields["contrasts"] = contrast
@@ -140,7 +141,12 @@ class CombSearch:
         turns = n_samples * rpm * self.gear_ratio / (60 * self.sampling_rate)
         combs = self.combs(contrast, turns, rpm)
         fields = {name: np.asarray(value)[np.newaxis] for name, value in combs.items()}
-        return Bunch(**fields, rpm=np.array([rpm]), speed_errors=np.ones(1))
+        return Bunch(
+            **fields,
+            rpm=np.array([rpm]),
+            n_revolutions=np.array([turns]),
+            speed_errors=np.ones(1),
+        )
 
     @property
     def impacts(self) -> NDArray[Any]:

@@ -34,7 +34,13 @@ from ..core.validation import (
 )
 from ..kernels.evidence import COMB_CORRELATION, SMALLEST_PROBABILITY, effective_number
 from ..kernels.posterior import decided
-from .comb_limits import HealthyCombs, compare_combs, healthy_combs, without_healthy
+from .comb_limits import (
+    HealthyCombs,
+    compare_combs,
+    healthy_combs,
+    length_allowance,
+    without_healthy,
+)
 from .comb_probabilities import evidence_beside_spectra, verdicts_by_combs
 from .comb_search import CombSearch
 from .comb_sentences import comb_sentences
@@ -77,8 +83,10 @@ class FaultOrderClassifier(SignalClassifier):
 
     Without `y`, the classes are "ball", "healthy", "inner" and "outer". The limit is
     that of healthy recordings of other machines: a quantile of a Gumbel distribution
-    (location 1.25, scale .28 nepers). The stated false-alarm rate holds as far as the
-    machine resembles those.
+    (location 1.65, scale .28 nepers for rows of 100 revolutions), and half a neper more
+    for each neper of length,
+    :func:`skarxlag.decisions.comb_limits.length_allowance`. The stated false-alarm rate
+    holds as far as the machine resembles those.
 
     With `y`, each label stands for a fault location. The mean scores of healthy rows are
     subtracted, and the limit is the conformal quantile of the largest rest. The stated
@@ -243,8 +251,13 @@ class FaultOrderClassifier(SignalClassifier):
         matches = self._match(X[rows], speeds, with_contrasts=False)
         counted = np.repeat(np.arange(len(rows)), np.ceil(weights).astype(int))
         scores = matches.scores[counted]
-        limit = without_healthy(self.false_alarm_rate).limit
-        located = locate_labels(labels[counted], scores, self.locations, limit)
+        allowance = length_allowance(matches.n_revolutions[counted])
+        located = locate_labels(
+            labels[counted],
+            scores - allowance[:, np.newaxis],
+            self.locations,
+            without_healthy(self.false_alarm_rate).limit,
+        )
         is_healthy = located.is_healthy
         speeds = matches.rpm[counted][is_healthy]
         self._set_healthy(
@@ -304,9 +317,9 @@ class FaultOrderClassifier(SignalClassifier):
             3) for ball, inner and outer race; ``other_orders`` and ``other_scores`` of
             the strongest comb at another order; ``shaft_scores`` of the lines at
             multiples of the shaft; ``rpm``, the true mean speed of each
-            row, and ``speed_errors``, its ratio to the stated speed; and ``contrasts``
-            of shape (n_rows, 4001), at the orders 0, .01, ... 40 of the bearing's shaft
-            at its true speed.
+            row, ``speed_errors``, its ratio to the stated speed, and ``n_revolutions``
+            of the bearing's shaft; and ``contrasts`` of shape (n_rows, 4001), at the
+            orders 0, .01, ... 40 of the bearing's shaft at its true speed.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
         return self._match(X, rpm, bearing)
@@ -329,7 +342,12 @@ class FaultOrderClassifier(SignalClassifier):
             has_no_combs = np.isnan(matches.rpm)
             judged.refusal = np.where(has_no_combs, _NO_COMBS, "").astype(object)
             judged.row_evidence = np.column_stack(
-                [matches.scores, matches.other_scores, matches.rpm]
+                [
+                    matches.scores,
+                    matches.other_scores,
+                    matches.rpm,
+                    matches.n_revolutions,
+                ]
             )
         else:
             learned = self.conditions_.diagnose(X, rpm)
@@ -347,9 +365,15 @@ class FaultOrderClassifier(SignalClassifier):
 
     def _joined(self, evidence, n_rows):
         if self.conditions_ is None:
-            scores, (others, rpm) = evidence[:, :-2], evidence[:, -2:].T
+            *scores, others, rpm, n_revolutions = evidence.T
+            joined = Bunch(
+                scores=np.transpose(scores),
+                other_scores=others,
+                rpm=rpm,
+                n_revolutions=n_revolutions,
+            )
             healthy = self._healthy()
-            compared = self._compared(scores, others, rpm, n_rows, healthy)
+            compared = self._compared(joined, n_rows, healthy)
             return self._by_combs(compared, ~np.isnan(rpm), healthy)
         by_spectra, by_combs = np.split(evidence, [len(self.classes_)], axis=1)
         learned = self.conditions_.join(by_spectra, n_rows)
@@ -430,13 +454,14 @@ class FaultOrderClassifier(SignalClassifier):
         healthy = self._healthy()
         if bearing is not None:
             healthy = without_healthy(self.false_alarm_rate)
-        compared = self._compared(
-            matches.scores, matches.other_scores, matches.rpm, n_rows, healthy
-        )
+        compared = self._compared(matches, n_rows, healthy)
         bearings = self._bearings(bearing)
         sentences = comb_sentences(matches, compared, _orders(bearings), bearings)
         judged = Bunch(
-            has_comb=compared.alarm, p_value=compared.p_value, evidence=sentences
+            has_comb=compared.alarm,
+            p_value=compared.p_value,
+            comb_limit=compared.score_limits,
+            evidence=sentences,
         )
         has_combs = ~np.isnan(matches.rpm)
         if spectra is None:
@@ -457,12 +482,13 @@ class FaultOrderClassifier(SignalClassifier):
             self.reference_, self.healthy_scores_, self.healthy_speeds_, self.limit_
         )
 
-    def _compared(self, scores, other_scores, rpm, n_rows, healthy):
+    def _compared(self, matches, n_rows, healthy):
         """Compare mean scores of rows with those of healthy rows."""
         return compare_combs(
-            scores,
-            other_scores,
-            rpm,
+            matches.scores,
+            matches.other_scores,
+            matches.rpm,
+            matches.n_revolutions,
             healthy,
             _gain(n_rows),
             self.false_alarm_rate,
@@ -500,8 +526,8 @@ class FaultOrderClassifier(SignalClassifier):
             "combs_alone": True,
             "healthy_was_recorded": len(self.healthy_scores_) > 0,
             "limits": f"combs {self.limit_:.2f} nepers above the healthy rows",
-            # The scores of the faults and of other impacts, and the speed.
-            "n_evidence": len(FAULTS) + 2,
+            # The scores of the faults and of other impacts, speed, and revolutions.
+            "n_evidence": len(FAULTS) + 3,
             "healthy": next(iter(healthy.tolist()), None),
             "is_stretch": True,
             "needs_rpm": self.speed_range is None,

@@ -21,8 +21,8 @@ N_ORDERS = round(HIGHEST_ORDER / ORDER_STEP) + 1
 _ORDERS = np.arange(N_ORDERS) * ORDER_STEP
 #: Multiples in the comb of a fault.
 N_MULTIPLES = 4
-#: Levels of the tree of bands: 1, 2, 4 and 8 bands from 0 to half the sampling rate.
-_N_LEVELS = 4
+#: Equally wide bands from 0 to half the sampling rate.
+_N_BANDS = 4
 #: Width of the running median that a spectrum is compared with: in orders, and at least
 #: in revolutions times orders, so that a line does not fill it.
 _FLOOR_WIDTH = 1.2
@@ -83,9 +83,8 @@ class Comb(NamedTuple):
 def order_contrast(samples: Array, period: float | Array) -> Array:
     r"""Compute how far spectra of a signal and of its envelopes rise above their surroundings.
 
-    The squared envelope is taken of a tree of 15 bands: 1, 2, 4 and 8 equally wide ones
-    from 0 to half the sampling rate. The contrast of its power spectrum P (one Hann
-    window over the whole signal) is
+    The squared envelope is taken of four equally wide bands from 0 to half the sampling
+    rate. The contrast of its power spectrum P (one Hann window over the whole signal) is
 
     .. math:: C(o) = \max\left(\ln P(o) - \mathrm{median} \ln P,\; 0\right)
 
@@ -127,17 +126,16 @@ def order_contrast(samples: Array, period: float | Array) -> Array:
 def _envelopes(spectrum, period):
     """Return the squared envelopes of the bands of a spectrum, each at its own rate."""
     envelopes = []
-    for n_bands in 2 ** np.arange(_N_LEVELS):
-        for band in np.array_split(spectrum[1:], n_bands):
-            if len(band) < 2:
-                continue
-            # At twice the width of the band, squares are not aliased.
-            n_values = fft.next_fast_len(2 * len(band))
-            analytic = fft.ifft(band, n_values)
-            squared = analytic.real**2 + analytic.imag**2
-            mean = squared.mean()
-            if mean > 0:
-                envelopes.append(squared / mean - 1)
+    for band in np.array_split(spectrum[1:], _N_BANDS):
+        if len(band) < 2:
+            continue
+        # At twice the width of the band, squares are not aliased.
+        n_values = fft.next_fast_len(2 * len(band))
+        analytic = fft.ifft(band, n_values)
+        squared = analytic.real**2 + analytic.imag**2
+        mean = squared.mean()
+        if mean > 0:
+            envelopes.append(squared / mean - 1)
     return envelopes
 
 

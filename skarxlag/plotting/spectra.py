@@ -143,7 +143,7 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
             matches.bearings[0], np.arange(len(FAULTS))
         ]
         lines = np.outer(orders * factors, np.arange(1, N_MULTIPLES + 1))
-        limit = classifier.limit_ + classifier.reference_.max()
+        diagnosed = classifier.diagnose(X, rpm=speed)
         n_shown = int(_HIGHEST_ORDER / ORDER_STEP) + 1
         return cls(
             np.arange(n_shown) * ORDER_STEP,
@@ -154,8 +154,8 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
             },
             scores=_by_fault(NEPER_IN_DB * matches.scores[0]),
             factors=_by_fault(factors),
-            limit=NEPER_IN_DB * float(limit),
-            evidence=classifier.diagnose(X, rpm=speed).evidence[0],
+            limit=NEPER_IN_DB * float(diagnosed.comb_limit[0]),
+            evidence=diagnosed.evidence[0],
         ).plot(ax)
 
     def _draw(self, ax):

@@ -77,6 +77,9 @@ def test_the_limit_is_the_score_with_the_stated_p_value(healthy, has_healthy_row
         limit = limit_elsewhere(limit, 0.01)
         assert limit > fitted.limit_ or not has_healthy_rows
     score = limit + fitted.reference_[2]
+    if not has_healthy_rows:
+        # A second has fewer than 100 revolutions.
+        score += 0.5 * np.log(rpm / 60 / 100)
     at_limit, above = (
         fitted.diagnose_gathered(contrast(outer=height), 1.0, rpm).p_value[0]
         for height in (score, score + 0.1)
@@ -86,7 +89,7 @@ def test_the_limit_is_the_score_with_the_stated_p_value(healthy, has_healthy_row
 
 def test_without_healthy_rows_the_limit_is_that_of_other_machines(rows):
     limit = classifier(false_alarm_rate=0.05).fit(rows).limit_
-    assert limit == pytest.approx(gumbel_r.isf(0.05, 1.25, 0.28))
+    assert limit == pytest.approx(gumbel_r.isf(0.05, 1.65, 0.28))
     assert limit_elsewhere(0.0, 0.05) == pytest.approx(gumbel_r.isf(0.05, 0.06, 0.28))
 
 
@@ -250,7 +253,7 @@ def test_a_longer_recording_never_lowers_the_probability_of_a_right_name(fitted)
     lengths = (RATE * np.array([0.5, 1, 2, 4])).astype(int)
     proba = [fitted.predict_proba(signal[..., :n], rpm=900) for n in lengths]
     outer = np.concatenate(proba)[:, 3]
-    assert (np.diff(outer) >= 0).all() and outer[0] < 0.3 and outer[-1] > 0.99
+    assert (np.diff(outer) >= 0).all() and outer[0] < 0.7 and outer[-1] > 0.99
 
 
 @pytest.mark.parametrize("with_healthy", [False, True])
@@ -263,7 +266,7 @@ def test_rows_of_a_recording_join_by_their_scores(rows, healthy, with_healthy):
     np.testing.assert_allclose(alone.probability, found.probability)
     assert alone.named.tolist() == found.named.tolist()
     # At the speed of healthy rows, a mean of more rows is surer.
-    faint = np.array([[0.0, 0.0, fitted.limit_ - 0.05, 0.0, 900.0]])
+    faint = np.array([[0.0, 0.0, fitted.limit_ - 0.05, 0.0, 900.0, 100.0]])
     few, many = (fitted.join(faint, n).probability[0, 3] for n in (1, 10))
     assert many > few if with_healthy else many == few
 
@@ -278,7 +281,7 @@ def test_stronger_impacts_at_no_order_of_the_bearing_are_a_doubt(rows, other, na
     assert found.named.tolist() == ["outer"]
     assert found.probability.max() == pytest.approx(named, abs=0.02)
     # Rows that join are doubted alike.
-    joined = fitted.join(np.array([[0.0, 0.0, 3.5, other, 900.0]]))
+    joined = fitted.join(np.array([[0.0, 0.0, 3.5, other, 900.0, 15.0]]))
     assert joined.probability.max() == pytest.approx(named, abs=0.02)
 
 

@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.ndimage import maximum_filter1d, median_filter
-from scipy.signal import hilbert
 
 from skarxlag.kernels import fault_orders
 from skarxlag.kernels import fault_orders as kernel
@@ -47,7 +46,7 @@ def test_comb_finds_a_race_and_its_slip(fault, factor):
 
 
 def test_longer_signals_show_a_comb_more_clearly():
-    signal = impacts(3.585, n_samples=160_000)
+    signal = impacts(3.585, n_samples=160_000, scatter=0.003)
     scores = [matched(signal[:n]).scores[2] for n in (20_000, 40_000, 80_000, 160_000)]
     assert (np.diff(scores) > 0).all()
 
@@ -176,23 +175,15 @@ def test_order_contrast_of_a_signal_and_of_its_envelopes(rng, n, turn):
     spectrum = np.fft.rfft(samples - samples.mean())
     places = 0.01 * np.arange(4001)
     square, n_shown = np.zeros(4001), np.zeros(4001)
-    for n_bands in (1, 2, 4, 8):
-        bins = np.array_split(np.arange(1, n // 2 + 1), n_bands)
-        for band in bins:
-            only = np.zeros_like(spectrum)
-            only[band] = spectrum[band]
-            squared = np.abs(hilbert(np.fft.irfft(only, n))) ** 2
-            # The highest bin of an even length is its own mirror image.
-            if n % 2 == 0 and n // 2 in band:
-                return
-            n_values = kernel.fft.next_fast_len(2 * len(band))
-            at = np.arange(n_values) * n / n_values
-            turning = np.exp(2j * np.pi * np.outer(at, band) / n)
-            squared = np.abs(turning @ spectrum[band]) ** 2
-            level = literal_level(squared / squared.mean() - 1, n / turn)
-            shows = places * n / turn < n_values / 2
-            square += shows * np.maximum(level, 0) ** 2
-            n_shown += shows
+    for band in np.array_split(np.arange(1, n // 2 + 1), 4):
+        n_values = kernel.fft.next_fast_len(2 * len(band))
+        at = np.arange(n_values) * n / n_values
+        turning = np.exp(2j * np.pi * np.outer(at, band) / n)
+        squared = np.abs(turning @ spectrum[band]) ** 2
+        level = literal_level(squared / squared.mean() - 1, n / turn)
+        shows = places * n / turn < n_values / 2
+        square += shows * np.maximum(level, 0) ** 2
+        n_shown += shows
     expected = np.sqrt(square / np.maximum(n_shown, 1))
     assert_allclose(kernel.order_contrast(samples, turn)[0], expected, atol=1e-6)
 

@@ -26,7 +26,8 @@ def test_display_shows_the_combs_that_were_found(rows):
     np.testing.assert_allclose(display.dots_.get_xdata(), display.combs["inner"])
     assert display.ax_.get_title() == classifier.diagnose(rows[1:], rpm=900).evidence[0]
     assert display.ax_.get_xlabel() == "Order of the bearing's shaft"
-    assert display.limit == pytest.approx(10.17, abs=0.05)
+    # 2.74 nepers, less half the logarithm of 100 over 15.3 revolutions.
+    assert display.limit == pytest.approx(4.343 * 1.80, abs=0.1)
 
 
 def test_a_pipeline_draws_into_given_axes(rows, ax):
