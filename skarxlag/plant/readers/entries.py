@@ -13,6 +13,12 @@ from .files import open_file, recording_speed, recording_start
 from .formats.rates import NO_RATE, rates_agree
 from .speeds import TACHO, SpeedProfile
 
+#: Steps from which the direction is judged, and the share of them that must have the
+#: same sign. The others are those of a clock or a counter that starts again. Vibration
+#: has as many of both.
+_FEWEST_STEPS = 64
+_ONE_WAY = 0.99
+
 
 class OpenRecording(NamedTuple):
     """Recording whose facts are read, and whose samples follow.
@@ -94,7 +100,7 @@ class ListedRecording:
 
     @property
     def states_speed(self) -> bool:
-        """Whether the speed, or a source of it, is stated outside the file."""
+        """True if the speed, or a source of it, is stated outside the file."""
         return self.rpm is not None or self.speed_source is not None
 
     def with_speed(self) -> Self:
@@ -160,14 +166,13 @@ class ListedRecording:
         if is_date:
             start = recording_start(self.path, channel=self.channel, dtype=self.dtype)
         opened = self.open(2**20)
-        n_samples = sum(signal.shape[-1] for signal in opened.blocks)
         rate = opened.sampling_rate
-        missing = "the date of its first sample" if start is None else None
-        missing = missing or ("its sampling rate" if rate is None else None)
-        if missing:
+        if start is None or rate is None:
+            missing = "its sampling rate" if rate is None else "the date of its start"
             raise ValueError(
                 f"the recording does not state {missing}, which a log of speeds needs"
             )
+        n_samples = sum(signal.shape[-1] for signal in opened.blocks)
         return start, start + n_samples / rate
 
     def open(
@@ -202,7 +207,7 @@ class ListedRecording:
             entry.
         """
         reads_file = reads_speed and not self.states_speed
-        entry = self.with_speed() if reads_speed and not reads_file else self
+        entry = self.with_speed() if reads_speed and self.states_speed else self
         with self.named():
             facts, blocks = open_file(
                 self.path,
@@ -215,7 +220,7 @@ class ListedRecording:
             rate = facts.sampling_rate or self.sampling_rate
         entry = entry._at(facts.speed) if reads_file else entry
         entry = replace(entry, channel=facts.channel)
-        blocks = entry._checked(blocks)
+        blocks = entry.one_way_refused(blocks)
         if resample is None:
             return OpenRecording(entry, facts.channels, rate, None, blocks)
         # Usage errors need no library that computes.
@@ -224,14 +229,6 @@ class ListedRecording:
         old_rate = None if rates_agree(rate, resample) else rate
         blocks = resampled_blocks(blocks, rate, resample)
         return OpenRecording(entry, facts.channels, resample, old_rate, blocks)
-
-    def _checked(self, blocks):
-        """Yield the samples, and refuse those that only rise or only fall."""
-        name = "the channel"
-        if isinstance(self.channel, str):
-            name = f"channel {self.channel!r}"
-        with self.named():
-            yield from refuse_one_way(blocks, f"{self.path}: {name}")
 
     @contextmanager
     def named(self) -> Iterator[None]:
@@ -244,53 +241,36 @@ class ListedRecording:
                 raise
             raise type(error)(f"{where}: {error}") from error
 
+    def one_way_refused(self, blocks: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
+        """Yield a signal, and refuse it at its end if it only rises or only falls.
 
-#: Steps from which the direction is judged, and the share of them that must have the
-#: same sign. The others are those of a clock or a counter that starts again. Vibration
-#: has as many of both.
-_FEWEST_STEPS = 64
-_ONE_WAY = 0.99
+        Parameters
+        ----------
+        blocks : iterable of ndarray of shape (n_samples,) or (n_channels, n_samples)
+            The signal. Of several channels, the first counts.
 
-
-def refuse_one_way(blocks: Iterable[NDArray[Any]], name: str) -> Iterator[NDArray[Any]]:
-    """Yield a signal block by block, and refuse it at its end if it only rises or only falls.
-
-    Parameters
-    ----------
-    blocks : iterable of ndarray of shape (n_samples,) or (n_channels, n_samples)
-        The signal. Of several channels, the first counts.
-    name : str
-        The channel, for the message.
-
-    Raises
-    ------
-    ValueError
-        After the last block, if nearly all steps have the same direction.
-
-    Examples
-    --------
-    >>> blocks = np.split(np.arange(1000) % 250 / 20_000, 4)
-    >>> [*refuse_one_way(blocks, "channel 't'")]
-    Traceback (most recent call last):
-        ...
-    ValueError: channel 't' only rises or only falls: it holds times or a count, and is no
-    signal; choose another channel
-    """
-    n_up = 0
-    n_down = 0
-    last = np.empty(0)
-    for block in blocks:
-        signal = block if block.ndim == 1 else block[0]
-        for values in (np.append(last, signal[:1]), signal):
-            # Differences would take as much memory as the block.
-            n_up += int(np.count_nonzero(values[1:] > values[:-1]))
-            n_down += int(np.count_nonzero(values[1:] < values[:-1]))
-        # Without the copy, one sample would keep the whole block in memory.
-        last = signal[-1:].copy()
-        yield block
-    n_steps = n_up + n_down
-    if n_steps >= _FEWEST_STEPS and max(n_up, n_down) > _ONE_WAY * n_steps:
-        raise ValueError(
-            f"{name} only rises or only falls: it holds times or a count, and is no "
-            "signal; choose another channel"
-        )
+        Raises
+        ------
+        ValueError
+            After the last block, if nearly all steps have the same direction.
+        """
+        n_up = 0
+        n_down = 0
+        last = np.empty(0)
+        with self.named():
+            for block in blocks:
+                signal = block if block.ndim == 1 else block[0]
+                for values in (np.append(last, signal[:1]), signal):
+                    # Differences would take as much memory as the block.
+                    n_up += int(np.count_nonzero(values[1:] > values[:-1]))
+                    n_down += int(np.count_nonzero(values[1:] < values[:-1]))
+                # Without the copy, one sample would keep the whole block in memory.
+                last = signal[-1:].copy()
+                yield block
+            n_steps = n_up + n_down
+            if n_steps >= _FEWEST_STEPS and max(n_up, n_down) > _ONE_WAY * n_steps:
+                chosen = "" if self.channel is None else f" {self.channel!r}"
+                raise ValueError(
+                    f"{self.path}: channel{chosen} only rises or only falls: it holds "
+                    "times or a count, and is no signal; choose another channel"
+                )

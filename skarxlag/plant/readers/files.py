@@ -2,15 +2,13 @@
 
 import os
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
-from .file_facts import Channels, FileFacts, described, facts_and_samples
+from .file_facts import Channels, FileFacts, answer, facts_and_samples
 from .formats import find_format, read_file
-from .formats.contents import ContentError
 from .formats.isolation import isolated
 from .speeds import SpeedProfile
 
@@ -206,24 +204,8 @@ def list_channels(path: StrPath, *, dtype: str | None = None) -> "pd.DataFrame":
     """
     import pandas as pd
 
-    with _named(path):
-        description, _ = _described(path, dtype)
-        description.check_channels()
-        times = description.axis and description.axis.name
-        rates = [
-            None if name == times else description.sampling_rate(name)
-            for name in description.channels
-        ]
-    facts = description.channels.values()
-    table = pd.DataFrame(
-        {
-            "channel": list(description.channels),
-            "sampling_rate": rates,
-            "unit": [channel.unit for channel in facts],
-            "rpm": [channel.rpm for channel in facts],
-        },
-        dtype=object,
-    )
+    columns = ["channel", "sampling_rate", "unit", "rpm"]
+    table = pd.DataFrame(_answer(path, dtype, "table"), columns=columns, dtype=object)
     return table.astype({"sampling_rate": float, "rpm": float})
 
 
@@ -238,19 +220,10 @@ def _visit(path, dtype, function, *arguments):
     return read_file(path, dtype, function, *arguments)
 
 
-def _described(path, dtype, *options):
-    """Return what a file states, and its speed."""
-    (result,) = _visit(path, dtype, described, *options)
+def _answer(path, dtype, method, *arguments, stated_rate=None):
+    """Return what a method of `FileVisit` returns."""
+    ((result,),) = _visit(path, dtype, answer, stated_rate, method, *arguments)
     return result
-
-
-@contextmanager
-def _named(path):
-    """Put the path at the beginning of errors on a choice of channels."""
-    try:
-        yield
-    except ContentError as error:
-        raise ValueError(f"{path}: {error}") from error
 
 
 def recording_speed(
@@ -260,7 +233,7 @@ def recording_speed(
     dtype: Any = None,
     sampling_rate: float | None = None,
 ) -> float | SpeedProfile | None:
-    """Return the shaft speed that the file states, see `stated_speed`.
+    """Return the shaft speed that the file states, see `FileVisit.speed`.
 
     Parameters
     ----------
@@ -279,15 +252,12 @@ def recording_speed(
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    _, speed = _described(path, dtype, channel, sampling_rate, True)
-    return speed
+    return _answer(path, dtype, "speed", channel, stated_rate=sampling_rate)
 
 
-def chosen_channels(path: Any, channel: Any, dtype: Any) -> list[str]:
+def names_of_channels(path: Any, channel: Any, dtype: Any) -> list[str]:
     """Return the names of the channels that are chosen as in :func:`read_recording`."""
-    description, _ = _described(path, dtype)
-    with _named(path):
-        return description.choose(channel)
+    return _answer(path, dtype, "choose", channel)
 
 
 def recording_start(
@@ -310,10 +280,7 @@ def recording_start(
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    with _named(path):
-        description, _ = _described(path, dtype)
-        starts = map(description.start, description.names(channel))
-        return next((start for start in starts if start is not None), None)
+    return _answer(path, dtype, "start", channel)
 
 
 def open_file(

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Hashable, Sequence
 
 from .entries import ListedRecording
-from .files import chosen_channels
+from .files import names_of_channels
 
 #: Bytes at either end of a file that are compared before all of it.
 _ENDS = 2**16
@@ -47,7 +47,7 @@ def _channels(entry, entries):
     """Return the chosen channels, by their names if they are stated in several ways."""
     if len({str(other.channel) for other in entries}) == 1:
         return ""
-    return tuple(chosen_channels(entry.path, entry.channel, entry.dtype))
+    return tuple(names_of_channels(entry.path, entry.channel, entry.dtype))
 
 
 def _same_files(listed):

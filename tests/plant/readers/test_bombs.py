@@ -80,11 +80,15 @@ WRITERS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", WRITERS)
-def test_a_small_file_that_unpacks_to_gigabytes_is_refused(tmp_path, name):
+def test_a_small_file_that_unpacks_to_gigabytes_is_refused(tmp_path, name, monkeypatch):
     """Whole and in blocks: a command that reads in blocks would otherwise not end."""
     path = tmp_path / name
-    WRITERS[name](path, TOO_MANY)
-    message = rf"{name}: \d+ bytes would unpack to \d{{9,}}, expected at most \d+ bytes"
+    # Formats that are read in this process need no large file.
+    monkeypatch.setattr(
+        "skarxlag.plant.readers.formats.contents._ALWAYS_ALLOWED", 2**24
+    )
+    WRITERS[name](path, 2**23 if WRITERS[name] in (text, archive) else TOO_MANY)
+    message = rf"{name}: \d+ bytes would unpack to \d{{8,}}, expected at most \d+ bytes"
     with pytest.raises(ValueError, match=message):
         read_recording(path)
     with pytest.raises(ValueError, match=message):

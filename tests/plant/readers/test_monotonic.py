@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skarxlag import load_recordings, signal_quality
-from skarxlag.plant.readers.entries import refuse_one_way
+from skarxlag.plant.readers.entries import ListedRecording
 
 RNG = np.random.default_rng(0)
 N = 1200
@@ -49,11 +49,13 @@ def test_short_windows_are_no_ramps():
 
 @pytest.mark.parametrize("cuts", [(), (1,), (0, 400), range(1, N)])
 def test_the_direction_of_a_recording(cuts):
+    entry = ListedRecording("line 2", "run", "run.npy", channel="t")
     for times in (TIME, -TIME, TIME % 0.02):
-        with pytest.raises(ValueError, match=r"^run only rises or only falls"):
-            list(refuse_one_way(np.split(times, cuts), "run"))
+        message = r"^line 2: run.npy: channel 't' only rises or only falls"
+        with pytest.raises(ValueError, match=message):
+            list(entry.one_way_refused(np.split(times, cuts)))
     for signal in (np.round(TIME, 3), RNG.normal(size=N), np.zeros(N), TIME % 0.0005):
-        blocks = list(refuse_one_way(np.split(signal, cuts), "run"))
+        blocks = list(entry.one_way_refused(np.split(signal, cuts)))
         np.testing.assert_array_equal(np.concatenate(blocks), signal)
 
 
@@ -61,7 +63,7 @@ def test_the_direction_of_a_recording(cuts):
 def test_few_samples_show_no_direction(tmp_path, n_samples, is_refused):
     np.save(tmp_path / "run.npy", np.arange(n_samples) / 7)
     if is_refused:
-        message = r"run.npy: the channel only rises or only falls"
+        message = r"run.npy: channel only rises or only falls"
         with pytest.raises(ValueError, match=message):
             load_recordings(tmp_path, window_length=10, sampling_rate=1.0)
     else:

@@ -58,11 +58,9 @@ def find_format(path: Path, dtype: str | None = None) -> ModuleType:
     """
     if dtype is not None:
         return raw
-    # The look for other packages takes longer than a small file.
-    for formats in (lambda: FORMATS, all_formats):
-        for module in formats():
-            if path.name.lower().endswith(module.FORMAT.suffixes):
-                return module
+    for module in all_formats():
+        if path.name.lower().endswith(module.FORMAT.suffixes):
+            return module
     expected = ", ".join(suffixes())
     raise ValueError(
         f"{path}: unknown suffix {path.suffix!r}; expected one of {expected}"

@@ -194,19 +194,17 @@ def state_facts(
             rates[group][path.replace("\0", "/")] = rate
         if match := SPEED_NAME.fullmatch(name):
             speeds[group].append((match[1], float(number)))
-    groups = {
-        name: [group for group in _groups_above(path, separator) if group in rates]
-        for name, path in paths.items()
-    }
-    longest = defaultdict(int)
-    for name, above in groups.items():
-        for group in above:
-            longest[group] = max(longest[group], channels[name].length)
-    for name, channel in channels.items():
-        for group in groups[name]:
-            if channel.length == longest[group]:
+    below = defaultdict(list)
+    for name, path in paths.items():
+        for group in _groups_above(path, separator):
+            below[group].append(channels[name])
+        channels[name].rpm = _nearest_speed(path, speeds, separator)
+    # The nearest groups come first.
+    for group in sorted(rates, key=len, reverse=True):
+        longest = max((channel.length for channel in below[group]), default=0)
+        for channel in below[group]:
+            if channel.length == longest:
                 channel.rates = channel.rates | rates[group]
-        channel.rpm = _nearest_speed(paths[name], speeds, separator)
 
 
 def _units_of_numbers(texts, separator):

@@ -14,11 +14,8 @@ from .contents import Contents, Format
 # SciPy's compiled parser can crash or hang on a damaged file.
 FORMAT = Format((".mat",), isolated=True)
 
-#: Classes of MATLAB that can be channels. NumPy has types of the same names.
-_NUMERIC = (
-    *("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"),
-    *("single", "double"),
-)
+#: Classes of MATLAB that are no channels, or hold them.
+_NO_CHANNELS = ("char", "logical", "sparse", "cell", "struct")
 #: Classes that SciPy does not read.
 _OBJECTS = ("opaque", "object", "function", "unknown")
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -51,7 +48,7 @@ def contents(path: Path) -> Iterator[Contents]:
         for variable, shape, kind in whosmat(file):
             if variable.startswith("__") or kind in _OBJECTS:
                 arrays.refused[""] = hdf5.MATLAB_OBJECT
-            elif kind in _NUMERIC and np.prod(shape) > 1:
+            elif kind not in _NO_CHANNELS and np.prod(shape) > 1:
                 arrays.add(variable, shape, kind)
             else:
                 values = _variables(file, [variable])[variable]

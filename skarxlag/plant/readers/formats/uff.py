@@ -37,21 +37,25 @@ def contents(path: Path) -> Iterator[Contents]:
     arrays = NamedArrays(cache(lambda number: _read(path, [number])[0]["data"]))
     for name, (number, head) in zip(names, sets, strict=True):
         scale = SECONDS.get(head["abscissa_axis_units_lab"].strip().lower(), 1.0)
-        step = head["abscissa_inc"] * scale
         unit = head["ordinate_axis_units_lab"].strip()
-        facts = {"unit": None if unit in ("", "NONE") else unit}
-        if head["abscissa_spacing"] == 1 and is_rate(step):
-            # The file has six digits of the step.
-            facts["rates"] = {"the abscissa": rounded(1 / step, 5e-6)}
-        elif head["abscissa_spacing"] == 0:
+        rate = None
+        if head["abscissa_spacing"] == 0:
             times = np.asarray(_read(path, [number])[0]["x"]) * scale
             try:
                 rate = even_rate(f"the abscissa of {name}", times)
             except ContentError as error:
                 arrays.refused[name] = str(error)
                 continue
-            facts["rates"] = {} if rate is None else {"the abscissa": rate}
-        arrays.add(name, (head["num_pts"],), key=number, **facts)
+        elif is_rate(step := head["abscissa_inc"] * scale):
+            # The file has six digits of the step.
+            rate = rounded(1 / step, 5e-6)
+        arrays.add(
+            name,
+            (head["num_pts"],),
+            key=number,
+            unit=None if unit in ("", "NONE") else unit,
+            rates={"the abscissa": rate} if rate else {},
+        )
     yield arrays.contents()
 
 

@@ -14,8 +14,6 @@ FORMAT = Format((".wav",))
 
 #: Lengths from here on are stated by recorders that do not know them.
 _NO_LENGTH = 0x7FFF_0000
-#: Chunks that may follow an empty one of samples.
-_CHUNKS = (b"LIST", b"id3 ", b"bext", b"cue ", b"fact", b"")
 
 
 def contents(path: Path) -> Iterator[Contents]:
@@ -63,26 +61,24 @@ def _with_length(path):
     A recorder writes the length when it stops. Before that, it is zero or the largest
     number.
     """
+    frame = 1
+    name = b""
     with path.open("rb") as file:
-        if file.read(12)[:4] != b"RIFF":
-            return None
-        frame = 1
+        file.seek(12)
         while len(head := file.read(8)) == 8:
             name, size = struct.unpack("<4sI", head)
+            if name == b"data":
+                break
             start = file.tell()
             if name == b"fmt ":
                 frame = max(int.from_bytes(file.read(16)[12:14], "little"), 1)
-            if name == b"data":
-                n_bytes = path.stat().st_size - start
-                is_next = file.read(4) in _CHUNKS
-                break
             file.seek(start + size + size % 2)
-        else:
+        start = file.tell()
+        file.seek(0)
+        n_bytes = path.stat().st_size - start
+        if name != b"data" or n_bytes <= 0 or 0 < size < max(_NO_LENGTH, n_bytes):
             return None
-    is_stated = 0 < size < max(_NO_LENGTH, n_bytes)
-    if is_stated or (size == 0 and is_next):
-        return None
-    content = bytearray(path.read_bytes()[: start + n_bytes // frame * frame])
+        content = bytearray(file.read(start + n_bytes // frame * frame))
     struct.pack_into("<I", content, 4, len(content) - 8)
     struct.pack_into("<I", content, start - 4, len(content) - start)
     return io.BytesIO(content)
