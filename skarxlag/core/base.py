@@ -21,6 +21,9 @@ from .validation import (
 
 #: Site of the documentation.
 SITE = "https://skarxlag.github.io/skarxlag/"
+#: Residual from all conditions of a row without a plausible speed: equal residuals name
+#: no condition.
+NO_RESIDUAL = 1.0
 
 
 class DocumentedEstimator:
@@ -273,8 +276,7 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
             rpm, len(X), self._trained_speeds() or ()
         )
         residuals = self._residuals(X, rpm)
-        # Equal residuals name no condition.
-        residuals[~is_plausible] = 1.0
+        residuals[~is_plausible] = NO_RESIDUAL
         return residuals.astype(X.dtype, copy=False)
 
     def _validate(self, X, y=None, *, reset=False):

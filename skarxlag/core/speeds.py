@@ -54,8 +54,8 @@ def speeds_of_rows(rpm: ArrayLike, n_rows: int) -> NDArray[np.float64]:
     """
     try:
         given = np.asarray(as_samples(rpm, "rpm"))
-        # NumPy would take the real part.
-        expect(given.dtype.kind != "c", "rpm.dtype", str(given.dtype), "real numbers")
+        if given.dtype.kind == "c":
+            raise TypeError("NumPy would take the real part.")
         speeds = given.astype(np.float64, copy=False)
     except (TypeError, ValueError) as error:
         raise ValueError(f"rpm must hold numbers, got {rpm!r}.") from error

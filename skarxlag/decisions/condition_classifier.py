@@ -12,15 +12,16 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import clone
 from sklearn.utils import Bunch, column_or_1d
 
+from ..core.base import NO_RESIDUAL
 from ..core.batches import batches_of, chosen_rows
-from ..core.capabilities import capabilities, requests, training_speeds
+from ..core.capabilities import capabilities, requests
 from ..core.fault_locations import (
     FAULT_LOCATIONS,
     HEALTHY,
     check_locations,
     warn_of_own_locations,
 )
-from ..core.speeds import log_speeds, with_plausible_speeds
+from ..core.speeds import log_speeds
 from ..core.state import expect, uses_fitted
 from ..core.validation import check_rate, weighted_windows
 from ..distances.stretches import StretchResidual
@@ -215,13 +216,9 @@ class ConditionClassifier(SignalClassifier):
         return location_answers(self.class_locations_)
 
     def _diagnosed(self, X, rpm):
-        is_plausible = np.ones(len(X), dtype=bool)
-        train_rpm = () if rpm is None else training_speeds(self.residual_)
-        if len(train_rpm) > 0:
-            rpm, is_plausible = with_plausible_speeds(rpm, len(X), train_rpm)
         levels = _levels(self.residual_, X, rpm)
-        # Equal residuals name no condition.
-        levels[~is_plausible] = 1.0
+        # Residuals mark rows without a plausible speed.
+        is_plausible = (levels != NO_RESIDUAL).any(axis=1)
         evidence = posterior.logarithms(levels)
         diagnosis = self._joined(evidence, 1.0, is_plausible)
         diagnosis.update(levels=levels, row_evidence=evidence)
