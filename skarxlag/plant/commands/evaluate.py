@@ -97,10 +97,8 @@ def run(args: argparse.Namespace) -> int:
         if args.table is not None:
             options = keywords(table_case, args) | {"reporter": reporter}
             cases = [table_case(recordings=args.listed, **options)]
-        elif args.dataset is not None:
-            cases = [public_case(args.dataset, **keywords(public_case, args))]
         else:
-            cases = list(simulated_cases(**keywords(simulated_cases, args)))
+            cases = list(rig_cases(**keywords(rig_cases, args)))
         evaluate_cases(cases, args.output, n_jobs=args.n_jobs, reporter=reporter)
     return 0
 
@@ -192,32 +190,44 @@ def _summary_lines(cases, summaries):
     yield from dict.fromkeys(text for each in cases for text in each.sentences)
 
 
-def _paper_methods(healthy):
-    return {
-        ALPIO: diagnosers.make_alpio(healthy=healthy),
-        PROPOSAL: diagnosers.make_extended_state_pio(healthy=healthy),
-        RECOMMENDED: diagnosers.make_diagnoser(healthy=healthy),
-    }
-
-
-def simulated_cases(
+def rig_cases(
     *,
+    dataset: str | None = None,
+    data_home: Path | None = None,
+    channel: str | None = None,
+    where: str | None = None,
     n_samples: int | None = None,
     train_rpm: float | str | None = None,
     window_length: int | None = None,
 ) -> Iterator[Case]:
-    """Yield a case of the simulated rig for each size of the crack.
+    """Yield the case of a public rig, or one of the simulated rig for each size of the crack.
 
     Parameters
     ----------
+    dataset, channel, where
+        Name of the public rig, and its parts, as `skarxlag.datasets.load_public_rig`
+        takes them. Without a name, the rig is simulated.
+    data_home : Path or None, default=None
+        Its `root`.
     n_samples : int or None, default=None
-        Samples of a recording. None: 120 000.
+        Samples of a simulated recording. None: 120 000.
     train_rpm : float, "all" or None, default=None
-        Training speed. None: 500, as in the paper.
+        Training speed. None: each in turn, on the simulated rig 500, as in the paper.
     window_length : int or None, default=None
         Samples in a window. None: 1200, as in the paper.
     """
     length = window_length or 1200
+    if dataset is not None:
+        rig = load_public_rig(
+            dataset,
+            root=data_home,
+            channel=channel,
+            where=where,
+            window_length=length,
+            as_frame=True,
+        )
+        yield _rig_case(rig, f"Data set {dataset}", "", train_rpm or "all")
+        return
     # A tail that fills no window is not simulated.
     n_windows = max((n_samples or 120_000) // length, 1)
     for crack in _CRACKS_MM:
@@ -227,49 +237,14 @@ def simulated_cases(
             window_length=length,
             as_frame=True,
         )
-        sentence = "Results on a simulated rig are no evidence about a real machine."
-        part = f"crack {crack:g} mm"
         yield _rig_case(
             rig,
             "Simulated rig",
-            part,
+            f"crack {crack:g} mm",
             train_rpm or _SIMULATED_RPM,
-            sentences=[sentence],
-            protocols=["speed"],
+            ["Results on a simulated rig are no evidence about a real machine."],
+            ["speed"],
         )
-
-
-def public_case(
-    name: str,
-    *,
-    data_home: Path | None = None,
-    channel: str | None = None,
-    where: str | None = None,
-    train_rpm: float | str | None = None,
-    window_length: int | None = None,
-) -> Case:
-    """Return the case of a public rig, see `load_public_rig`.
-
-    Parameters
-    ----------
-    name, channel, where
-        As in `skarxlag.datasets.load_public_rig`.
-    data_home : Path or None, default=None
-        Its `root`.
-    train_rpm : float, "all" or None, default=None
-        Training speed. None: each in turn.
-    window_length : int or None, default=None
-        Samples in a window. None: 1200.
-    """
-    rig = load_public_rig(
-        name,
-        root=data_home,
-        channel=channel,
-        where=where,
-        window_length=window_length or 1200,
-        as_frame=True,
-    )
-    return _rig_case(rig, f"Data set {name}", "", train_rpm or "all")
 
 
 def _rig_case(rig, title, part, train_rpm, sentences=(), protocols=tuple(PROTOCOLS)):
@@ -295,6 +270,11 @@ def _rig_case(rig, title, part, train_rpm, sentences=(), protocols=tuple(PROTOCO
             )
         splits = [split for split in splits if split.train_rpm == train_rpm]
     healthy = rig.target_names[0]
+    methods = {
+        ALPIO: diagnosers.make_alpio(healthy=healthy),
+        PROPOSAL: diagnosers.make_extended_state_pio(healthy=healthy),
+        RECOMMENDED: diagnosers.make_diagnoser(healthy=healthy),
+    }
     params = {"rpm": rig.rpm, "specimen": rig.specimen}
     return Case(
         title,
@@ -303,7 +283,7 @@ def _rig_case(rig, title, part, train_rpm, sentences=(), protocols=tuple(PROTOCO
         rig.target,
         rig.frame,
         rig.sampling_rate,
-        _paper_methods(healthy),
+        methods,
         splits,
         [*sentences, *unmeasured],
         params,

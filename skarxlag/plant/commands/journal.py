@@ -41,12 +41,9 @@ class Journal:
         refusal = CommandError(
             f"{self.path}: exists and is no journal of this command; move it away"
         )
-        try:
-            os.close(os.open(self.path, _FLAGS, _MODE))
-        except OSError as error:
-            if self.path.is_symlink() or self.path.is_dir():
-                raise refusal from error
-            raise
+        if self.path.is_symlink() or self.path.is_dir():
+            raise refusal
+        os.close(os.open(self.path, _FLAGS, _MODE))
         self._database = sqlite3.connect(self.path, timeout=0, isolation_level=None)
         try:
             self._open(refusal)

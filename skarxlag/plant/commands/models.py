@@ -28,6 +28,8 @@ from .training_facts import channels_of_model
 
 #: Samples of a row without a model, at most: longer recordings are several rows.
 _LONGEST_ROW = 2**21
+#: Facts of the training that a file may state, by the parameters of `Judge`.
+_OF_TRAINING = ("conditions", "train_rpm", "sampling_rate")
 #: Error on a recording of unknown speed.
 _NO_SPEED = "rpm is missing; expected --rpm, a column, or the file to state it"
 
@@ -284,7 +286,7 @@ class SavedModel(RecordingModel):
                 has_healthy=stated.get("healthy", "") is not None,
                 outputs=stated.get("channels"),
                 bearing=bearing,
-                **_stated_training(stated, self.capabilities),
+                **{name: stated[name] for name in _OF_TRAINING if stated.get(name)},
             )
         except ValueError as error:
             raise CommandError(f"{path}: {error}") from error
@@ -309,7 +311,9 @@ class SavedModel(RecordingModel):
         facts = {
             "file": printable(self.path),
             "diagnoser": type(diagnoser).__name__,
-            "conditions": judge.conditions,
+            "conditions": sorted(
+                judge.conditions, key=partial(operator.ne, judge.healthy)
+            ),
             "healthy": judge.healthy,
             "train_rpm": judge.train_rpm or None,
             "sampling_rate": judge.sampling_rate,
@@ -378,16 +382,6 @@ def _heading(path, rows, facts, bearing):
         f"{path}: {facts['diagnoser']} calibrated on {conditions}{speeds}, {size}. "
         f"Healthy: {facts['healthy'] or 'not known'}{asked}"
     )
-
-
-def _stated_training(stated, described):
-    """Return the facts of the training that a file states, by the parameters of `Judge`."""
-    names = ("conditions", "train_rpm", "sampling_rate")
-    facts = {name: stated[name] for name in names if stated.get(name)}
-    if described.healthy is not None and "conditions" not in facts:
-        by_health = partial(operator.ne, described.healthy)
-        facts["conditions"] = sorted(described.conditions, key=by_health)
-    return facts
 
 
 @lru_cache(maxsize=2)
