@@ -64,16 +64,6 @@ def test_bearings_by_dimensions_and_orders_and_speeds_of_a_table(run, plant, bea
     assert "impacts at 5.4" in found["remark"][0].lower()
 
 
-def test_results_as_json_and_a_recording_without_a_signal(run, plant):
-    np.save(plant / "dead.npy", np.zeros(int(RATE)))
-    output = plant / "results.json"
-    options = ("--bearing", "6205", "--rpm", 900, *RATES, "-o", output)
-    assert run("diagnose", plant / "dead.npy", plant / "outer.npy", *options)[0] == 0
-    content = json.loads(output.read_text())
-    assert content["model"]["bearing"] == "6205"
-    assert [each["verdict"] for each in content["recordings"]] == ["no signal", "outer"]
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -123,11 +123,8 @@ def test_one_training_speed_of_a_public_rig(run, tmp_path, public):
     ("arguments", "message"),
     [
         ("--train-rpm 310", "train-rpm: 310, expected 300, 400, 450, 500, or all"),
-        ("--train-rpm fast", "train-rpm: 'fast', expected a speed in rpm, or all"),
-        ("--window-length 99", "window-length: '99', expected an integer of at least"),
         ("--window-length 2000", "window-length: 2000, expected at most half of the"),
         ("--n-jobs 0", "n-jobs: '0', expected a number of threads"),
-        ("--n-samples x", "n-samples: 'x', expected an integer of at least 1"),
         ("--data-home x", "data-home: needs --dataset"),
         ("--rpm 900", "rpm: needs a table"),
         ("--bearing 6205", "bearing: needs a table"),

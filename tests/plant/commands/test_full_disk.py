@@ -9,12 +9,10 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from skarxlag import ConditionMonitor, save_diagnoser, save_monitor_state
 from tests.plant.watch.watching import RATE, WINDOW, sound
 
 resource = pytest.importorskip("resource")
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given")
-SHARES = (0.0, 0.5, 0.999)
 
 
 @contextmanager
@@ -34,30 +32,6 @@ def listing(folder):
     return {
         path.name: path.read_bytes() for path in folder.rglob("*") if path.is_file()
     }
-
-
-@pytest.mark.parametrize("share", SHARES)
-@pytest.mark.parametrize("is_there", [True, False])
-def test_models_and_states_are_written_whole_or_not_at_all(
-    tmp_path, fitted, share, is_there
-):
-    monitor = ConditionMonitor(fitted[0], WINDOW)
-    monitor.update(sound("good", 5 * WINDOW, 3))
-    writers = {
-        "model.skops": lambda path: save_diagnoser(fitted[0], path),
-        "state.json": lambda path: save_monitor_state(monitor, path),
-    }
-    for name, write in writers.items():
-        write(tmp_path / name)
-        size = (tmp_path / name).stat().st_size
-        if is_there:
-            (tmp_path / name).write_bytes(b"old")
-        else:
-            (tmp_path / name).unlink()
-        before = listing(tmp_path)
-        with room_for(share * size), pytest.raises(OSError):
-            write(tmp_path / name)
-        assert listing(tmp_path) == before
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ import json
 import os
 import signal
 import sys
-import threading
 from datetime import UTC, datetime, timedelta
 from types import SimpleNamespace
 
@@ -61,17 +60,6 @@ def test_columns_are_chosen_and_bad_lines_are_missing_samples(watch, fitted):
     signal[250:252] = np.nan
     assert code == 0 and verdicts == expected(fitted, signal)
     assert "1 not finite" in err
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes")
-def test_a_named_pipe(run, models, fitted, tmp_path):
-    signal, path = sound("worn", 450, 4), tmp_path / "pipe"
-    os.mkfifo(path)
-    writer = threading.Thread(target=path.write_bytes, args=(lines_of(signal),))
-    writer.start()
-    out = run("watch", models[0], path)[1]
-    writer.join()
-    assert verdicts_of(out) == expected(fitted, signal)
 
 
 def test_each_line_states_sensor_date_and_speed(run, models, piped):
