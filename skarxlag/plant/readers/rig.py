@@ -138,13 +138,9 @@ def read_recording_table(
     >>> table.load.tolist()
     ['low', 'high']
     """
-    facts = {
-        "pattern": pattern,
-        "channel": channel,
-        "sampling_rate": sampling_rate,
-        "dtype": dtype,
-    }
-    listed = list_recordings(path, **facts)
+    listed = list_recordings(
+        path, pattern=pattern, channel=channel, sampling_rate=sampling_rate, dtype=dtype
+    )
     check_repeated(listed)
     reader = Reader(resample)
     recordings = [
@@ -252,13 +248,9 @@ def load_recordings(
     >>> rig.data.shape, rig.target, rig.start
     ((2, 2), array(['good', 'good'], dtype='<U4'), array([0, 2]))
     """
-    facts = {
-        "pattern": pattern,
-        "channel": channel,
-        "sampling_rate": sampling_rate,
-        "dtype": dtype,
-    }
-    listed = list_recordings(path, **facts)
+    listed = list_recordings(
+        path, pattern=pattern, channel=channel, sampling_rate=sampling_rate, dtype=dtype
+    )
     return cut_recordings(
         listed, path, window_length, hop, max_windows, healthy, resample
     )

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from ..readers.formats.contents import ContentError, choose_channel, choose_channels
 from ..readers.formats.facts import names_speed, names_times
 from ..readers.formats.raw import frame_type
-from ..readers.formats.text_layout import TextLayout, stream_head, text_layout
+from ..readers.formats.text_layout import TextLayout, text_layout
 
-#: Lines from which the layout of a text is inferred, at most.
-_HEAD_LINES = 6
+#: Lines from which the layout of a text is inferred. A window has more samples.
+_HEAD_LINES = 200
 #: Longest line in bytes.
 _LONGEST = 2**20
 
@@ -101,9 +101,9 @@ class RawParser:
 class TextParser:
     """Parser of lines of numbers, one line for each moment.
 
-    Separator, names and units are inferred from the first lines of numbers and the
-    lines before them, as in `read_recording`. Lines further above, such as those that a
-    board prints when it starts, are left out. A later line that cannot be read becomes
+    Separator, names and units are inferred from the first 200 lines, as in
+    `read_recording`. Lines further above, such as those that a board prints when it
+    starts, are left out. A later line that cannot be read becomes
     a missing sample, so that time goes on. Blank lines are left out, and so are names
     and units that come again.
 
@@ -153,33 +153,29 @@ class TextParser:
         """Infer the layout, and return the lines of samples so far; none if it is unknown."""
         lines = self._first_lines
         # The layout must not depend on how many lines came together.
-        n_lines = stream_head(lines) or (len(lines) if is_end else 0)
-        if not n_lines:
+        if not lines or (len(lines) < _HEAD_LINES and not is_end):
             return []
         lines[0] = lines[0].removeprefix("\ufeff")
-        # Of what a board prints at its start, only names and units are of use.
-        start = max(n_lines - _HEAD_LINES, 0)
-        text = "".join(line.rstrip(";,") + "\n" for line in lines[start:n_lines])
+        text = "".join(line.rstrip(";,") + "\n" for line in lines[:_HEAD_LINES])
         try:
             layout = text_layout(text.encode(), True, may_be_cut=True)
         except (ContentError, csv.Error) as error:
             raise _no_numbers(lines[0]) from error
         if "number" not in layout.kinds or "\0" in text:
             raise _no_numbers(lines[0])
-        names = self._choose(layout.names)
-        self.channels = [(name, layout.units.get(name)) for name in names]
+        names = self._choose(list(layout.channels))
+        self.channels = [(name, layout.channels[name].unit) for name in names]
         self.advice = layout.advice
         self._layout = layout
-        first = start + layout.n_head_lines
-        self._head = {*lines[start:first]}
-        return lines[first:]
+        self._head = {*lines[: layout.n_head_lines]}
+        return lines[layout.n_head_lines :]
 
     def _numbers(self, lines):
         """Return the numbers of the chosen columns, NaN in a line with surplus fields."""
         if not lines:
             return np.empty((len(self.channels), 0))
         layout = self._layout
-        n_fields = len(layout.names)
+        n_fields = len(layout.channels)
         separator = None if layout.separator == r"\s+" else layout.separator
         rows = []
         for line in lines:
@@ -187,7 +183,7 @@ class TextParser:
             fields = text.split(separator)
             is_whole = not any(fields[n_fields:])
             rows.append([*fields, *[""] * n_fields] if is_whole else [""] * n_fields)
-        columns = dict(zip(layout.names, zip(*rows, strict=False), strict=False))
+        columns = dict(zip(layout.channels, zip(*rows, strict=False), strict=False))
         return np.stack(
             [
                 pd.to_numeric(pd.Series(columns[name]), errors="coerce").astype(float)

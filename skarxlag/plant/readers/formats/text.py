@@ -3,17 +3,15 @@
 import gzip
 import io
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import suppress
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from .arrays import NamedArrays
 from .contents import (
-    Channel,
     ContentError,
     Contents,
     DamagedError,
@@ -22,7 +20,7 @@ from .contents import (
     slices,
 )
 from .facts import MISSING, OVERFLOW, OVERFLOWS, is_ambiguous, letters, meanings, number
-from .text_layout import UTF_16, TextLayout, n_sample_lines, split_rows, text_layout
+from .text_layout import UTF_16, n_sample_lines, split_rows, text_layout
 
 FORMAT = Format(
     (".csv", ".txt", ".tsv", ".dat", ".lvm", ".csv.gz", ".txt.gz", ".tsv.gz")
@@ -68,7 +66,7 @@ def _contents_of(file):
         head += part
     is_whole = not file.read(1)
     layout = text_layout(head, is_whole)
-    if layout.names[0].strip().lower() == "path":
+    if next(iter(layout.channels)).strip().lower() == "path":
         raise ContentError(
             "this is a table of recordings, expected samples; --table takes it"
         )
@@ -88,21 +86,14 @@ def _contents_of(file):
                 yield [column[part] for column in columns]
 
     n_channels = max((i + 1 for i, kind in enumerate(layout.kinds) if kind), default=1)
-    channels = {
-        name: Channel(
-            rates=layout.rates,
-            unit=layout.units.get(name),
-            last_digit=layout.last_digits.get(name),
-        )
-        for name in layout.names[:n_channels]
-    }
+    channels = dict(islice(layout.channels.items(), n_channels))
     return Contents(channels, read, advice=layout.advice)
 
 
-def date_columns(names: list[str], row: Mapping[str, object]) -> list[str]:
+def _date_columns(names, row):
     """Return the columns of the date and of the time of day, or none if they are not two.
 
-    >>> date_columns(["Zeit", "acc", "Datum"], {"Zeit": "07:00:00", "Datum": "22.11.26"})
+    >>> _date_columns(["Zeit", "acc", "Datum"], {"Zeit": "07:00:00", "Datum": "22.11.26"})
     ['Datum', 'Zeit']
     """
     parts = [name for name in names if letters(name) in ("date", "datum")]
@@ -135,41 +126,32 @@ def _blocks(file, layout):
 
 
 class _Block:
-    """Lines of samples, and their columns.
+    """Lines of samples, and their columns. A row that lacks a field is refused."""
 
-    Parameters
-    ----------
-    lines : list of str
-        The lines. A row that lacks a field, or has more than the others, is refused.
-    n_before : int
-        Lines before them.
-    layout : TextLayout
-        Of the text.
-    """
-
-    def __init__(self, lines: list[str], n_before: int, layout: TextLayout) -> None:
-        self.layout = layout
+    def __init__(self, lines, n_before, layout):
+        self._layout = layout
+        self._names = list(layout.channels)
         self._lines = lines
         self._n_before = n_before
 
-    def columns(self, names: list[str]) -> list[Any]:
+    def columns(self, names):
         """Return the values of some columns."""
         frame = self.frame()
-        parts = date_columns(self.layout.names, frame.iloc[0]) if len(frame) else []
+        parts = _date_columns(self._names, frame.iloc[0]) if len(frame) else []
         if {*parts} & {*names}:
             date, clock = (frame[part].astype(str) for part in parts)
             frame = frame.assign(**dict.fromkeys(parts, date + " " + clock))
         return [self._values(frame[name]) for name in names]
 
-    def frame(self) -> Any:
+    def frame(self):
         """Return the values of all columns."""
         import pandas as pd
 
-        layout = self.layout
+        layout = self._layout
         options = {
             "sep": layout.separator,
             "decimal": layout.decimal,
-            "names": layout.names,
+            "names": self._names,
             "header": None,
             "index_col": False,
             # In a text of one column, a blank line is a missing value.
@@ -182,27 +164,26 @@ class _Block:
             try:
                 frame = pd.read_csv(io.StringIO("".join(self._lines)), **options)
             except pd.errors.EmptyDataError:
-                return pd.DataFrame(columns=layout.names, dtype=float)
+                return pd.DataFrame(columns=self._names, dtype=float)
             except (pd.errors.ParserError, pd.errors.ParserWarning) as error:
-                self.check_fields()
+                self._check_fields()
                 raise DamagedError("the lines are no csv") from error
         # pandas fills a short row at its end, which may shift its values.
-        if frame[layout.names[layout.n_fields - 1]].isna().any():
-            self.check_fields()
+        if frame.iloc[:, layout.n_fields - 1].isna().any():
+            self._check_fields()
         return frame
 
-    def rows(self) -> Iterator[tuple[int, list[str]]]:
+    def _rows(self):
         """Yield the number and the fields of each line of samples."""
-        for n_before, fields in split_rows(self._lines, self.layout.separator):
-            if fields or self.layout.n_fields == 1:
+        for n_before, fields in split_rows(self._lines, self._layout.separator):
+            if fields or self._layout.n_fields == 1:
                 yield self._n_before + n_before + 1, fields
 
-    def check_fields(self) -> None:
+    def _check_fields(self):
         """Refuse a row that lacks a field, or has more than the others."""
-        names = self.layout.names
-        n_fields = self.layout.n_fields
-        for line, fields in self.rows():
-            if any(fields[len(names) :]) or len(fields) < n_fields > 1:
+        n_fields = self._layout.n_fields
+        for line, fields in self._rows():
+            if any(fields[len(self._names) :]) or len(fields) < n_fields > 1:
                 raise ContentError(
                     f"line {line} has {len(fields)} fields, expected {n_fields}; "
                     "complete or remove it"
@@ -214,11 +195,11 @@ class _Block:
 
         values = column.to_numpy()
         name = column.name
-        is_of_numbers = self.layout.kinds[self.layout.names.index(name)] == "number"
+        is_of_numbers = self._layout.kinds[self._names.index(name)] == "number"
         if not is_numeric_dtype(column) and is_of_numbers:
             # One field that is no number makes texts of all others.
             values = self._parsed(column)
-        if values.dtype.kind == "f" and not self.layout.thousands:
+        if values.dtype.kind == "f" and not self._layout.thousands:
             # 1.234 among integers below 1000 may be 1234, if no number shows the sign.
             parts, _ = np.modf(values)
             fractions = np.flatnonzero(np.abs(parts) > 0)
@@ -232,7 +213,7 @@ class _Block:
 
     def _parsed(self, column):
         """Return the numbers in texts."""
-        signs = self.layout.decimal, self.layout.thousands
+        signs = self._layout.decimal, self._layout.thousands
         texts = column.astype(object).where(column.notna(), "").map(str).tolist()
         numbers = np.array([number(text, *signs) for text in texts])
         for k in np.flatnonzero(np.isnan(numbers)):
@@ -245,8 +226,8 @@ class _Block:
 
     def _refuse(self, row, name):
         """Raise an error that quotes a field and its line."""
-        line, fields = next(islice(self.rows(), int(row), None))
-        text = fields[self.layout.names.index(name)]
+        line, fields = next(islice(self._rows(), int(row), None))
+        text = fields[self._names.index(name)]
         problem = f"{text!r:.80} in column {name!r} is no number"
         if is_ambiguous(text):
             problem = f"the value is {meanings(text)}"

@@ -6,13 +6,13 @@ import io
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, zip_longest
 from statistics import mode
 from typing import Any
 
 import numpy as np
 
-from .contents import ContentError
+from .contents import Channel, ContentError
 from .facts import (
     MISSING,
     OVERFLOWS,
@@ -33,8 +33,6 @@ from .text_header import (
 
 #: Lines of the head that are looked at.
 _LINES = 400
-#: Lines of a stream that determine its layout, at least and at most.
-_STREAM_LINES = (4, 200)
 UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 #: Separator that spreadsheets write into the first line.
 _SEPARATOR_LINE = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)
@@ -70,21 +68,14 @@ class TextLayout:
         Whether the columns have names.
     n_head_lines : int
         Lines before the first sample: comments, preamble, names, units.
-    names : list of str
-        Of the columns; their positions if there is no header.
+    channels : dict of str to Channel
+        The columns by name, or by position if there is no header.
     kinds : list of str
         Of the columns: number, date, text, or empty if they have no values.
-    units : dict of str to str
-        By column, if stated.
     n_fields : int
         Fields of a sample. There may be one name more, for comments.
     n_rows : int
         Samples in the head.
-    last_digits : dict of str to float
-        By column, the value of the last written decimal, if all samples of the head
-        have equally many.
-    rates : dict of str to float
-        Sampling rates in Hz that lines of the head state, by their names.
     advice : str
         Sentence for the reader of a file whose columns are ambiguous, else empty.
     """
@@ -95,13 +86,10 @@ class TextLayout:
     thousands: str
     has_header: bool
     n_head_lines: int
-    names: list[str]
+    channels: dict[str, Channel]
     kinds: list[str]
-    units: dict[str, str]
     n_fields: int
     n_rows: int
-    last_digits: dict[str, float]
-    rates: dict[str, float]
     advice: str
 
 
@@ -121,9 +109,8 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     ``7,05``), or if the names above have no comma. A comma or a point before groups of
     three digits separates thousands if the other one is the decimal sign.
 
-    A running stream, which begins anywhere and has no end, passes its first
-    `stream_head` lines with `may_be_cut`, and parses what follows `n_head_lines` with
-    the layout.
+    A running stream, which begins anywhere and has no end, passes its first lines with
+    `may_be_cut`, and parses what follows `n_head_lines` with the layout.
 
     Parameters
     ----------
@@ -146,8 +133,10 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     Examples
     --------
     >>> layout = text_layout(b"Logger 7\ntime;acc\ns;g\n0,0;1,5\n0,1;-2\n", True)
-    >>> layout.separator, layout.decimal, layout.names, layout.units, layout.n_head_lines
-    (';', ',', ['time', 'acc'], {'time': 's', 'acc': 'g'}, 3)
+    >>> layout.separator, layout.decimal, layout.n_head_lines
+    (';', ',', 3)
+    >>> [(name, channel.unit) for name, channel in layout.channels.items()]
+    [('time', 's'), ('acc', 'g')]
     """
     encoding, text = decode(head)
     lines = list(islice(io.StringIO(text, newline=None), _LINES + 1))
@@ -184,12 +173,15 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
         names = fitted_names(remarks[-1], n_fields, n_filled, is_tagged=True)
     has_header = names is not None
     names = distinct(names or [str(i) for i in range(n_fields)])
-    unit_fields = unit_fields or [unit_in_name(name) or "" for name in names]
-    units = [text.strip("[]() ") for text in unit_fields]
-    digits = [
-        n_decimals(fields[i] for fields in samples if len(fields) > i)
-        for i in range(n_fields)
-    ]
+    # Some instruments state facts in columns next to the samples.
+    rates = stated_rates([*remarks, *above, *facts, *samples])
+    channels = {}
+    units = unit_fields or [unit_in_name(name) or "" for name in names]
+    for i, (name, unit) in enumerate(zip_longest(names, units, fillvalue="")):
+        n = n_decimals(fields[i] for fields in samples if len(fields) > i)
+        last_digit = None if n is None else 10.0**-n
+        unit = unit.strip("[]() ") or None
+        channels[name] = Channel(rates=rates, unit=unit, last_digit=last_digit)
     return TextLayout(
         encoding,
         separator,
@@ -197,56 +189,12 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
         thousands,
         has_header,
         n_head_lines=n_above,
-        names=names,
+        channels=channels,
         kinds=[*usual, *[""] * (len(names) - n_fields)],
-        units={name: unit for name, unit in zip(names, units, strict=False) if unit},
         n_fields=n_fields,
         n_rows=len(samples),
-        last_digits={
-            name: 10.0**-n
-            for name, n in zip(names, digits, strict=False)
-            if n is not None
-        },
-        # Some instruments state facts in columns next to the samples.
-        rates=stated_rates([*remarks, *above, *facts, *samples]),
         advice="" if has_header else advice,
     )
-
-
-def stream_head(lines: Sequence[str]) -> int | None:
-    """Return how many of the first lines determine the layout of a stream.
-
-    Parameters
-    ----------
-    lines : sequence of str
-        The whole lines that have arrived.
-
-    Returns
-    -------
-    int or None
-        Lines up to the second of two samples, that is, lines of as many numbers. At
-        least four filled lines, because of names and units, and at most 200. None if
-        more lines are needed. The result does not depend on how many lines follow.
-
-    Examples
-    --------
-    >>> banner = ["boot: 1", "", "sensor found", "ax,ay"]
-    >>> stream_head(banner), stream_head([*banner, "0.5,1", "1,2", "3,4"])
-    (None, 6)
-    """
-    n_before = 0
-    n_filled = 0
-    for i, line in enumerate(lines):
-        texts = [text for text in re.split(r'[;,\s"]+', line) if text]
-        if not texts or line[:1] in "#%":
-            continue
-        n_filled += 1
-        are_numbers = {*map(kind_of, texts)} <= {"number", "date"}
-        is_second = are_numbers and len(texts) == n_before
-        n_before = len(texts) if are_numbers else 0
-        if n_filled >= _STREAM_LINES[0] and (is_second or i + 1 >= _STREAM_LINES[1]):
-            return i + 1
-    return None
 
 
 def n_sample_lines(lines: Sequence[str], layout: TextLayout) -> int:
