@@ -72,7 +72,7 @@ def test_lines_that_a_board_prints_at_its_start(banner, size):
 
 
 def test_the_layout_does_not_depend_on_how_the_lines_come():
-    data = b"1 2\n" * 195 + b"3,4\n" * 70
+    data = b"1 2\n" * 200 + b"3;4\n" * 70
     whole = parsed(data)
     np.testing.assert_array_equal(parsed(data, 5), whole)
     assert whole[:, 0].tolist() == [1.0, 2.0]
