@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logit
 from scipy.stats import gumbel_r
+from sklearn.utils import Bunch
 
 from ..core.fault_locations import FAULTS
 
@@ -15,6 +15,9 @@ from ..core.fault_locations import FAULTS
 _SAME_SPEED = 0.05
 #: Log odds of a fault for each neper of its score, chosen by leaving rigs out.
 ODDS = 8.0
+#: Lead of the best score over the second from which on it is named: of the two, the
+#: second is then right with a probability of at most .1.
+_LEAST_LEAD = np.log(0.9 / 0.1) / ODDS
 #: Gumbel distribution of the best score of healthy rows of 100 revolutions, location and
 #: scale in nepers. The limit at a rate of .02, 2.74, is that which six of seven rigs
 #: choose without the seventh: 2.7 or 2.8. The second location is that above the mean scores
@@ -24,8 +27,9 @@ OTHER_SPEED_LOCATION = 0.06
 HEALTHY_SCALE = 0.28
 #: Rows that `HEALTHY_SCALE` counts for when healthy rows of the machine are at hand.
 _PRIOR_ROWS = 10
-#: Score of a row of about a second without a comb if no healthy row is known.
-WITHOUT_COMB = 1.25
+#: Score that noise does not exceed, of any length and at any speed, with a probability
+#: of .98. A score of 0, of impacts at a fraction of an order, is none of noise.
+OF_NOISE = 1.0
 #: Revolutions of rows that `HEALTHY_LOCATION` holds for, and revolutions below which it
 #: falls no further.
 _STATED_REVOLUTIONS = 100
@@ -58,11 +62,6 @@ class HealthyCombs(NamedTuple):
     best: NDArray[Any]
     speeds: NDArray[Any]
     limit: float
-
-    @property
-    def without_comb(self) -> NDArray[Any] | float:
-        """Scores of a row without a comb."""
-        return self.reference if len(self.best) > 0 else WITHOUT_COMB
 
 
 class ComparedCombs(NamedTuple):
@@ -158,34 +157,24 @@ def length_allowance(n_revolutions: NDArray[Any]) -> NDArray[Any]:
 
 
 def compare_combs(
-    scores: NDArray[Any],
-    other_scores: NDArray[Any],
-    speeds: NDArray[Any],
-    n_revolutions: NDArray[Any],
+    matches: Bunch,
     healthy: HealthyCombs,
     gain: float | NDArray[Any],
     false_alarm_rate: float,
-    wrong_name_rate: float,
 ) -> ComparedCombs:
     """Compare scores of combs with those of healthy rows.
 
     Parameters
     ----------
-    scores : ndarray of shape (n_rows, 3)
-        Scores of ball, inner and outer race.
-    other_scores : ndarray of shape (n_rows,)
-        Scores of the strongest comb at no order of the bearing.
-    speeds : ndarray of shape (n_rows,)
-        Speeds of the rows; NaN if a speed is not known.
-    n_revolutions : ndarray of shape (n_rows,)
-        Revolutions of the bearing's shaft in the rows. They count if no healthy row of
-        the machine is known, see `length_allowance`.
+    matches : Bunch
+        As `CombSearch.match` returns it, or its means over several rows. Revolutions
+        count if no healthy row of the machine is known, see `length_allowance`.
     healthy : HealthyCombs
         What healthy rows show.
     gain : float or ndarray of shape (n_rows,)
         How much less the scores scatter than those of one row. It counts at the speeds
         of healthy rows only, at which the reference is known.
-    false_alarm_rate, wrong_name_rate : float
+    false_alarm_rate : float
         As in `FaultOrderClassifier`.
 
     Returns
@@ -193,28 +182,28 @@ def compare_combs(
     ComparedCombs
         The comparison.
     """
-    distances = np.abs(np.log(speeds[:, np.newaxis] / healthy.speeds))
+    distances = np.abs(np.log(matches.rpm[:, np.newaxis] / healthy.speeds))
     # The distance of an unknown speed is NaN.
     is_far = ~(distances.min(axis=1, initial=np.inf) <= _SAME_SPEED)
     elsewhere = limit_elsewhere(healthy.limit, false_alarm_rate)
-    allowance = np.zeros(len(scores))
+    allowance = np.zeros(len(is_far))
     if len(healthy.best) == 0:
-        allowance = length_allowance(n_revolutions)
+        allowance = length_allowance(matches.n_revolutions)
     limits = np.where(is_far, elsewhere, healthy.limit) + allowance
     certainty = np.where(is_far, 1.0, gain)
-    excess = (scores - healthy.reference) * certainty[:, np.newaxis]
+    excess = (matches.scores - healthy.reference) * certainty[:, np.newaxis]
     ranking = excess.argsort(axis=1, kind="stable")[:, :-3:-1]
     best, second = np.take_along_axis(excess, ranking, axis=1).T
     alarm = best > limits
     beyond = excess - limits[:, np.newaxis]
-    is_doubted = other_scores > scores.max(axis=1) + _STRONGER
-    surplus = beyond.max(axis=1, keepdims=True) - _MOST_BESIDE_OTHERS
-    beyond -= np.where(is_doubted[:, np.newaxis], np.maximum(surplus, 0), 0)
+    is_doubted = matches.other_scores > matches.scores.max(axis=1) + _STRONGER
+    surplus = np.maximum(beyond.max(axis=1) - _MOST_BESIDE_OTHERS, 0)
+    beyond -= np.where(is_doubted, surplus, 0)[:, np.newaxis]
     return ComparedCombs(
         beyond,
         ranking,
         alarm,
-        is_close=alarm & (ODDS * (best - second) < -logit(wrong_name_rate)),
+        is_close=alarm & (best - second < _LEAST_LEAD),
         p_value=p_values_of_healthy(best - allowance, healthy.best, is_far),
         score_limits=healthy.reference[ranking[:, 0]] + limits / certainty,
     )

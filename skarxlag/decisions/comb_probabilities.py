@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,22 +24,6 @@ VISIBLE = 0.1
 #: has the least log loss on recordings and stretches if one of six rigs is left out.
 VISIBLE_ALONE = 0.6
 _HEALTHY = FAULT_LOCATIONS.index(HEALTHY)
-
-
-class CombEvidence(NamedTuple):
-    """Log probabilities that combs add to those by spectra.
-
-    Parameters
-    ----------
-    log_probability : ndarray of shape (n_rows, n_classes + 1)
-        That of the location of each class and, in the last column, of an unknown
-        condition; 0 for rows whose combs are not used.
-    of_fault : ndarray of shape (n_rows,)
-        Probability of the most probable fault; NaN for rows whose combs are not used.
-    """
-
-    log_probability: NDArray[Any]
-    of_fault: NDArray[Any]
 
 
 def comb_evidence(
@@ -140,7 +124,7 @@ def verdicts_by_combs(
 
 def evidence_beside_spectra(
     scores: NDArray[Any], has_combs: NDArray[np.bool_], class_locations: NDArray[Any]
-) -> CombEvidence:
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Compute the log probabilities that combs add to those by spectra.
 
     Parameters
@@ -154,8 +138,11 @@ def evidence_beside_spectra(
 
     Returns
     -------
-    CombEvidence
-        The log probabilities, and the probability of a fault.
+    log_probability : ndarray of shape (n_rows, n_classes + 1)
+        That of the location of each class and, in the last column, of an unknown
+        condition; 0 for rows whose combs are not used.
+    of_fault : ndarray of shape (n_rows,)
+        Probability of the most probable fault; NaN for rows whose combs are not used.
     """
     # An unknown condition need not show a comb.
     locations = np.append(class_locations, _HEALTHY)
@@ -163,4 +150,4 @@ def evidence_beside_spectra(
     is_fault = locations < len(FAULTS)
     of_fault = np.exp(logs).max(axis=1, where=is_fault, initial=0.0)
     logs[~has_combs] = 0.0
-    return CombEvidence(logs, np.where(has_combs, of_fault, np.nan))
+    return logs, np.where(has_combs, of_fault, np.nan)

@@ -35,6 +35,7 @@ from ..core.validation import (
 from ..kernels.evidence import COMB_CORRELATION, SMALLEST_PROBABILITY, effective_number
 from ..kernels.posterior import decided
 from .comb_limits import (
+    OF_NOISE,
     HealthyCombs,
     compare_combs,
     healthy_combs,
@@ -49,6 +50,8 @@ from .signal_classifier import SignalClassifier
 
 _ORDERS = itemgetter("cage", "spin", "inner", "outer")
 _ROW_METADATA = {"rpm": True, "bearing": True}
+#: What counts beside the scores when rows are joined.
+_BESIDE_SCORES = ("other_scores", "rpm", "n_revolutions")
 #: Why there is no verdict on a row.
 _NO_COMBS = "combs need a plausible speed, and two revolutions of the shaft in a row"
 
@@ -135,10 +138,6 @@ class FaultOrderClassifier(SignalClassifier):
         is given, above 0.
     false_alarm_rate : float, default=0.02
         Share in (0, 1) of healthy rows that may be named faulty.
-    wrong_name_rate : float, default=0.1
-        Largest probability in (0, 0.5) that, of the two best locations, the second is
-        right. `diagnose` names a row "not identifiable" if it is larger: with the
-        default, if their scores are closer than .27 nepers.
     speed_tolerance : float, default=0.12
         Largest logarithm of the true speed over the nominal speed, in [0, 0.3]. The
         true speed is found by the lines of the shaft.
@@ -212,7 +211,6 @@ class FaultOrderClassifier(SignalClassifier):
     conditions: Any = None
     gear_ratio: float = 1.0
     false_alarm_rate: float = 0.02
-    wrong_name_rate: float = 0.1
     speed_tolerance: float = 0.12
     slip: float = 0.02
     speed_range: tuple[float, float] | None = None
@@ -341,14 +339,8 @@ class FaultOrderClassifier(SignalClassifier):
             judged = self._judge(matches, bearing=bearing)
             has_no_combs = np.isnan(matches.rpm)
             judged.refusal = np.where(has_no_combs, _NO_COMBS, "").astype(object)
-            judged.row_evidence = np.column_stack(
-                [
-                    matches.scores,
-                    matches.other_scores,
-                    matches.rpm,
-                    matches.n_revolutions,
-                ]
-            )
+            beside = [matches[name] for name in _BESIDE_SCORES]
+            judged.row_evidence = np.column_stack([matches.scores, *beside])
         else:
             learned = self.conditions_.diagnose(X, rpm)
             judged = self._judge(matches, learned.log_probability, bearing=bearing)
@@ -365,16 +357,14 @@ class FaultOrderClassifier(SignalClassifier):
 
     def _joined(self, evidence, n_rows):
         if self.conditions_ is None:
-            *scores, others, rpm, n_revolutions = evidence.T
-            joined = Bunch(
-                scores=np.transpose(scores),
-                other_scores=others,
-                rpm=rpm,
-                n_revolutions=n_revolutions,
+            scores = evidence[:, : len(FAULTS)]
+            beside = dict(
+                zip(_BESIDE_SCORES, evidence[:, len(FAULTS) :].T, strict=True)
             )
+            matches = Bunch(scores=scores, **beside)
             healthy = self._healthy()
-            compared = self._compared(joined, n_rows, healthy)
-            return self._by_combs(compared, ~np.isnan(rpm), healthy)
+            compared = self._compared(matches, n_rows, healthy)
+            return self._by_combs(compared, matches, healthy)
         by_spectra, by_combs = np.split(evidence, [len(self.classes_)], axis=1)
         learned = self.conditions_.join(by_spectra, n_rows)
         weights = effective_number(n_rows).reshape(-1, 1)
@@ -463,17 +453,17 @@ class FaultOrderClassifier(SignalClassifier):
             comb_limit=compared.score_limits,
             evidence=sentences,
         )
-        has_combs = ~np.isnan(matches.rpm)
         if spectra is None:
-            judged.update(self._by_combs(compared, has_combs, healthy))
+            judged.update(self._by_combs(compared, matches, healthy))
         else:
-            combs = evidence_beside_spectra(
-                _gain(n_rows) * (matches.scores - healthy.without_comb),
-                has_combs,
+            gain = _gain(n_rows)
+            without_comb = np.maximum(gain * healthy.reference, OF_NOISE)
+            by_combs, judged.comb = evidence_beside_spectra(
+                gain * matches.scores - without_comb,
+                ~np.isnan(matches.rpm),
                 self.class_locations_,
             )
-            judged.update(self._decided(spectra + combs.log_probability))
-            judged.update(comb=combs.of_fault, by_combs=combs.log_probability)
+            judged.update(self._decided(spectra + by_combs), by_combs=by_combs)
         return judged
 
     def _healthy(self):
@@ -484,22 +474,13 @@ class FaultOrderClassifier(SignalClassifier):
 
     def _compared(self, matches, n_rows, healthy):
         """Compare mean scores of rows with those of healthy rows."""
-        return compare_combs(
-            matches.scores,
-            matches.other_scores,
-            matches.rpm,
-            matches.n_revolutions,
-            healthy,
-            _gain(n_rows),
-            self.false_alarm_rate,
-            self.wrong_name_rate,
-        )
+        return compare_combs(matches, healthy, _gain(n_rows), self.false_alarm_rate)
 
-    def _by_combs(self, compared, has_combs, healthy):
+    def _by_combs(self, compared, matches, healthy):
         """Return the verdicts of combs alone."""
         verdicts = verdicts_by_combs(
             compared,
-            has_combs,
+            ~np.isnan(matches.rpm),
             self.classes_,
             self.class_locations_,
             healthy_was_recorded=len(healthy.best) > 0,
@@ -526,8 +507,7 @@ class FaultOrderClassifier(SignalClassifier):
             "combs_alone": True,
             "healthy_was_recorded": len(self.healthy_scores_) > 0,
             "limits": f"combs {self.limit_:.2f} nepers above the healthy rows",
-            # The scores of the faults and of other impacts, speed, and revolutions.
-            "n_evidence": len(FAULTS) + 3,
+            "n_evidence": len(FAULTS) + len(_BESIDE_SCORES),
             "healthy": next(iter(healthy.tolist()), None),
             "is_stretch": True,
             "needs_rpm": self.speed_range is None,
@@ -565,7 +545,6 @@ class FaultOrderClassifier(SignalClassifier):
         for name in ("gear_ratio", "slip"):
             check_real(getattr(self, name), name, **ABOVE_0)
         check_real(self.false_alarm_rate, "false_alarm_rate", max_val=1, **ABOVE_0)
-        check_real(self.wrong_name_rate, "wrong_name_rate", max_val=0.5, **ABOVE_0)
         check_real(self.speed_tolerance, "speed_tolerance", min_val=0, max_val=0.3)
         if self.speed_range is not None:
             is_pair = np.size(self.speed_range) == 2

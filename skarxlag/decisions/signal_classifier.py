@@ -118,7 +118,7 @@ class SignalClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
             With `conditions`, ``comb`` is the probability of a fault by combs alone,
             NaN for rows whose combs are not used. Without, ``named`` is the verdict; or
             "not identifiable" if a comb exceeds the limit, but the second location is
-            too close, see `wrong_name_rate`; or "no fault pattern found" if no comb
+            closer than .27 nepers; or "no fault pattern found" if no comb
             exceeds its limit and `fit` had no healthy rows. And ``refusal`` is empty,
             or why a row has no verdict but equal probabilities: its speed is not
             plausible, or it has less than two revolutions.

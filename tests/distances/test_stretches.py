@@ -16,7 +16,7 @@ from skarxlag import (
 )
 from skarxlag.core.capabilities import capabilities
 from skarxlag.core.state import check_model_state
-from skarxlag.decisions.comb_limits import WITHOUT_COMB
+from skarxlag.decisions.comb_limits import OF_NOISE
 from skarxlag.decisions.comb_probabilities import comb_evidence
 from skarxlag.decisions.order_comparison import order_comparison
 from skarxlag.distances.stretches import window_comparison
@@ -196,7 +196,7 @@ def test_combs_join_the_spectra(diagnoser, with_bearing, data):
     assert nearest[:8].max() < 1 < nearest[8:].min()
     scores = with_bearing["decide"].match(diagnoser[0].transform(X), rpm=900).scores
     # An unknown condition counts as one without a comb.
-    by_place = np.exp(comb_evidence(scores - WITHOUT_COMB, np.array([1, 2, 3])))
+    by_place = np.exp(comb_evidence(scores - OF_NOISE, np.array([1, 2, 3])))
     assert by_place[np.arange(4), 0].min() > 0.9 and by_place[4:8, 1].min() > 0.9
     joint = by_place * by_spectra
     joint /= joint.sum(axis=1, keepdims=True)

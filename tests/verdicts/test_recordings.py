@@ -17,6 +17,7 @@ from skarxlag import (
     window_verdicts,
 )
 from skarxlag.core.fault_locations import NO_FINDING, NOT_IDENTIFIABLE
+from skarxlag.decisions import comb_limits
 from skarxlag.kernels.evidence import (
     CORRELATION,
     NEAREST_CORRELATION,
@@ -592,7 +593,7 @@ def test_rows_without_two_turns_have_no_verdict_by_combs():
     assert found["probability of outer"].isna().tolist() == [False, True, False]
 
 
-def test_combs_of_two_places_are_not_identifiable():
+def test_combs_of_two_places_are_not_identifiable(monkeypatch):
     rows = np.stack([signal_of(place) for place in ("healthy", "outer", "outer")])
     stated = {"rpm": 900, "train_rpm": [900]}
     named = classifier().fit(rows)
@@ -601,13 +602,13 @@ def test_combs_of_two_places_are_not_identifiable():
     assert found["alarm"].tolist() == ["no", "yes"]
     said = named.diagnose(rows, rpm=900)
     np.testing.assert_allclose(found["p-value"].iloc[0], said.p_value[0], rtol=2e-3)
-    # Hardly any wrong name is allowed, so the places must be far apart.
-    strict = classifier(wrong_name_rate=1e-99).fit(rows)
-    windows = window_verdicts(strict, rows, **stated)
+    # No other place is far enough.
+    monkeypatch.setattr(comb_limits, "_LEAST_LEAD", np.inf)
+    windows = window_verdicts(named, rows, **stated)
     expected = [NO_FINDING, NOT_IDENTIFIABLE, NOT_IDENTIFIABLE]
     assert windows["verdict"].tolist() == expected
     assert "nearly as well" in windows["evidence"][1]
-    found = recording_verdicts(strict, rows, ["a", "b", "b"], **stated)
+    found = recording_verdicts(named, rows, ["a", "b", "b"], **stated)
     assert found["verdict"].tolist() == [NO_FINDING, NOT_IDENTIFIABLE]
     assert found["alarm"].tolist() == ["no", "yes"] and np.isnan(
         found["probability"].iloc[1]
