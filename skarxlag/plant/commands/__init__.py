@@ -11,7 +11,7 @@ from importlib import import_module
 from io import TextIOWrapper, UnsupportedOperation
 
 from ..._version import __version__
-from .messages import CommandError, UsageError, say
+from .messages import CommandError, Reporter, UsageError, say
 
 #: Summaries of the commands. Functions of these names in `parsers` and `checks` declare
 #: and check the arguments. ``run(args)`` of the module ``skarxlag.plant.commands.NAME``
@@ -52,6 +52,7 @@ def main(argv: list[str] | None = None) -> int:
             # Users of a shell read the messages of the command, not warnings of Python.
             warnings.simplefilter("ignore")
             getattr(import_module(".checks", __name__), args.command)(args)
+            args.reporter = Reporter(vars(args).get("quiet", True))
             # This import takes most of the time of a short command.
             status = import_module(f".{args.command}", __name__).run(args)
         sys.stdout.flush()

@@ -35,8 +35,8 @@ _COLUMNS = {"outer": "BPFO", "inner": "BPFI", "ball": "2 BSF", "cage": "FTF"}
 def run(args: argparse.Namespace) -> int:
     """Run the command with parsed arguments."""
     table = catalogue()
-    if args.listed:
-        table = fitting_bearings(args.listed[0]).head(_N_SHOWN).join(table)
+    if args.recordings:
+        table = fitting_bearings(args.recordings[0]).head(_N_SHOWN).join(table)
     show(table.to_string(float_format="{:.3f}".format))
     return 0
 

@@ -1,7 +1,7 @@
 """Checks of the arguments of each command, as far as they need no computation.
 
-A check raises an error if the arguments are wrong, and adds to them the recordings that
-it has listed.
+A check raises an error if the arguments are wrong, and replaces names of recordings by
+the recordings that it has listed.
 """
 
 import os
@@ -44,8 +44,8 @@ MOST_DRAWN = 50
 
 def fit(args: Namespace) -> None:
     """List the recordings, and check the output."""
-    args.listed = _table_recordings(args)
-    inputs = [args.table, *(recording.path for recording in args.listed)]
+    args.recordings = _table_recordings(args)
+    inputs = [args.table, *(recording.path for recording in args.recordings)]
     args.output = check_output(args.output, inputs, is_model_file, args.force)
     require(("skops",), "saving a diagnoser", "io")
 
@@ -69,12 +69,13 @@ def diagnose(args: Namespace) -> None:
     # Results of an earlier run may lie in the folder of the recordings.
     results = {path.absolute() for path in outputs}
     results -= {Path(path).absolute() for path in args.recordings}
-    args.listed = [
+    args.recordings = [
         recording
         for recording in _named_and_of_table(args)
         if recording.path.absolute() not in results
     ]
-    inputs = [args.model, args.table, *(recording.path for recording in args.listed)]
+    inputs = [args.model, args.table]
+    inputs += [recording.path for recording in args.recordings]
     kind = is_result_file, args.force, SUFFIXES
     outputs = [check_output(path, inputs, *kind) for path in outputs]
     args.output = outputs[0] if outputs else None
@@ -87,7 +88,7 @@ def evaluate(args: Namespace) -> None:
     if args.table is not None:
         unfit = ["dataset", "data_home", "where", "n_samples", "train_rpm"]
         refuse(args, unfit, "not allowed with a table")
-        args.listed = _table_recordings(args)
+        args.recordings = _table_recordings(args)
     else:
         of_tables = [name for name in _FACTS if name != "channel"]
         refuse(args, [*of_tables, "rpm", "outputs", "bearing"], "needs a table")
@@ -104,16 +105,16 @@ def evaluate(args: Namespace) -> None:
 def show(args: Namespace) -> None:
     """List the recordings, and check the output."""
     require(("jinja2", "matplotlib"), "a page", "io")
-    args.listed = _named_and_of_table(args)
-    args.listed_healthy = _named_recordings(args, args.healthy)
-    if len(args.listed) > MOST_DRAWN:
+    args.recordings = _named_and_of_table(args)
+    args.healthy = _named_recordings(args, args.healthy)
+    if len(args.recordings) > MOST_DRAWN:
         raise UsageError(
-            f"argument RECORDING: {len(args.listed)} recordings; expected at most "
+            f"argument RECORDING: {len(args.recordings)} recordings; expected at most "
             f"{MOST_DRAWN}. A report of diagnose lists all and draws the most severe."
         )
     if args.output is None:
-        args.output = Path(f"{args.listed[0].path.stem}.html")
-    inputs = [recording.path for recording in args.listed + args.listed_healthy]
+        args.output = Path(f"{args.recordings[0].path.stem}.html")
+    inputs = [recording.path for recording in args.recordings + args.healthy]
     kind = is_result_file, args.force, (".html",)
     args.output = check_output(args.output, inputs, *kind)
 
@@ -121,10 +122,10 @@ def show(args: Namespace) -> None:
 def bearings(args: Namespace) -> None:
     """List the recording."""
     paths = [] if args.recording is None else [args.recording]
-    args.listed = _named_recordings(args, paths)
-    if len(args.listed) > 1:
+    args.recordings = _named_recordings(args, paths)
+    if len(args.recordings) > 1:
         raise UsageError(
-            f"argument RECORDING: {len(args.listed)} recordings, expected one"
+            f"argument RECORDING: {len(args.recordings)} recordings, expected one"
         )
 
 

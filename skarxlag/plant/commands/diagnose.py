@@ -39,9 +39,7 @@ _MOST_NAMES = 5
 def run(args: argparse.Namespace) -> int:
     """Run the command with parsed arguments."""
     model = _model(args)
-    reporter = Reporter(args.quiet)
-    options = keywords(diagnose, args) | {"model": model, "reporter": reporter}
-    rows, diagnoses = diagnose(**options | {"recordings": args.listed})
+    rows, diagnoses = diagnose(**keywords(diagnose, args) | {"model": model})
     table = results.verdict_table(rows)
     if not args.quiet:
         show(model.heading)

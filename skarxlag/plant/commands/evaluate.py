@@ -93,13 +93,11 @@ class Case:
 def run(args: argparse.Namespace) -> int:
     """Run the command with parsed arguments."""
     with as_command_error():
-        reporter = Reporter(quiet=args.quiet)
         if args.table is not None:
-            options = keywords(table_case, args) | {"reporter": reporter}
-            cases = [table_case(recordings=args.listed, **options)]
+            cases = [table_case(**keywords(table_case, args))]
         else:
-            cases = list(rig_cases(**keywords(rig_cases, args)))
-        evaluate_cases(cases, args.output, n_jobs=args.n_jobs, reporter=reporter)
+            cases = [*rig_cases(**keywords(rig_cases, args))]
+        evaluate_cases(cases, **keywords(evaluate_cases, args))
     return 0
 
 

@@ -35,9 +35,7 @@ from .training_rows import training_rows
 
 def run(args: argparse.Namespace) -> int:
     """Run the command with parsed arguments."""
-    reporter = Reporter(args.quiet)
-    options = keywords(fit, args)
-    show(*fit(args.listed, source=args.table, reporter=reporter, **options))
+    show(*fit(**keywords(fit, args)))
     return 0
 
 
@@ -45,7 +43,7 @@ def fit(
     recordings: Sequence[ListedRecording],
     output: Path,
     *,
-    source: Any = "recordings",
+    table: Any = "recordings",
     diagnoser: str | None = None,
     bearing: str | None = None,
     healthy: str | None = None,
@@ -65,7 +63,7 @@ def fit(
         The recordings.
     output : Path
         The saved model.
-    source : path-like, default="recordings"
+    table : path-like, default="recordings"
         Named in messages.
     diagnoser, bearing, healthy, false_alarm_rate, outputs, fixed_gain, window_length, \
 resample_to, n_jobs
@@ -87,7 +85,7 @@ resample_to, n_jobs
     diagnoser = _kind(recordings, diagnoser, bearing, healthy)
     rows = training_rows(
         recordings,
-        source,
+        table,
         kind=diagnoser,
         window_length=window_length,
         resample_to=resample_to,
@@ -96,15 +94,15 @@ resample_to, n_jobs
     kind = diagnoser or ("stretches" if rows.word == "stretches" else "diagnoser")
     if bearing is not None and rows.speeds is None:
         raise CommandError(
-            f"{source}: no speed is stated; expected a column rpm, or --rpm"
+            f"{table}: no speed is stated; expected a column rpm, or --rpm"
         )
     may_be_one = kind == "detector" or bearing is not None
     if "condition" not in rows.facts and may_be_one:
         rows.facts["condition"] = HEALTHY
-    healthy, reason = _healthy_condition(rows, source, kind, healthy, may_be_one)
+    healthy, reason = _healthy_condition(rows, table, kind, healthy, may_be_one)
     if kind == "detector":
         rows = rows.where(rows.y == healthy)
-    rows = rows.with_signal(source, outputs or 1)
+    rows = rows.with_signal(table, outputs or 1)
     reporter.line(f"{len(rows.X)} {rows.word}: fitting")
     rates = None
     with as_command_error(), parallel_config("threading", n_jobs=n_jobs):

@@ -15,22 +15,16 @@ from ..pages import render
 from ..pages.pictures import STRETCH, recording_pictures, view_recording
 from ..readers.formats.rates import rates_agree
 from ..readers.listing import ListedRecording
-from .messages import CommandError, as_command_error, printable, show
+from .messages import CommandError, as_command_error, keywords, printable, show
 from .training_facts import plain_unit
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command with parsed arguments."""
-    errors = draw(
-        args.listed,
-        args.output,
-        bearing=args.bearing,
-        healthy=args.listed_healthy,
-        unit=args.unit,
-    )
+    errors = draw(**keywords(draw, args))
     for error in errors:
         print(error, file=sys.stderr)
-    if len(errors) < len(args.listed):
+    if len(errors) < len(args.recordings):
         show(f"Written: {args.output}")
     return 1 if errors else 0
 
