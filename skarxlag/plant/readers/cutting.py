@@ -44,7 +44,7 @@ def block_length(window_length: int) -> int:
 
 
 def cut_blocks(
-    blocks: Iterable[Any], name: str, window_length: int, hop: int | None = None
+    blocks: Iterable[Any], name: str, window_length: int
 ) -> Iterator[NDArray[Any]]:
     """Cut a recording that arrives block by block into windows.
 
@@ -56,8 +56,6 @@ def cut_blocks(
         Name for error messages.
     window_length : int
         Samples in a window.
-    hop : int, default=None
-        As in :func:`make_windows`.
 
     Yields
     ------
@@ -77,25 +75,19 @@ def cut_blocks(
     >>> [windows.tolist() for windows in cut_blocks(parts, "run", 2)]
     [[[0.0, 1.0]], [[2.0, 3.0], [4.0, 5.0], [6.0, 7.0]]]
     """
-    hop = hop or window_length
-    at_a_time = block_length(window_length) // window_length
+    at_a_time = block_length(window_length)
     rest = None
     n_windows = 0
-    n_skipped = 0
-    for block in blocks:
-        # If the hop reaches beyond the last block, the start of this one is left out.
-        signal = block[..., n_skipped:]
-        n_skipped = max(n_skipped - block.shape[-1], 0)
+    for signal in blocks:
         if rest is not None:
             signal = np.concatenate([rest, signal], axis=-1)
-        n_fitting = max((signal.shape[-1] - window_length) // hop + 1, 0)
-        for first in range(0, n_fitting, at_a_time):
-            stop = (first + at_a_time - 1) * hop + window_length
-            yield make_windows(signal[..., first * hop : stop], window_length, hop=hop)
-        n_windows += n_fitting
-        n_skipped += max(n_fitting * hop - signal.shape[-1], 0)
+        n_whole = signal.shape[-1] // window_length * window_length
+        for first in range(0, n_whole, at_a_time):
+            part = signal[..., first : min(first + at_a_time, n_whole)]
+            yield make_windows(part, window_length)
+        n_windows += n_whole // window_length
         # Without the copy, a few samples would keep the whole block in memory.
-        rest = signal[..., n_fitting * hop :].copy()
+        rest = signal[..., n_whole:].copy()
     if n_windows == 0:
         raise ValueError(
             f"{name}: recording has {rest.shape[-1]} samples, fewer than "
@@ -152,7 +144,6 @@ def cut_recordings(
     listed: list[ListedRecording],
     source: str | os.PathLike[str],
     window_length: int,
-    hop: int | None = None,
     max_windows: int | None = None,
     healthy: str | None = None,
     resample: float | None = None,
@@ -166,7 +157,7 @@ def cut_recordings(
         The recordings.
     source : path-like
         The list itself.
-    window_length, hop, max_windows, healthy, resample
+    window_length, max_windows, healthy, resample
         As in `load_recordings`.
     note : callable
         Called with each recording that was read and the number of its windows.
@@ -182,7 +173,6 @@ def cut_recordings(
         As in `load_recordings`.
     """
     check_count(window_length, "window_length")
-    hop = window_length if hop is None else check_count(hop, "hop")
     if max_windows is not None:
         check_count(max_windows, "max_windows")
     check_repeated(listed)
@@ -192,11 +182,11 @@ def cut_recordings(
     available = []
     for entry in listed:
         blocks = reader.blocks(entry, block_length(window_length))
-        parts = cut_blocks(blocks, str(entry.path), window_length, hop)
+        parts = cut_blocks(blocks, str(entry.path), window_length)
         windows, position, n_available = thin_windows(parts, max_windows)
         store.write(windows)
         available.append(n_available)
-        starts.append(position * hop)
+        starts.append(position * window_length)
         note(entry, n_available)
     # Without a copy, or memory would hold all windows twice.
     data = np.frombuffer(store.getbuffer()).reshape(-1, *windows.shape[1:])
@@ -330,8 +320,8 @@ def join_windows(rig: Bunch, n_windows: int) -> Bunch:
     Parameters
     ----------
     rig : Bunch
-        Result of `cut_recordings` that holds all windows of each recording, without a
-        hop. Its data are overwritten.
+        Result of `cut_recordings` that holds all windows of each recording. Its data
+        are overwritten.
     n_windows : int
         Windows in a row. The last windows of a recording that do not fill a row are
         left out.

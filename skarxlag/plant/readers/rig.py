@@ -153,7 +153,6 @@ def load_recordings(
     path: str | os.PathLike[str],
     *,
     window_length: int = 1200,
-    hop: int | None = None,
     max_windows: int | None = None,
     healthy: str | None = None,
     pattern: str | None = None,
@@ -165,18 +164,15 @@ def load_recordings(
     r"""Load the windows of all recordings of a table, a folder or a glob, as a rig.
 
     Recordings are read block by block, so that memory holds no more than the windows.
-    If these are too many, reduce their number by `hop` or `max_windows`.
+    If these are too many, reduce their number by `max_windows`.
 
     Parameters
     ----------
     path : str or path-like
         The table, a folder or a glob, see :func:`read_recording_table`.
     window_length : int, default=1200
-        Samples in a window.
-    hop : int, default=None
-        Samples from the start of one window to the start of the next. None takes
-        `window_length`; more than that leaves out samples between windows. The tail of
-        a recording that does not fill a window is left out.
+        Samples in a window. Windows neither overlap nor leave gaps; the tail of a
+        recording that does not fill a window is left out.
     max_windows : int, default=None
         Windows of each recording, at most, at least 1. Of a recording that has more,
         every second, fourth, eighth, ... window is kept, so that they are spread over
@@ -251,6 +247,4 @@ def load_recordings(
     listed = list_recordings(
         path, pattern=pattern, channel=channel, sampling_rate=sampling_rate, dtype=dtype
     )
-    return cut_recordings(
-        listed, path, window_length, hop, max_windows, healthy, resample
-    )
+    return cut_recordings(listed, path, window_length, max_windows, healthy, resample)

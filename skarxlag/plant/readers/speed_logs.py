@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 
 from .formats.facts import (
-    check_unambiguous,
     distinct,
     is_ambiguous,
+    meanings,
     number,
     seconds_of_date,
 )
@@ -51,28 +51,22 @@ def logged_speed(
     log = pd.DataFrame(list(rows.values()), columns=columns)
     # Speeds such as 1.797 may be 1797, unless one shows that the point is decimal.
     with_sign = [text for text in log["rpm"] if {*".,"} & {*text}]
-    if all(is_ambiguous(text, HIGHEST_RPM) for text in with_sign):
-        for text in with_sign:
-            check_unambiguous(f"{path}: rpm", text)
-    log["rpm"] = log["rpm"].map(number).astype(float)
-    has_names = "recording" in log
-    if has_names:
+    if with_sign and all(is_ambiguous(text, HIGHEST_RPM) for text in with_sign):
+        raise ValueError(f"{path}: rpm is {meanings(with_sign[0])}")
+    log["rpm"] = log["rpm"].map(number)
+    if "recording" in log:
         log = log[log["recording"].isin(names)]
     else:
-        seconds = log["time"].map(number)
-        is_date = bool(seconds.isna().all())
+        is_date = bool(log["time"].map(number).isna().all())
         begin, end = span(is_date)
-        if is_date:
-            seconds = log["time"].map(seconds_of_date)
-        log["seconds"] = seconds - begin
-        log = log[log["seconds"].between(0, end - begin)]
-        log = log.sort_values("seconds", kind="stable")
-    speeds = log["rpm"].to_numpy()
+        log["seconds"] = log["time"].map(seconds_of_date if is_date else number) - begin
+        log = log[log["seconds"].between(0, end - begin)].sort_values("seconds")
+    speeds = log["rpm"].to_numpy(float)
     if not np.all((speeds >= 0) & np.isfinite(speeds)) or not speeds.any():
         raise ValueError(
             f"{path}: the log states no speed above 0 of the recording, or a text that "
             "is no speed"
         )
-    if has_names:
+    if "recording" in log:
         return float(speeds.mean())
     return SpeedProfile(log["seconds"].to_numpy(), speeds)

@@ -12,6 +12,7 @@ import pytest
 from scipy.io import savemat, wavfile
 
 from skarxlag import iter_windows, make_windows, read_recording
+from skarxlag.plant.readers.cutting import cut_blocks, thin_windows
 from tests.plant.readers.blocks import recording_blocks
 
 RNG = np.random.default_rng(0)
@@ -93,6 +94,27 @@ def test_windows_are_those_of_the_whole_recording(tmp_path, small_blocks, name):
             parts = list(iter_windows(str(path), window_length, channel=channel))
             np.testing.assert_array_equal(np.concatenate(parts), expected)
             assert max(map(len, parts)) == max(25 // window_length, 1)
+
+
+@pytest.mark.parametrize("cuts", [[], [1, 2, 3], [30, 31, 95], range(5, 100, 5)])
+def test_windows_of_blocks_are_those_of_the_whole(monkeypatch, cuts):
+    monkeypatch.setattr("skarxlag.plant.readers.cutting._BLOCK", 20)
+    recording = np.random.default_rng(0).normal(size=(2, 103))
+    parts = list(cut_blocks(np.split(recording, cuts, axis=1), "run", 7))
+    np.testing.assert_array_equal(np.concatenate(parts), make_windows(recording, 7))
+    assert max(map(len, parts)) <= 2
+
+
+@pytest.mark.parametrize("max_windows", [1, 5, 100])
+def test_thinned_windows_do_not_depend_on_the_parts(max_windows):
+    windows = np.arange(64.0)[:, np.newaxis]
+    kept, position, n_available = thin_windows([windows], max_windows)
+    assert n_available == 64
+    np.testing.assert_array_equal(kept[:, 0], position)
+    assert len(kept) == {1: 1, 5: 4, 100: 64}[max_windows]
+    in_parts, same, _ = thin_windows(np.split(windows, [1, 2, 30]), max_windows)
+    np.testing.assert_array_equal(in_parts, kept)
+    np.testing.assert_array_equal(same, position)
 
 
 def test_default_window_length_is_1200(tmp_path):

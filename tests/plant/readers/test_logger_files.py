@@ -224,12 +224,6 @@ REFUSED = {
         ),
         "'time' is 0 s in samples 0 and 1",
     ),
-    "a row that is repeated far from the head": (
-        "time,acc\n"
-        + lines(np.arange(20_000) / RATE, np.resize(Y, 20_000), form=("{:.6f}", "{}"))
-        + "9.999500,7\n10.000000,7\n",
-        "'time' is 9.9995 s in samples 19999 and 20000",
-    ),
     "a gap between dates with a zone": (
         "time,acc\n"
         + lines([f"2024-03-05T10:00:{t:09.6f}+01:00" for t in T + (T > 0.1) / 5], Y),

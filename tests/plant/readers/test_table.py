@@ -171,12 +171,6 @@ def test_rig(folder):
     np.testing.assert_array_equal(rig.data, expected)
 
 
-def test_hop(folder):
-    rig = load_recordings(write(folder, GOOD), window_length=4, hop=2)
-    assert rig.start.tolist() == [0, 2, 4, 6, 0, 2, 4, 0, 2, 4]
-    np.testing.assert_array_equal(rig.data[1], SIGNALS["a"][2:6])
-
-
 def test_default_window_length_is_1200(folder):
     np.save(folder / "a.npy", np.zeros(2500))
     path = write(folder, "path,sampling_rate\na.npy,5\n")
@@ -306,14 +300,13 @@ def test_resampling_is_reported(folder):
     assert "slow.wav resampled from 25000 to 50000 Hz" in rig.DESCR
 
 
-@pytest.mark.parametrize("hop", [None, 3, 10])
-def test_windows_to_keep_at_most(folder, hop):
+def test_windows_to_keep_at_most(folder):
     alternating = np.arange(100) * np.where(np.arange(100) % 2, -1, 1)
     np.save(folder / "long.npy", alternating)
     np.save(folder / "short.npy", alternating[:10])
     path = write(folder, "path,sampling_rate\nlong.npy,5\nshort.npy,5\n")
-    whole = load_recordings(path, window_length=5, hop=hop)
-    some = load_recordings(path, window_length=5, hop=hop, max_windows=6)
+    whole = load_recordings(path, window_length=5)
+    some = load_recordings(path, window_length=5, max_windows=6)
     counts = [np.sum(whole.recording == name) for name in ("long.npy", "short.npy")]
     np.testing.assert_array_equal(whole.available, counts)
     np.testing.assert_array_equal(some.available, counts)
@@ -330,9 +323,7 @@ def test_windows_to_keep_at_most(folder, hop):
     assert ("fewer than there are in 1" in some.DESCR) and "fewer" not in whole.DESCR
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("max_windows", 0), ("hop", 0), ("hop", 2.5)]
-)
+@pytest.mark.parametrize(("name", "value"), [("max_windows", 0), ("max_windows", 2.5)])
 def test_wrong_numbers_are_named(folder, name, value):
     with pytest.raises((ValueError, TypeError), match=name):
         load_recordings(write(folder, GOOD), **{name: value})

@@ -49,11 +49,8 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
             if not isinstance(node, h5py.Dataset) or not _is_signal(node, attributes):
                 continue
             if node.external or node.is_virtual:
-                is_elsewhere = "is a view of other files"
-                if node.external:
-                    is_elsewhere = "lies in another file"
                 arrays.refused[name] = (
-                    f"data set {node.name!r} {is_elsewhere}, which is not followed"
+                    f"data set {node.name!r} lies in other files, which are not followed"
                 )
             else:
                 check_unpacked(node.id.get_storage_size(), node.nbytes)

@@ -69,10 +69,6 @@ class TimeAxis:
         Seconds of the smallest step.
     scale : float
         Seconds of the unit of the values.
-    has_equal : bool
-        Whether equal times are usual, because they were rounded.
-    last_digit : float or None
-        Seconds of the last written decimal, if a text has the same one everywhere.
     problem : str
         Why equal times do not come from rounding, else empty.
     """
@@ -83,8 +79,6 @@ class TimeAxis:
     start: float | None = None
     resolution: float = 0.0
     scale: float = 1.0
-    has_equal: bool = False
-    last_digit: float | None = None
     problem: str = ""
 
 
@@ -129,18 +123,10 @@ class EvenTimes:
         self._n_samples += len(times)
         if not len(samples):
             return
-        written = axis.last_digit or last_decimal(times)
-        is_fine = 0 < written < 1 / self._rate / _FINE
-        is_equal = np.diff(seconds) == 0
-        # The last known time is there twice.
-        is_equal[: len(self._samples) // 2] = False
-        if is_fine and not axis.has_equal and is_equal.any():
-            i = int(np.argmax(is_equal)) + 1
-            raise ContentError(_equal_times(axis.name, int(samples[i]), seconds[i]))
         changed = changes(seconds)
         self._samples = samples[[changed[-1], -1]]
         self._seconds = seconds[[changed[-1], -1]]
-        resolution = max(axis.resolution, written)
+        resolution = max(axis.resolution, last_decimal(times))
         steps = np.diff(seconds[changed])
         n_steps = np.diff(samples[changed])
         is_break = _breaks(steps, n_steps, 1 / self._rate, resolution)
@@ -184,8 +170,7 @@ def even_rate(name: str, times: NDArray[Any]) -> float | None:
     rate, _ = rate_of_times(times, np.arange(len(times)), changed)
     if not np.isfinite(rate):
         return None
-    axis = TimeAxis(name, len(times), rate, has_equal=len(changed) < len(times))
-    EvenTimes(axis, rate).check(times)
+    EvenTimes(TimeAxis(name, len(times), rate), rate).check(times)
     return rate
 
 
@@ -259,8 +244,6 @@ def _axis(contents, name, stated_rate, n_probed=_N_PROBED):
         float(times[changed[0]] - changed[0] / rate) if kind == "date" else None,
         float(np.abs(steps).min()),
         scale,
-        len(changed) < len(timed),
-        last_digit,
         problem,
     )
 
@@ -299,7 +282,12 @@ def _problem_of_equal(contents, name, times, last_digit):
     columns = {o: np.asarray(c)[samples] for o, c in zip(others, columns, strict=True)}
     repeats = np.delete(np.arange(len(known)), starts)
     first = int(repeats[0])
-    problem = _equal_times(name, int(samples[first]), known[first])
+    sample = samples[first]
+    problem = (
+        f"{name!r} is {known[first]:.10g} s in samples {sample - 1} and {sample}, though "
+        "times are written more finely than samples follow: remove rows that are repeated, "
+        "and make one column of each sensor"
+    )
     varying = [c for c in columns.values() if np.mean(c[1:] == c[:-1]) < 0.5]
     if varying and all(np.all(c[repeats] == c[repeats - 1]) for c in varying):
         return problem
@@ -322,14 +310,6 @@ def _problem_of_equal(contents, name, times, last_digit):
                 f"column {other!r} ({shown}): make one column of each"
             )
     return problem
-
-
-def _equal_times(name, sample, time):
-    return (
-        f"{name!r} is {time:.10g} s in samples {sample - 1} and {sample}, though times are "
-        "written more finely than samples follow: remove rows that are repeated, and make "
-        "one column of each sensor"
-    )
 
 
 def changes(times: NDArray[Any]) -> NDArray[Any]:

@@ -66,7 +66,7 @@ def test_data_in_other_files_is_not_followed(path):
     other.write_bytes(bytes(800))
     with h5py.File(path, "w") as file:
         file.create_dataset("y", (100,), "f8", external=[(str(other), 0, 800)])
-    with pytest.raises(ValueError, match=r"run.h5: data set '/y' lies in another file"):
+    with pytest.raises(ValueError, match=r"run.h5: data set '/y' lies in other files"):
         read_recording(path)
 
 
@@ -79,7 +79,7 @@ def test_views_of_other_files_are_not_followed(path):
         file.create_virtual_dataset("view", layout)
         file["signal"] = U
     np.testing.assert_array_equal(read_recording(path)[0], U)
-    with pytest.raises(ValueError, match=r"'/view' is a view of other files"):
+    with pytest.raises(ValueError, match=r"'/view' lies in other files"):
         read_recording(path, channel="view")
 
 

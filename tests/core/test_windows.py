@@ -5,7 +5,6 @@ import pandas as pd
 import pytest
 
 from skarxlag import make_windows
-from skarxlag.plant.readers.cutting import cut_blocks, thin_windows
 
 
 @pytest.mark.parametrize("channels", [(), (1,), (3,)])
@@ -118,30 +117,6 @@ def test_a_single_number_is_no_recording():
 def test_bad_lengths_are_refused_by_name(name, value, error):
     with pytest.raises(error, match=name):
         make_windows(np.zeros(10), **{"window_length": 2, name: value})
-
-
-@pytest.mark.parametrize("hop", [None, 1, 3, 7, 10, 40, 200])
-@pytest.mark.parametrize("cuts", [[], [1, 2, 3], [30, 31, 95], range(5, 100, 5)])
-def test_windows_of_blocks_are_those_of_the_whole(monkeypatch, hop, cuts):
-    monkeypatch.setattr("skarxlag.plant.readers.cutting._BLOCK", 20)
-    recording = np.random.default_rng(0).normal(size=(2, 103))
-    parts = list(cut_blocks(np.split(recording, cuts, axis=1), "run", 7, hop))
-    np.testing.assert_array_equal(
-        np.concatenate(parts), make_windows(recording, 7, hop=hop)
-    )
-    assert max(map(len, parts)) <= 2
-
-
-@pytest.mark.parametrize("max_windows", [1, 5, 100])
-def test_thinned_windows_do_not_depend_on_the_parts(max_windows):
-    windows = np.arange(64.0)[:, np.newaxis]
-    kept, position, n_available = thin_windows([windows], max_windows)
-    assert n_available == 64
-    np.testing.assert_array_equal(kept[:, 0], position)
-    assert len(kept) == {1: 1, 5: 4, 100: 64}[max_windows]
-    in_parts, same, _ = thin_windows(np.split(windows, [1, 2, 30]), max_windows)
-    np.testing.assert_array_equal(in_parts, kept)
-    np.testing.assert_array_equal(same, position)
 
 
 def test_recordings_of_different_lengths_and_their_facts():
