@@ -1,9 +1,11 @@
 """Recordings that are listed twice."""
 
+import filecmp
 import hashlib
 import os
 from collections import defaultdict
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
+from itertools import combinations
 
 from .entries import ListedRecording
 from .files import names_of_channels
@@ -30,52 +32,36 @@ def check_repeated(listed: Sequence[ListedRecording]) -> None:
         If two entries name the same channels of the same recording. The message names
         both entries.
     """
-    for entries in _same_files(listed):
-        first: dict[Hashable, ListedRecording] = {}
-        for entry in entries:
-            other = first.setdefault(_channels(entry, entries), entry)
-            if other is not entry:
+    similar = defaultdict(list)
+    for entry in listed:
+        # A missing file is reported when it is read.
+        if entry.path.is_file():
+            similar[_ends(entry.path)].append(entry)
+    for entries in similar.values():
+        channels = [""] * len(entries)
+        if len({str(entry.channel) for entry in entries}) > 1:
+            # One channel may be stated in several ways.
+            channels = map(_channels, entries)
+        pairs = combinations(zip(channels, entries, strict=True), 2)
+        for (of_other, other), (of_entry, entry) in pairs:
+            is_same = of_entry == of_other
+            if is_same and filecmp.cmp(entry.path, other.path, shallow=False):
                 where = f"{entry.where}: " if entry.where else ""
-                of_other = f" of {other.where}" if other.where else ""
+                place = f" of {other.where}" if other.where else ""
                 raise ValueError(
-                    f"{where}{entry.path} is the same recording as "
-                    f"{other.path}{of_other}"
+                    f"{where}{entry.path} is the same recording as {other.path}{place}"
                 )
 
 
-def _channels(entry, entries):
-    """Return the chosen channels, by their names if they are stated in several ways."""
-    if len({str(other.channel) for other in entries}) == 1:
-        return ""
-    return tuple(names_of_channels(entry.path, entry.channel, entry.dtype))
-
-
-def _same_files(listed):
-    """Yield entries of the same file, or of files with equal bytes, if there are several."""
-    # A missing file is reported when it is read.
-    groups = [[entry for entry in listed if entry.path.is_file()]]
-    for key in (os.path.getsize, _ends, _digest):
-        groups = [part for entries in groups for part in _divided(entries, key)]
-    return groups
-
-
-def _divided(entries, key):
-    """Divide entries by a key of the path, and leave out those that are alone."""
-    paths = {os.path.realpath(entry.path) for entry in entries}
-    keys = dict(zip(paths, map(key, paths), strict=True)) if len(paths) > 1 else {}
-    parts = defaultdict(list)
-    for entry in entries:
-        parts[keys.get(os.path.realpath(entry.path))].append(entry)
-    return [part for part in parts.values() if len(part) > 1]
+def _channels(entry):
+    """Return the names of the chosen channels."""
+    return names_of_channels(entry.path, entry.channel, entry.dtype)
 
 
 def _ends(path):
-    with open(path, "rb") as file:
+    """Return a digest of the size of a file, and of the bytes at its ends."""
+    with path.open("rb") as file:
+        size = os.fstat(file.fileno()).st_size
         first = file.read(_ENDS)
-        file.seek(max(os.fstat(file.fileno()).st_size - _ENDS, 0))
-        return hashlib.sha256(first + file.read()).digest()
-
-
-def _digest(path):
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").digest()
+        file.seek(max(size - _ENDS, 0))
+        return size, hashlib.sha256(first + file.read()).digest()

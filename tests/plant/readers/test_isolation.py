@@ -33,22 +33,16 @@ class Fatal:
         os.abort()
 
 
-def crash(path):
-    os.abort()
-    yield
-
-
 def crash_within_a_reply(path):
     yield [0.5] * 50
     yield [bytes(2**20), Fatal()]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("function", [crash, crash_within_a_reply])
-def test_a_crash_is_reported_and_the_next_file_is_read(run, function):
+def test_a_crash_is_reported_and_the_next_file_is_read(run):
     message = r"run.mat: its reader crashed \(exit status .*damaged"
     with pytest.raises(ValueError, match=message):
-        list(isolation.isolated(function, run))
+        list(isolation.isolated(crash_within_a_reply, run))
     np.testing.assert_array_equal(read_recording(run)[0], Y)
 
 
@@ -108,12 +102,12 @@ def test_a_recording_that_is_not_read_to_its_end(run):
 
 @pytest.mark.slow
 def test_several_files_at_a_time(tmp_path):
-    paths = [tmp_path / f"{i}.mat" for i in range(6)]
+    paths = [tmp_path / f"{i}.mat" for i in range(4)]
     for i, path in enumerate(paths):
         savemat(path, {"y": Y + i})
-    with ThreadPoolExecutor(3) as pool:
+    with ThreadPoolExecutor(2) as pool:
         signals = list(pool.map(lambda path: read_recording(path)[0], paths))
-    np.testing.assert_array_equal(signals, [Y + i for i in range(6)])
+    np.testing.assert_array_equal(signals, [Y + i for i in range(4)])
     one, other = recording_blocks(paths[0], 30), recording_blocks(paths[1], 30)
     for first, second in zip(one, other, strict=True):
         np.testing.assert_array_equal(first[0] + 1, second[0])
@@ -160,7 +154,7 @@ def test_memory_is_bounded(tmp_path):
 def test_files_that_have_crashed_the_reader_or_never_ended(path, run, monkeypatch):
     """Found by altering some bytes of a good file; with some versions of SciPy they are read."""
     read_recording(run)
-    monkeypatch.setattr(isolation, "_PATIENCE", 1)
+    monkeypatch.setattr(isolation, "_PATIENCE", 0.3)
     with contextlib.suppress(ValueError):
         read_recording(path, channel="y")
     monkeypatch.undo()
