@@ -13,7 +13,7 @@ from scipy import linalg
 from .arrays import Array
 from .compiled import compiled, inlined
 from .laguerre import TOGETHER, advance, advance_block, network_matrices
-from .lanes import LANES, TILE, aligned_zeros, deinterleave, interleave
+from .lanes import LANES, TILE, deinterleave, interleave
 
 #: Models whose predictions one pass over a block takes together.
 _MODELS = 2
@@ -164,9 +164,9 @@ def innovations(
     gains = np.repeat(np.sqrt(1 - poles**2), orders)
     padded[: len(coef), np.concatenate(is_used)] = coef * gains
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
-    states = aligned_zeros(filled.sum(), LANES)
-    histories = aligned_zeros(TOGETHER, (TILE + 1) * LANES)
-    blocks = aligned_zeros(1 + len(padded), TILE * LANES)
+    states = np.zeros((filled.sum(), LANES))
+    histories = np.zeros((TOGETHER, (TILE + 1) * LANES))
+    blocks = np.zeros((1 + len(padded), TILE * LANES))
     networks = (filled, poles, padded)
     _subtract_predictions(
         windows, *networks, n_transient, out, states, histories, blocks

@@ -9,10 +9,6 @@ distance `LANES`, and the loop writes each array in one place only. A history is
 with one additional sample in front, which is the last sample before the block.
 """
 
-import math
-
-import numpy as np
-
 from .arrays import Array
 from .compiled import inlined
 
@@ -22,22 +18,6 @@ LANES = 16
 #: Samples in a block: short enough for the states of a network to stay in the fastest
 #: memory.
 TILE = 16
-
-
-def aligned_zeros(*shape: int) -> Array:
-    """Allocate working memory that begins at a multiple of 64 bytes, a line of the cache.
-
-    A vector that crosses lines takes up to twice as long to read and write. NumPy
-    aligns to 16 bytes.
-
-    Examples
-    --------
-    >>> aligned_zeros(2, 3).ctypes.data % 64
-    0
-    """
-    memory = np.zeros(math.prod(shape) + 8)
-    start = -memory.ctypes.data % 64 // 8
-    return memory[start : start + math.prod(shape)].reshape(shape)
 
 
 @inlined

@@ -6,7 +6,7 @@ import numpy as np
 
 from .arrays import Array
 from .compiled import compiled, inlined
-from .lanes import LANES, TILE, aligned_zeros, deinterleave, interleave
+from .lanes import LANES, TILE, deinterleave, interleave
 
 #: Rows of the histories of a loop.
 INNOVATION, ERROR, CORRECTION, INTEGRAL, ESTIMATE, POWER = range(6)
@@ -48,7 +48,7 @@ def observe(innovations: Array, loop: tuple[Any, ...]) -> tuple[Array, Array]:
 
 def loop_histories() -> Any:
     """Allocate the histories of the loop's signals and of the sum of e squared, for one block."""
-    return aligned_zeros(POWER + 1, (TILE + 1) * LANES)
+    return np.zeros((POWER + 1, (TILE + 1) * LANES))
 
 
 @compiled

@@ -6,11 +6,6 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from .arrays import Array
-from .compiled import compiled
-
-#: Most values in a median for which a sorted list is shifted value by value, with
-#: vector instructions. The time that SciPy takes hardly depends on their number.
-_FEW = 151
 
 
 def running_median(
@@ -41,36 +36,6 @@ def running_median(
     # The filter of SciPy 1.15 to 1.17 writes outside its memory if there are fewer
     # values than it has places.
     padded = np.pad(values, ((0, 0), (half, half)), mode=beyond)
-    if size > _FEW:
-        # One call: no median of a value looks beyond the padding of its row.
-        medians = median_filter(padded.ravel(), size).reshape(padded.shape)
-        return medians[:, half : half + values.shape[1]]
-    medians = np.empty_like(values)
-    _fill_medians(padded, np.empty((2, size + 2)), medians)
-    return medians
-
-
-@compiled
-def _fill_medians(padded, lists, medians):
-    """Fill the medians; `lists` is working memory for a sorted list, before and after a step.
-
-    A list ends with an infinite value at both sides. A value leaves it where the next
-    one is moved down, and a value enters it where the one before is moved up.
-    """
-    n_rows, n_values = medians.shape
-    size = lists.shape[1] - 2
-    for row in range(n_rows):
-        lists[0, 0] = lists[1, 0] = -np.inf
-        for j in range(1, size + 2):
-            lists[0, j] = lists[1, j] = np.inf
-        for k in range(size + n_values - 1):
-            leaves = padded[row, k - size] if k >= size else np.inf
-            enters = padded[row, k]
-            before = lists[k % 2]
-            after = lists[1 - k % 2]
-            for j in range(1, size + 1):
-                lower = before[j - 1] if before[j - 1] < leaves else before[j]
-                upper = before[j] if before[j] < leaves else before[j + 1]
-                after[j] = max(lower, min(upper, enters))
-            if k >= size - 1:
-                medians[row, k - size + 1] = after[1 + size // 2]
+    # One call: no median of a value looks beyond the padding of its row.
+    medians = median_filter(padded.ravel(), size).reshape(padded.shape)
+    return medians[:, half : half + values.shape[1]]
