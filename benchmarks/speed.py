@@ -202,8 +202,11 @@ def start():
             before = _seconds_of_children()
             _child(commands["first fit and prediction, compiled before"], cache)
             cold.append(_seconds_of_children() - before)
+            # numba keeps one such file for each function and types of its arguments.
+            n_compiled = len([*Path(cache).rglob("*.nbc")])
     what = "the same with an empty cache"
     yield ratio(what, np.array(cold), imports[:3], np.median(cold))
+    yield {"what": "functions that it compiles", "measured": float(n_compiled)}
 
 
 def _child(arguments, cache):

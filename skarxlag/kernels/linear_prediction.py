@@ -12,6 +12,8 @@ by Schur's algorithm as generalised in T. Kailath and A. H. Sayed (1995), "Displ
 structure: theory and applications", SIAM Review 37(3), 297-386.
 """
 
+import math
+
 import numpy as np
 
 from .arrays import Array
@@ -136,7 +138,7 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
         ridge = alpha * power / (order + 1)
         if ridge == 0:
             continue
-        scale = 1 / np.sqrt(t0[0] + ridge)
+        scale = 1 / math.sqrt(t0[0] + ridge)
         for b in range(width):
             t0[b] *= scale
             t2[b] = t0[b]
@@ -150,8 +152,8 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
             minus = generators[2, a:]
             leaves = generators[3, a:]
             factor_row = factor[a]
-            gain = np.sqrt(plus[0] * plus[0] + enters[0] * enters[0])
-            loss = np.sqrt(minus[0] * minus[0] + leaves[0] * leaves[0])
+            gain = math.sqrt(plus[0] * plus[0] + enters[0] * enters[0])
+            loss = math.sqrt(minus[0] * minus[0] + leaves[0] * leaves[0])
             cos_plus = plus[0] / gain
             sin_plus = enters[0] / gain
             cos_minus = 1.0
@@ -161,7 +163,7 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
                 sin_minus = leaves[0] / loss
             tanh = loss / gain
             # Above 0 by the ridge, but for rounding.
-            sech = np.sqrt(max((1 - tanh) * (1 + tanh), _EPS))
+            sech = math.sqrt(max((1 - tanh) * (1 + tanh), _EPS))
             of_plus = cos_plus / sech
             of_enters = sin_plus / sech
             of_minus = tanh / sech

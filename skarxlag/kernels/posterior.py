@@ -201,7 +201,7 @@ def _fill_posterior(
             nearest[a] = min(nearest[a], residuals[w, c])
         for c in range(len(locations)):
             a = locations[c]
-            shares[a] += np.exp(-CONDITION_EXPONENT * (residuals[w, c] - nearest[a]))
+            shares[a] += math.exp(-CONDITION_EXPONENT * (residuals[w, c] - nearest[a]))
         of_states = work[2]
         of_faults = work[3]
         of_states[0] = of_states[1] = NO_ANSWER
@@ -223,7 +223,7 @@ def _fill_posterior(
             total = 0.0
             n_nearest = 0
             for a in range(n_answers_here):
-                total += np.exp(-ANOTHER_EXPONENT * (answers[a] - smallest))
+                total += math.exp(-ANOTHER_EXPONENT * (answers[a] - smallest))
                 n_nearest += answers[a] == smallest
             gap = 0.0
             z = -np.inf
@@ -231,24 +231,25 @@ def _fill_posterior(
                 gap = second - smallest
                 z = odds + GAP_ODDS * (gap - limits[w, question])
                 z = min(z - FAR_ODDS * max(smallest, 0.0), LARGEST_ODDS)
-            q = 1 / (1 + np.exp(-z))
-            of_others = 1 / (1 + np.exp(z)) / total
+            odds_of_recorded = math.exp(z)
+            q = odds_of_recorded / (1 + odds_of_recorded)
+            of_others = 1 / (1 + odds_of_recorded) / total
             for a in range(n_answers_here):
                 below = -ANOTHER_EXPONENT * (answers[a] - smallest)
                 if below == 0:
-                    answers[a] = np.log(q / n_nearest + of_others)
+                    answers[a] = math.log(q / n_nearest + of_others)
                 else:
-                    answers[a] = np.log(of_others) + below
+                    answers[a] = math.log(of_others) + below
             recorded[w] = max(recorded[w], q)
             another = min(another, of_others * total)
             gaps[w, question] = gap
         unknown = another * UNKNOWN_SHARE / (1 - UNKNOWN_SHARE)
-        logs[w, len(locations)] = np.log(unknown / (1 + unknown))
+        logs[w, len(locations)] = math.log(unknown / (1 + unknown))
         for c in range(len(locations)):
             a = locations[c]
             answer = of_states[0] if a == healthy else of_states[1] + of_faults[a]
             below = -CONDITION_EXPONENT * (residuals[w, c] - nearest[a])
-            logs[w, c] = answer + below - np.log(shares[a]) - np.log1p(unknown)
+            logs[w, c] = answer + below - math.log(shares[a]) - math.log1p(unknown)
 
 
 def decided_condition(

@@ -1,5 +1,6 @@
 """Extremes, steps and runs of the samples of signals, in one pass over each signal."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -80,7 +81,7 @@ def _fill_statistics(signals, leap, still, rounding, statistics):
             step = signals[w, k] - signals[w, k - 1]
             energy += step * step
         span = highest - lowest
-        least = max(still * np.sqrt(energy / n_samples), rounding)
+        least = max(still * math.sqrt(energy / n_samples), rounding)
         n_extreme = n_leaps = n_held = 0
         for k in range(n_samples):
             n_extreme += int(signals[w, k] == highest)
