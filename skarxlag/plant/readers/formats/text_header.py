@@ -54,34 +54,35 @@ def names_and_units(
     n_fields, n_filled : int
         Fields of a sample, and fields up to the last one with values.
     """
-    fitted = [fitted_names(fields, n_fields, n_filled) for fields in above]
-    if not above or fitted[-1] is None:
+    fitted = [_fitted(fields, n_fields, n_filled) for fields in above]
+    while fitted and fitted[-1] is None:
+        fitted.pop()
+    if not fitted:
         if above and len(above[-1]) > 1 and are_texts(map(kind_of, above[-1])):
             raise ContentError(
                 f"{len(above[-1])} names for the {n_fields} fields of a sample"
             )
         return None, []
-    with_number = [i for i, row in enumerate(above) if "number" in map(kind_of, row)]
-    first = with_number[-1] + 1 if with_number else 0
-    for i in range(max(first, 1), len(above)):
+    last = len(fitted) - 1
+    numbers = [i for i in range(last + 1) if "number" in map(kind_of, above[i])]
+    first = numbers[-1] + 1 if numbers else 0
+    for i in range(max(first, 1), last + 1):
         # Names of an oscilloscope may be numbers, if the unit of the first is of time.
         is_named = i > first or all_letters(above[i][0]) in SECONDS
         if is_named and fitted[i - 1] and all(map(_is_unit, fitted[i] or ["no unit"])):
             return fitted[i - 1], fitted[i]
-    has_units = len(above) == 2 or any(map(_is_unit, filter(None, fitted[-1])))
-    has_units &= not any(map(names_times, fitted[-1]))
-    if has_units and first < len(above) - 1 and fitted[-2]:
-        return fitted[-2], fitted[-1]
-    return fitted[-1], []
+    has_units = last == 1 or any(map(_is_unit, filter(None, fitted[last])))
+    has_units &= not any(map(names_times, fitted[last]))
+    if has_units and first < last and fitted[last - 1]:
+        return fitted[last - 1], fitted[last]
+    return fitted[last], []
 
 
 def _is_unit(text):
     return text.strip("[]() ").lower() in {*UNITS, ""} or text[:1] in ("[", "(")
 
 
-def fitted_names(
-    fields: list[str], n_fields: int, n_filled: int, is_tagged: bool = False
-) -> list[str] | None:
+def _fitted(fields, n_fields, n_filled):
     """Return the names of the columns in a line, None if it holds others or none.
 
     Lines of names and of samples may end with separators. The names may follow a tag,
@@ -89,9 +90,8 @@ def fitted_names(
     """
     kinds = {*map(kind_of, fields)}
     if len(fields) == n_fields + 1 and are_texts(kinds):
-        has_tag = is_tagged or all_letters(fields[0]) in _TAGS
-        return fields[1:] if has_tag else fields
-    is_short = len(fields) < max(n_fields if is_tagged else n_filled, 1)
+        return fields[1:] if all_letters(fields[0]) in _TAGS else fields
+    is_short = len(fields) < max(n_filled, 1)
     is_statement = len(fields) == 1 and re.search("[:=]", fields[0])
     if is_short or is_statement or any(fields[n_fields:]) or kinds <= {"number", ""}:
         return None

@@ -24,7 +24,6 @@ from .facts import (
 )
 from .text_header import (
     are_texts,
-    fitted_names,
     kind_of,
     names_and_units,
     split_facts,
@@ -145,14 +144,17 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     separator, advice = _separator(lines)
     if _SEPARATOR_LINE.fullmatch(lines[0]):
         lines[0] = "\n"
-    comments = {i: line for i, line in enumerate(lines) if _is_comment(line, separator)}
-    body = ["\n" if i in comments else line for i, line in enumerate(lines)]
-    n_before, rows = zip(*split_rows(body, separator), strict=True)
+    # Comments may hold names and rates.
+    texts = [
+        line.lstrip("#%!/; ") if _is_comment(line, separator) else line
+        for line in lines
+    ]
+    n_before, rows = zip(*split_rows(texts, separator), strict=True)
     kinds = [[kind_of(text) for text in fields] for fields in rows]
     usual = _usual_kinds(kinds)
     n_fields = len(usual)
     first = _first_sample(rows, kinds, usual, may_be_cut)
-    n_above = n_before[first] if first < len(rows) else len(body)
+    n_above = n_before[first] if first < len(rows) else len(lines)
     samples = [fields for fields in rows[first:] if any(fields)]
     numbers = [
         text
@@ -164,17 +166,10 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     n_filled = max((i + 1 for i, kind in enumerate(usual) if kind), default=1)
     above, facts = split_facts([fields for fields in rows[:first] if fields], n_filled)
     names, unit_fields = names_and_units(above, n_fields, n_filled)
-    remarks = [
-        _fields(line.lstrip("#%!/; "), separator)
-        for i, line in comments.items()
-        if i < n_above
-    ]
-    if not above and remarks:
-        names = fitted_names(remarks[-1], n_fields, n_filled, is_tagged=True)
     has_header = names is not None
     names = distinct(names or [str(i) for i in range(n_fields)])
     # Some instruments state facts in columns next to the samples.
-    rates = stated_rates([*remarks, *above, *facts, *samples])
+    rates = stated_rates([*above, *facts, *samples])
     channels = {}
     units = unit_fields or [unit_in_name(name) or "" for name in names]
     for i, (name, unit) in enumerate(zip_longest(names, units, fillvalue="")):
