@@ -10,6 +10,7 @@ from scipy.stats import gumbel_r
 from sklearn.utils import Bunch
 
 from ..core.fault_locations import FAULTS
+from ..kernels.evidence import COMB_CORRELATION, effective_number
 
 #: Logarithm of speed up to which rows count as rows of the same speed.
 _SAME_SPEED = 0.05
@@ -83,6 +84,10 @@ class ComparedCombs(NamedTuple):
         As `p_values_of_healthy` returns them.
     score_limits : ndarray of shape (n_rows,)
         Limits of the scores of the strongest faults themselves.
+    is_used : ndarray of bool of shape (n_rows,)
+        Rows of a plausible speed, with two revolutions or more.
+    healthy_was_recorded : bool
+        Whether healthy rows of the machine set the limits.
     """
 
     beyond_limit: NDArray[Any]
@@ -91,6 +96,8 @@ class ComparedCombs(NamedTuple):
     is_close: NDArray[np.bool_]
     p_value: NDArray[Any]
     score_limits: NDArray[Any]
+    is_used: NDArray[np.bool_]
+    healthy_was_recorded: bool
 
 
 def healthy_combs(
@@ -156,10 +163,15 @@ def length_allowance(n_revolutions: NDArray[Any]) -> NDArray[Any]:
     return np.nan_to_num(np.log(counted / _STATED_REVOLUTIONS) / 2)
 
 
+def gain_of_rows(n_rows: float | NDArray[Any]) -> NDArray[Any]:
+    """Return how much less the mean score of several rows of a machine scatters."""
+    return np.sqrt(effective_number(n_rows, COMB_CORRELATION))
+
+
 def compare_combs(
     matches: Bunch,
     healthy: HealthyCombs,
-    gain: float | NDArray[Any],
+    n_rows: float | NDArray[Any],
     false_alarm_rate: float,
 ) -> ComparedCombs:
     """Compare scores of combs with those of healthy rows.
@@ -171,8 +183,8 @@ def compare_combs(
         count if no healthy row of the machine is known, see `length_allowance`.
     healthy : HealthyCombs
         What healthy rows show.
-    gain : float or ndarray of shape (n_rows,)
-        How much less the scores scatter than those of one row. It counts at the speeds
+    n_rows : float or ndarray of shape (n_rows,)
+        Rows of which the scores are means, see `gain_of_rows`. They count at the speeds
         of healthy rows only, at which the reference is known.
     false_alarm_rate : float
         As in `FaultOrderClassifier`.
@@ -187,10 +199,11 @@ def compare_combs(
     is_far = ~(distances.min(axis=1, initial=np.inf) <= _SAME_SPEED)
     elsewhere = limit_elsewhere(healthy.limit, false_alarm_rate)
     allowance = np.zeros(len(is_far))
-    if len(healthy.best) == 0:
+    is_recorded = len(healthy.best) > 0
+    if not is_recorded:
         allowance = length_allowance(matches.n_revolutions)
     limits = np.where(is_far, elsewhere, healthy.limit) + allowance
-    certainty = np.where(is_far, 1.0, gain)
+    certainty = np.where(is_far, 1.0, gain_of_rows(n_rows))
     excess = (matches.scores - healthy.reference) * certainty[:, np.newaxis]
     ranking = excess.argsort(axis=1, kind="stable")[:, :-3:-1]
     best, second = np.take_along_axis(excess, ranking, axis=1).T
@@ -206,6 +219,8 @@ def compare_combs(
         is_close=alarm & (best - second < _LEAST_LEAD),
         p_value=p_values_of_healthy(best - allowance, healthy.best, is_far),
         score_limits=healthy.reference[ranking[:, 0]] + limits / certainty,
+        is_used=~np.isnan(matches.rpm),
+        healthy_was_recorded=is_recorded,
     )
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_softmax, logsumexp
+from sklearn.utils import Bunch
 
 from ..core.fault_locations import (
     FAULT_LOCATIONS,
@@ -16,7 +17,7 @@ from ..core.fault_locations import (
     NOT_IDENTIFIABLE,
     OWN_LOCATION,
 )
-from .comb_limits import ODDS, ComparedCombs
+from .comb_limits import ODDS, OF_NOISE, ComparedCombs, gain_of_rows
 
 #: Probability that a fault shows its comb, beside spectra, chosen by leaving rigs out.
 VISIBLE = 0.1
@@ -76,63 +77,65 @@ def comb_evidence(
 
 def verdicts_by_combs(
     compared: ComparedCombs,
-    has_combs: NDArray[np.bool_],
     classes: NDArray[Any],
     class_locations: NDArray[Any],
-    *,
-    healthy_was_recorded: bool,
-) -> dict[str, NDArray[Any]]:
+) -> Bunch:
     """Return the verdicts of combs alone.
 
     Parameters
     ----------
     compared : ComparedCombs
-        Scores of combs, compared with those of healthy rows.
-    has_combs : ndarray of bool of shape (n_rows,)
-        Rows whose combs are used. Others get equal probabilities.
+        Scores of combs, compared with those of healthy rows. Rows whose combs are not
+        used get equal probabilities.
     classes : ndarray of shape (n_classes,)
         Labels.
     class_locations : ndarray of int of shape (n_classes,)
         As in `comb_evidence`.
-    healthy_was_recorded : bool
-        Whether healthy rows say that a row without a comb is healthy.
 
     Returns
     -------
-    dict of str to ndarray
-        "verdict", "named", "score" and "probability", as `FaultOrderClassifier.diagnose`
-        returns them.
+    Bunch
+        "alarm", "verdict", "named", "score" and "probability", as
+        `FaultOrderClassifier.diagnose` returns them.
     """
     scores = comb_evidence(
         compared.beyond_limit, class_locations, visible=VISIBLE_ALONE
     )
-    scores[~has_combs] = 0.0
+    scores[~compared.is_used] = 0.0
     best = scores.argmax(axis=1)
     verdict = classes[best]
     named = np.where(compared.is_close, NOT_IDENTIFIABLE, verdict.astype(object))
-    if not healthy_was_recorded:
+    if not compared.healthy_was_recorded:
         is_learned = class_locations[best] == OWN_LOCATION
         named[~compared.alarm & ~is_learned] = NO_FINDING
     is_pair = len(classes) == 2
-    return {
-        "verdict": verdict,
-        "named": named,
-        "score": scores[:, 1] - scores[:, 0] if is_pair else scores,
-        "probability": np.exp(log_softmax(scores, axis=1)),
-    }
+    return Bunch(
+        alarm=compared.alarm,
+        verdict=verdict,
+        named=named,
+        score=scores[:, 1] - scores[:, 0] if is_pair else scores,
+        probability=np.exp(log_softmax(scores, axis=1)),
+    )
 
 
 def evidence_beside_spectra(
-    scores: NDArray[Any], has_combs: NDArray[np.bool_], class_locations: NDArray[Any]
+    matches: Bunch,
+    reference: NDArray[Any],
+    n_rows: float,
+    class_locations: NDArray[Any],
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Compute the log probabilities that combs add to those by spectra.
 
+    Scores count as far as they are above those of healthy rows and of noise.
+
     Parameters
     ----------
-    scores : ndarray of shape (n_rows, 3)
-        As in `comb_evidence`.
-    has_combs : ndarray of bool of shape (n_rows,)
-        Rows whose combs are used.
+    matches : Bunch
+        As `CombSearch.match` returns it.
+    reference : ndarray of shape (3,)
+        Mean scores of healthy rows.
+    n_rows : float
+        Rows of which the scores are means.
     class_locations : ndarray of int of shape (n_classes,)
         As in `comb_evidence`.
 
@@ -144,6 +147,9 @@ def evidence_beside_spectra(
     of_fault : ndarray of shape (n_rows,)
         Probability of the most probable fault; NaN for rows whose combs are not used.
     """
+    gain = gain_of_rows(n_rows)
+    scores = gain * matches.scores - np.maximum(gain * reference, OF_NOISE)
+    has_combs = ~np.isnan(matches.rpm)
     # An unknown condition need not show a comb.
     locations = np.append(class_locations, _HEALTHY)
     logs = comb_evidence(scores, locations)

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import Bunch
 
+from ..bearings import BearingLike, bearing_orders
 from ..core.parallel import map_rows
+from ..core.speeds import samples_per_revolution
+from ..core.state import expect
+from ..core.validation import ABOVE_0, check_real, check_sampling_rate
 from ..kernels.fault_orders import (
     FAULTS,
     N_MULTIPLES,
@@ -29,6 +34,13 @@ from ..measures.envelope_spectra import (
 )
 from ..measures.mains_hum import MAINS
 
+#: Why there is no verdict on a row.
+_NO_COMBS = "combs need a plausible speed, and two revolutions of the shaft in a row"
+#: What counts beside the scores when rows are joined.
+_BESIDE_SCORES = ("other_scores", "rpm", "n_revolutions")
+#: Numbers of a row that are averaged over the rows of a recording.
+N_EVIDENCE = len(FAULTS) + len(_BESIDE_SCORES)
+_ORDERS = itemgetter("cage", "spin", "inner", "outer")
 #: First multiples of the shaft, and of half of it.
 _SHAFT_LINES = np.outer([1.0, 0.5], np.arange(1, N_MULTIPLES + 1))
 
@@ -39,38 +51,93 @@ def _shaft_score(contrast, factor=1.0):
     return contrast[cells].mean(axis=1).max()
 
 
+def refusals(matches: Bunch) -> NDArray[np.object_]:
+    """Return why rows have no verdict, empty for the others."""
+    has_no_combs = np.isnan(matches.rpm)
+    return np.where(has_no_combs, _NO_COMBS, "").astype(object)
+
+
+def evidence_of_rows(matches: Bunch) -> NDArray[Any]:
+    """Return what is averaged over the rows of a recording, of shape (n_rows, 6)."""
+    beside = [matches[name] for name in _BESIDE_SCORES]
+    return np.column_stack([matches.scores, *beside])
+
+
+def matches_of_evidence(evidence: NDArray[Any]) -> Bunch:
+    """Return the part of the matches that `evidence_of_rows` keeps."""
+    scores, beside = np.split(evidence, [len(FAULTS)], axis=1)
+    return Bunch(scores=scores, **dict(zip(_BESIDE_SCORES, beside.T, strict=True)))
+
+
+def orders_of_bearings(bearings: Sequence[BearingLike]) -> NDArray[Any]:
+    """Return the orders of bearings.
+
+    Parameters
+    ----------
+    bearings : sequence of BearingLike
+        The bearings.
+
+    Returns
+    -------
+    ndarray of shape (n_bearings, 4)
+        Orders of the cage (FTF), the spin of an element (BSF), the inner race (BPFI)
+        and the outer race (BPFO).
+    """
+    return np.array([_ORDERS(bearing_orders(bearing)) for bearing in bearings])
+
+
 @dataclass(frozen=True, eq=False)
 class CombSearch:
     """Search for the combs of one or several bearings on a shaft.
 
     Parameters
     ----------
-    orders : ndarray of shape (n_bearings, 4)
-        Orders of the cage (FTF), the spin of an element (BSF), the inner race (BPFI)
-        and the outer race (BPFO).
-    sampling_rate : float
-        In Hz.
-    gear_ratio, speed_tolerance, slip, speed_range
+    bearings : sequence of BearingLike
+        The bearings.
+    sampling_rate, gear_ratio, speed_tolerance, slip, speed_range
         As in `FaultOrderClassifier`.
     """
 
-    orders: NDArray[Any]
+    bearings: Sequence[BearingLike]
     sampling_rate: float
     gear_ratio: float
     speed_tolerance: float
     slip: float
     speed_range: tuple[float, float] | None
 
+    def check(self) -> None:
+        """Check the parameters."""
+        check_sampling_rate(self.sampling_rate)
+        for name in ("gear_ratio", "slip"):
+            check_real(getattr(self, name), name, **ABOVE_0)
+        check_real(self.speed_tolerance, "speed_tolerance", min_val=0, max_val=0.3)
+        if self.speed_range is not None:
+            is_pair = np.size(self.speed_range) == 2
+            expect(is_pair, "speed_range", self.speed_range, "two speeds")
+            low, high = self.speed_range
+            check_real(high, "speed_range[1]", **ABOVE_0)
+            check_real(low, "speed_range[0]", **ABOVE_0 | {"max_val": high})
+
+    @property
+    def orders(self) -> NDArray[Any]:
+        """Orders of the bearings, see `orders_of_bearings`."""
+        return orders_of_bearings(self.bearings)
+
     @property
     def least_revolutions(self) -> float:
         """Revolutions of the shaft whose speed is given that a row must have."""
         return LEAST_REVOLUTIONS / self.gear_ratio
 
+    def check_revolutions(self, rpm: NDArray[Any], n_rows: int, n_samples: int) -> None:
+        """Check that rows have the least revolutions at their speeds."""
+        least = self.least_revolutions
+        samples_per_revolution(rpm, self.sampling_rate, n_rows, n_samples, least)
+
     def match(
         self,
         X: NDArray[Any],
         rpm: ArrayLike | None,
-        train_rpm: Sequence[float] = (),
+        train_rpm: Sequence[float] | None = None,
         *,
         with_contrasts: bool,
         n_jobs: int | None,
@@ -83,8 +150,9 @@ class CombSearch:
             Rows.
         rpm : array-like or None
             Nominal speeds; None searches in `speed_range`.
-        train_rpm : sequence of float, default=()
-            Training speeds. Rows far from all of them have no plausible speed.
+        train_rpm : sequence of float or None, default=None
+            Training speeds. Rows far from all of them have no plausible speed. None:
+            each row needs a speed.
         with_contrasts : bool
             Whether to return contrasts, of 4001 numbers each.
         n_jobs : int or None
@@ -95,17 +163,20 @@ class CombSearch:
         Bunch
             As `FaultOrderClassifier.match` returns it.
         """
-        samples_per_revolution = samples_per_revolution_of_rows(
+        if train_rpm is None and self.speed_range is None:
+            expected = "the speed of each row, or a speed_range"
+            expect(rpm is not None, "rpm", rpm, expected)
+        periods = samples_per_revolution_of_rows(
             X,
             self.sampling_rate,
             rpm,
             self.speed_range,
             self.least_revolutions,
-            train_rpm,
+            train_rpm or (),
         )
 
         def match_row(index, samples):
-            period = samples_per_revolution[index] / self.gear_ratio
+            period = periods[index] / self.gear_ratio
             mean_period = np.mean(period)
             contrasts = np.zeros((3, N_ORDERS))
             # Revolutions of less than two samples, which a large ratio of gears gives,

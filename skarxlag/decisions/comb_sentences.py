@@ -24,8 +24,8 @@ _SPEED_REMARK = 1.0
 def comb_sentences(
     matches: Bunch,
     compared: ComparedCombs,
-    orders: NDArray[Any],
     bearings: Sequence[BearingLike],
+    orders: NDArray[Any],
 ) -> NDArray[np.object_]:
     """Describe the strongest comb of each row in a sentence.
 
@@ -35,10 +35,10 @@ def comb_sentences(
         As `CombSearch.match` returns it.
     compared : ComparedCombs
         Its scores, compared with those of healthy rows.
-    orders : ndarray of shape (n_bearings, 4)
-        As in `CombSearch`.
     bearings : sequence of BearingLike
         The bearings as the user gave them.
+    orders : ndarray of shape (n_bearings, 4)
+        Their orders, see `orders_of_bearings`.
 
     Returns
     -------

@@ -94,7 +94,7 @@ def fitting_bearings(recording: ListedRecording) -> pd.DataFrame:
     contrasts = order_contrast(X[0, 0], period)
     classifier = FaultOrderClassifier()
     search = CombSearch(
-        orders=np.empty((0, 4)),
+        bearings=(),
         sampling_rate=rate,
         gear_ratio=1.0,
         speed_tolerance=classifier.speed_tolerance,
@@ -103,9 +103,7 @@ def fitting_bearings(recording: ListedRecording) -> pd.DataFrame:
     )
     rows = {}
     for name in BEARINGS:
-        orders = bearing_orders(name)
-        columns = ("cage", "spin", "inner", "outer")
-        search = replace(search, orders=np.array([[orders[key] for key in columns]]))
+        search = replace(search, bearings=[name])
         error = speed_error(contrasts, search.impacts.ravel(), search.speed_tolerance)
         found = search.match_gathered(
             at_true_speed(contrasts, error), X.shape[-1], np.mean(rpm) * np.exp(error)
