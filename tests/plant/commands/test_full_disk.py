@@ -36,7 +36,7 @@ def listing(folder):
 
 @pytest.mark.parametrize(
     ("suffix", "share"),
-    [("csv", 0.001), ("json", 0.5), ("html", 0.999)],
+    [("csv", 0.001), ("json", 0.5), ("json", 0.999)],
 )
 def test_results_are_written_whole_or_not_at_all(run, tmp_path, models, suffix, share):
     np.save(tmp_path / "one.npy", sound("worn", 5 * WINDOW, 4))

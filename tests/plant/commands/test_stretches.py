@@ -165,24 +165,17 @@ def test_short_recordings_are_compared_by_windows(run, workshop):
     assert code == 1 and "shortest recording is too short for two stretches" in err
 
 
-def report_of(run, workshop, model, *options):
-    output = workshop / "report.html"
-    table = workshop / "600.csv"
-    code, _, err = run("diagnose", model, "--table", table, "-o", output, *options)
-    assert code == 0, err
-    return output.read_text()
-
-
 @pytest.mark.slow
 def test_report_draws_orders_and_marks_the_faults_of_a_bearing(run, workshop, model):
-    plain = report_of(run, workshop, model)
+    output, bearing = workshop / "report.html", "9,7.94,39.04"
+    options = ("--table", workshop / "600.csv", "-o", output, "--bearing", bearing)
+    code, _, err = run("diagnose", model, *options)
+    assert code == 0, err
+    page = output.read_text()
     # Order spectra, with the learned one of the verdict and that of healthy bearings.
     for condition in ORDERS:
-        assert f"{condition}: residual" in plain
-    assert "nominal 600 rpm" in plain
-    marked = report_of(run, workshop, model, "--bearing", "9,7.94,39.04")
-    assert "lines of bearing 9,7.94,39.04<" in marked
-    assert "lines of bearing" not in plain
+        assert f"{condition}: residual" in page
+    assert "nominal 600 rpm" in page and f"lines of bearing {bearing}<" in page
 
 
 def test_a_bearing_that_is_none(run, workshop, model):
