@@ -1,19 +1,19 @@
 """Run ``skarxlag bearings``: list the catalogue, or the bearings that fit a recording."""
 
 import argparse
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
 from ...bearings import BEARINGS, bearing_orders
-from ...core.fault_locations import FAULTS
 from ...core.validation import output_of_windows
-from ...decisions.comb_search import CombSearch
 from ...decisions.fault_orders import FaultOrderClassifier
 from ...kernels.fault_orders import (
+    FAULTS,
     NEPER_IN_DB,
     at_true_speed,
+    fault_comb,
+    no_fault_lines,
     order_contrast,
     speed_error,
 )
@@ -21,6 +21,7 @@ from ...measures.envelope_spectra import (
     LEAST_REVOLUTIONS,
     samples_per_revolution_of_rows,
 )
+from ...measures.mains_hum import MAINS
 from ..readers.formats.rates import NO_RATE
 from ..readers.listing import ListedRecording
 from .messages import CommandError, as_command_error, show
@@ -92,31 +93,26 @@ def fitting_bearings(recording: ListedRecording) -> pd.DataFrame:
             f"{LEAST_REVOLUTIONS} revolutions"
         )
     contrasts = order_contrast(X[0, 0], period)
-    classifier = FaultOrderClassifier()
-    search = CombSearch(
-        bearings=(),
-        sampling_rate=rate,
-        gear_ratio=1.0,
-        speed_tolerance=classifier.speed_tolerance,
-        slip=classifier.slip,
-        speed_range=None,
-    )
+    usual = FaultOrderClassifier()
     rows = {}
     for name in BEARINGS:
-        search = replace(search, bearings=[name])
-        error = speed_error(contrasts, search.impacts.ravel(), search.speed_tolerance)
-        found = search.match_gathered(
-            at_true_speed(contrasts, error), X.shape[-1], np.mean(rpm) * np.exp(error)
+        orders = bearing_orders(name)
+        impacts = np.array([orders[fault] for fault in FAULTS])
+        error = speed_error(contrasts, impacts, usual.speed_tolerance)
+        comb = fault_comb(
+            at_true_speed(contrasts, error),
+            impacts,
+            usual.slip,
+            X.shape[-1] / np.mean(period) * np.exp(error),
+            no_fault_lines(120 * np.divide(MAINS, np.mean(rpm) * np.exp(error))),
         )
-        best = int(np.argmax(found.scores[0]))
+        best = int(np.argmax(comb.scores))
         rows[name] = {
-            "comb_dB": NEPER_IN_DB * found.scores[0, best],
-            "off_%": 100 * (found.factors[0, best] - 1),
+            "comb_dB": NEPER_IN_DB * comb.scores[best],
+            "off_%": 100 * (comb.factors[best] - 1),
             "fault": FAULTS[best],
         }
-    # Bearings of nearly equal orders fit the same lines.
     table = pd.DataFrame.from_dict(rows, orient="index")
-    keys = pd.DataFrame(
-        {"level": -table["comb_dB"].round(1), "off": table["off_%"].abs()}
-    )
-    return table.loc[keys.sort_values(["level", "off"], kind="stable").index]
+    # Bearings of nearly equal orders fit the same lines.
+    keys = [-table["comb_dB"].round(1), table["off_%"].abs()]
+    return table.iloc[np.lexsort(keys[::-1])]

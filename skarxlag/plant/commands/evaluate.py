@@ -351,10 +351,10 @@ def table_case(
             f"expected at least two of each, and that one can be left out. {why}"
         )
     rate = rows.sampling_rate
-    options = {"sampling_rate": rate} if rows.word == "stretches" else {}
-    if bearing is not None:
-        options = {"sampling_rate": rate, "bearing": bearing}
-    diagnoser = diagnosers.make_diagnoser(**options)
+    compares_orders = bearing is not None or rows.word == "stretches"
+    diagnoser = diagnosers.make_diagnoser(
+        sampling_rate=rate if compares_orders else None, bearing=bearing
+    )
     if outputs is not None:
         diagnoser = SensorFusion(estimator=diagnoser, n_outputs=outputs)
     spectra = FunctionTransformer(log_spectrum)

@@ -13,6 +13,7 @@ from scipy.signal import find_peaks, welch
 from ...core.validation import output_of_windows
 from ...diagnosers import make_fault_order_classifier
 from ...measures.envelope_spectra import envelope_spectrum
+from ...measures.mains_hum import MAINS
 from ...models.identification import ARXLaguerre
 from ...plotting import EnvelopeSpectrumDisplay, OrderSpectrumDisplay
 from ...plotting._style import ANY_PAGE, LEGEND, PALETTE
@@ -34,8 +35,6 @@ _SEGMENT = 4096
 #: frequencies and of the envelope spectrum without a bearing.
 _LOW_ORDERS = 10
 _HIGHEST_ORDER = 20
-#: Hum of the mains in Hz.
-_MAINS = (50.0, 60.0)
 #: Peaks in a list.
 _N_PEAKS = 5
 #: Power relative to the largest of a spectrum that is drawn as its lowest.
@@ -341,12 +340,12 @@ def _draw_low_frequencies(ax, view):
     """Draw low frequencies with the lines of the shaft and the mains; return their peaks."""
     frequencies, level = _power_spectrum(view, len(view.samples))
     shaft = view.shaft
-    highest = max(2.5 * max(_MAINS), _LOW_ORDERS * (shaft or 0.0))
+    highest = max(2.5 * max(MAINS), _LOW_ORDERS * (shaft or 0.0))
     is_shown = frequencies <= highest
     frequencies, level = frequencies[is_shown], level[is_shown]
     _draw_line(ax, frequencies, level, *_spectrum_labels(view))
     ax.set_ylim(level.max() - 80, level.max() + 5)
-    for mains in _MAINS:
+    for mains in MAINS:
         _mark(ax, mains, f"{mains:g} Hz mains", _MAINS_COLOUR)
     if shaft is not None:
         _mark_shaft(ax, shaft, 3)

@@ -21,6 +21,8 @@ def counts(out):
 def run(capsys, monkeypatch):
     """Run the command line in this process: exit code, stdout, stderr."""
     monkeypatch.setattr("skarxlag.plant.watch.sensors._PAUSE", 0.005)
+    # A look at a folder may take long while other processes run.
+    monkeypatch.setattr("skarxlag.plant.watch.folders._PAUSE", 0)
 
     def run_command(*argv):
         # A fixture may have run a command before.

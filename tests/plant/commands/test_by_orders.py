@@ -107,7 +107,7 @@ def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
     rng = np.random.default_rng(9)
     lines = ["path,rpm,sampling_rate"]
     for number in range(3):
-        np.save(plant / f"good{number}.npy", rng.normal(size=int(20 * RATE)))
+        np.save(plant / f"good{number}.npy", rng.normal(size=int(10 * RATE)))
         lines.append(f"good{number}.npy,900,{RATE}")
     (plant / "table.csv").write_text("\n".join(lines))
     model = plant / "orders.skops"

@@ -115,7 +115,7 @@ def test_figures_show_what_the_verdict_rests_on(report_page):
 
 def test_a_long_recording_makes_no_longer_page(plant):
     """Curves have at most 600 points; a recording takes some 300 kB."""
-    np.save(plant / "long.npy", np.tile(signal("worn", 4), 200))
+    np.save(plant / "long.npy", np.tile(signal("worn", 4), 30))
     page = diagnosed(plant, plant / "long.npy", "--rpm", "300", "--bearing", "6205")
     assert len(page.encode()) < 500_000
 

@@ -3,7 +3,6 @@
 import os
 import sqlite3
 import stat
-import subprocess
 import sys
 import time
 from contextlib import closing
@@ -139,20 +138,17 @@ def test_a_file_of_another_time_or_that_vanished_is_diagnosed_once_more(
     assert result(journal, recording) is None
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+@pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
 def test_results_of_a_killed_process_are_kept(journal, recording):
-    program = f"""
-import os
-from pathlib import Path
-from tests.plant.commands import test_journal as own
-recording = own.ListedRecording(None, "a", Path({str(recording.path)!r}), rpm=600.0)
-with own.Journal(Path({str(journal.path.with_name("out.csv"))!r}), ["model", "0.1"]) as kept:
-    file = own.file_state(recording)
-    kept.add(recording, own.Diagnosis(own.VERDICT, own.WINDOWS, 5e3, [], file=file))
-    os._exit(9)
-"""
-    assert subprocess.run([sys.executable, "-c", program]).returncode == 9
-    alone = replace(recording, channel=None)
-    assert result(journal, alone).verdict == VERDICT
+    child = os.fork()
+    if child == 0:
+        with journal:
+            file = file_state(recording)
+            journal.add(recording, Diagnosis(VERDICT, WINDOWS, 5e3, [], file=file))
+            os._exit(9)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 9
+    assert result(journal, recording).verdict == VERDICT
 
 
 def test_two_runs_do_not_share_a_journal(tmp_path, journal):

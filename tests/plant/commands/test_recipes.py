@@ -280,17 +280,21 @@ def test_service(shell, plant, broker):
     assert states == {"pump-7.json", "blower 2.json"}
 
 
-@needs_bash
 @needs_parser
-@pytest.mark.slow
-def test_influx(shell, plant):
+def test_influx(run, plant, monkeypatch):
     from line_protocol_parser import parse_line
 
+    assert "| python influx.py" in block("plant", "skarxlag watch", "influx.py")
     with (plant / "plant.csv").open("a") as table:
         table.write("gone,data/gone,pump-7.skops,1480\n")
-    found = shell(block("plant", "skarxlag watch plant.csv", "python influx.py"))
+    monkeypatch.chdir(plant)
+    ending = ("--idle", 0.3, "--settle", 0.02, "--every", 1e-3)
+    code, out, err = run("watch", "plant.csv", *ending)
     # One sensor has a problem, which is the last field of its heartbeats.
-    assert found.returncode == 1, found.stderr
+    assert code == 1, err
+    found = subprocess.run(
+        [sys.executable, "influx.py"], input=out, capture_output=True, text=True
+    )
     lines = [parse_line(text) for text in found.stdout.splitlines()]
     assert {line["tags"]["sensor"] for line in lines} == {"pump-7", "blower 2", "gone"}
     of_gone = [line["fields"] for line in lines if line["tags"]["sensor"] == "gone"]
