@@ -46,8 +46,9 @@ SINGLE = {"n_observers": 1}
 
 
 def log_p_values(estimator, X, y):
-    fitted = estimator.fit(X)
-    return fitted.decision_function(X[::-1] + 3 * np.roll(X, 5, axis=1))
+    fitted = estimator.fit(X, rpm=1000)
+    new = X[::-1] + 3 * np.roll(X, 5, axis=1)
+    return fitted.decision_function(new, rpm=1000)
 
 
 ALARM_EFFECTS = {"false_alarm_rate": ({}, 0.5, thresholds)}
@@ -96,7 +97,7 @@ EFFECTS = {
 
 @pytest.mark.filterwarnings("ignore:20 healthy rows are too few:UserWarning")
 @pytest.mark.filterwarnings("ignore:20 rows of condition known are too few:UserWarning")
-@pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
+@pytest.mark.filterwarnings("ignore:All .* have one speed:UserWarning")
 @pytest.mark.parametrize(
     ("estimator", "name"),
     [(estimator, name) for estimator, effects in EFFECTS.items() for name in effects],

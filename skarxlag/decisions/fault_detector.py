@@ -8,18 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..core.parallel import one_thread
 from ..core.state import expect, uses_fitted
 from ..core.validation import check_count, check_flag, check_rate, warn_user
 from ..kernels import healthy_limits
-from ..kernels.healthy_rows import number_of_cepstra
 from ..kernels.speed_references import UNIT_DISTANCE, group_speeds, speed_distance
-from .row_outliers import RowOutlierDetector, features_of_rows, too_few_rows
-
-#: Fields of `Limits` that are attributes of a detector, with an underscore at the end.
-_LIMITS = [name for name in healthy_limits.Limits._fields if name != "known_speeds"]
-#: Samples that a spectrum takes at least.
-_SHORTEST_SPECTRUM = 8
+from .row_outliers import RowOutlierDetector, too_few_rows
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -38,38 +31,37 @@ class FaultDetector(RowOutlierDetector):
     Each row has two or three features, and each feature gives a p-value: the
     probability that a healthy row deviates at least as much.
 
-    - *Cepstra.* The cosine coefficients d of two log spectra: the spectral shape
-      and the steadiness of each frequency band:
+    - *Spectral shape.* The cosine coefficients d of the log spectrum, as `LogSpectra`
+      measures it:
 
       .. math::
 
-          s_1 = \log\, \mathrm{mean}\, (d - \hat d)^T
-                \left[S_w / m + (\kappa v + 0.09)\, D\right]^{-1} (d - \hat d)
+          s_1 = \log\, \frac1N \sum_{n=1}^{N} \frac{(d_n - \hat d_n)^2}
+                {s_n^2 / m + (\kappa v + 0.03)\, (0.3\, n^{-2} + 0.01)}
 
-      with the scatter :math:`S_w` of healthy windows, m windows in a row, the
-      covariance D of the change when the speed changes by the factor 1.3, the drift
-      scale :math:`\kappa`, and :math:`v = \sqrt b`. Here b is the variance of the
-      Brownian motion at the row's speed: 0 at a speed of `fit`, 1 at the factor 1.3
-      outside these speeds. The root widens the limits close to the speeds of `fit`,
-      since two recordings differ in load and mounting, too.
-    - *Impulsiveness* g, the deviation of the power in the bands from that of steady
-      noise:
+      with the variances :math:`s_n^2` of healthy windows, m windows in a row, the
+      smooth and rough drift of `SpectralDistance`, the drift scale :math:`\kappa`, and
+      :math:`v = \sqrt b`. Here b is the variance of the Brownian motion at the row's
+      speed: 0 at a speed of `fit`, 1 at the factor 1.3 outside these speeds. The root
+      widens the limits close to the speeds of `fit`, since two recordings differ in
+      load and mounting, too.
+    - *Mean steadiness* g of `LogSpectra` over all bands. Impacts lower it, and tones
+      raise it:
 
       .. math::
 
           s_2 = (g - \hat g) \big/
-                \sqrt{s^2 + (\kappa v + 0.09)\, \sigma^2 + \kappa V_b e^2}
+                \sqrt{s_g^2 + (\kappa v + 0.03)\, \sigma^2}
 
-      with e the logarithm of speed beyond the speeds of `fit`, where :math:`\hat g`
-      follows a slope of variance :math:`V_b`. Only more than is expected counts.
-    - *Level*, if the gain of the sensor is fixed, in the same way. The test is
-      two-sided, since a sensor may come loose. A row of fewer than 8 samples has no
-      spectrum, so its level always counts.
+      with :math:`\sigma = 0.2`. The test is two-sided.
+    - *Level*, if the gain of the sensor is fixed, in the same way with
+      :math:`\sigma = 0.3`. It falls if a sensor comes loose. A row of fewer than 8
+      samples has no spectrum, so its level always counts.
 
     Scores are compared with Student's t distribution. Its scale is measured on blocks
-    of time that are left out, five to ten for each speed. If a speed has fewer than
-    five rows, and rows have several windows, the blocks are parts of rows. The p-value
-    of a row is the smallest p-value of its features, times their number.
+    of time that are left out, five to ten for each speed. If a speed has fewer than five rows,
+    and rows have several windows, the blocks are parts of rows. The p-value of a row is
+    the smallest p-value of its features, times their number.
 
     Parameters
     ----------
@@ -92,10 +84,10 @@ class FaultDetector(RowOutlierDetector):
         Speeds of the healthy rows in revolutions per minute, ascending; those within 2
         % of each other are one. Empty if `fit` had none.
     drift_scale_ : float
-        :math:`\kappa`: 1 with one speed. With several, twice the smallest scale at
-        which every left-out speed holds false-alarm rates of 1 % and 5 %. At least
-        0.25. It does not depend on `false_alarm_rate`, so a row that is flagged at 1 %
-        is flagged at 5 %, too.
+        :math:`\kappa`: 1 with one speed. With several, 1.4 times the smallest scale
+        from 0.125 to 64 at which every left-out speed holds a false-alarm rate of 5 %.
+        It does not depend on `false_alarm_rate`, so a row that is flagged at 1 % is
+        flagged at 5 %, too.
     left_out_rates_ : ndarray of shape (n_speeds,)
         Share of the healthy rows of each speed (or of parts of rows, if these are the
         blocks) that are flagged if the references come from the other speeds. Empty
@@ -104,18 +96,14 @@ class FaultDetector(RowOutlierDetector):
         Healthy rows in `fit`, and windows in each.
     n_blocks_ : int
         Blocks of time from which the limits are computed.
-    axes_ : ndarray of float32 of shape (n_cepstra, n_cepstra)
-        Coordinates of cepstra in which D is the identity and the scatter is diagonal.
-    variances_ : ndarray of shape (n_cepstra,)
-        The scatter of rows in these coordinates.
     references_ : ndarray of shape (n_speeds or 1, n_cepstra)
-        Mean cepstra in these coordinates, for each speed.
+        Mean cosine coefficients for each speed.
+    variances_ : ndarray of shape (n_cepstra,)
+        Their variances between windows.
     means_ : ndarray of shape (n_speeds or 1, 1 or 2)
-        Mean log impulsiveness, and mean log level if it counts.
-    slopes_ : ndarray of shape (1 or 2, 2)
-        Their slopes against log speed, and the variances :math:`V_b` of the slopes.
+        Mean steadiness, and mean log level if it counts.
     deviations_ : ndarray of shape (1 or 2,)
-        Their deviations s between blocks of time.
+        Their deviations between blocks of time.
     score_mean_, score_deviation_ : float
         Mean and deviation of :math:`s_1` on blocks that were left out.
     n_models_ : int
@@ -162,44 +150,46 @@ class FaultDetector(RowOutlierDetector):
     window_length: int = 4800
     n_jobs: int | None = None
 
-    @one_thread
-    def _learn(self, X, y, log_speed, weights):
+    def _learn(self, rows, y, log_speed, weights):
         train_log_speed, at = group_speeds(log_speed)
-        name = f"n_samples = {len(X)}: largest number of rows of one speed"
+        n_rows, n_windows = rows.cepstra.shape[:2]
+        name = f"n_samples = {n_rows}: largest number of rows of one speed"
         expect(np.bincount(at).max() >= 2, name, 1, "at least 2")
-        self.n_rows_: int = len(X)
-        self.n_windows_: int = max(X.shape[-1] // self.window_length, 1)
         # Few long rows are calibrated on their parts.
-        n_parts = healthy_limits.parts_of_rows(at, self.n_windows_)
-        n_windows = self.n_windows_ // n_parts
-        with_level = bool(self.fixed_gain) or X.shape[-1] < _SHORTEST_SPECTRUM
-        rows = features_of_rows(
-            X, self.n_windows_, n_parts, with_level=with_level, n_jobs=self.n_jobs
-        )
-        at = np.repeat(at, n_parts)
-        weights = np.repeat(weights, n_parts)
+        n_parts = healthy_limits.parts_of_rows(at, n_windows)
         healthy = healthy_limits.HealthyRows(
-            rows, np.nan_to_num(train_log_speed), at, weights
+            rows.cut(n_parts),
+            np.nan_to_num(train_log_speed),
+            np.repeat(at, n_parts),
+            np.repeat(weights, n_parts),
         )
         limits = healthy_limits.calibrate(healthy)
-        for name in _LIMITS:
-            setattr(self, f"{name}_", getattr(limits, name))
-        # Most of a saved detector; seven digits are more than the scatter of rows
-        # leaves.
-        self.axes_: NDArray[np.float32] = limits.axes.astype(np.float32)
-        # The mean of more windows has a smaller variance.
-        self.variances_: NDArray[Any] = limits.variances * (n_windows / self.n_windows_)
+        offset = float(np.log(self.false_alarm_rate))
+        drift_scale, left_out_rates = 1.0, np.empty(0)
+        if len(train_log_speed) > 1:
+            drift_scale, left_out = healthy_limits.drift_scale(healthy, limits)
+            left_out_rates = healthy_limits.flagged_shares(
+                left_out, healthy.at, offset, healthy.weights
+            )
+        self.n_rows_: int = n_rows
+        self.n_windows_: int = n_windows
+        self.n_blocks_: int = limits.n_blocks
+        self.references_: NDArray[Any] = limits.expected.references
+        self.variances_: NDArray[Any] = limits.expected.variances
+        self.means_: NDArray[Any] = limits.expected.means
+        self.deviations_: NDArray[Any] = limits.deviations
+        self.score_mean_: float = limits.score_mean
+        self.score_deviation_: float = limits.score_deviation
         is_stated = ~np.isnan(train_log_speed)
         self.speeds_: NDArray[Any] = np.exp(train_log_speed[is_stated])
-        self.offset_: float = float(np.log(self.false_alarm_rate))
-        self.drift_scale_: float = 1.0
-        self.left_out_rates_: NDArray[Any] = np.empty(0)
-        if len(train_log_speed) > 1:
-            self.drift_scale_, left_out = healthy_limits.drift_scale(healthy, limits)
-            self.left_out_rates_ = healthy_limits.flagged_shares(
-                left_out, at, self.offset_, weights
-            )
+        self.offset_: float = offset
+        self.drift_scale_: float = drift_scale
+        self.left_out_rates_: NDArray[Any] = left_out_rates
         return self._weak_points()
+
+    @property
+    def _counts_level(self):
+        return self.fixed_gain
 
     def _weak_points(self, rows="healthy rows"):
         """Yield sentences on a calibration that promises less than its user may think."""
@@ -261,13 +251,19 @@ class FaultDetector(RowOutlierDetector):
         return [self]
 
     @uses_fitted
-    @one_thread
-    def _log_p_values_of(self, rows, log_speed, two_sided=False):
+    def _log_p_values_of(self, rows, log_speed):
         """Compute log p-values of measured rows; for unknown speeds, the largest of some speeds."""
         has_speeds = len(self.speeds_) > 0
         known_speeds = np.log(self.speeds_) if has_speeds else np.zeros(1)
-        fields = {name: getattr(self, f"{name}_") for name in _LIMITS}
-        limits = healthy_limits.Limits(known_speeds=known_speeds, **fields)
+        limits = healthy_limits.Limits(
+            expected=healthy_limits.Expected(
+                known_speeds, self.references_, self.variances_, self.means_
+            ),
+            deviations=self.deviations_,
+            score_mean=self.score_mean_,
+            score_deviation=self.score_deviation_,
+            n_blocks=self.n_blocks_,
+        )
         if not has_speeds:
             hypotheses = [UNIT_DISTANCE]
         elif log_speed is None:
@@ -282,9 +278,8 @@ class FaultDetector(RowOutlierDetector):
             healthy_limits.log_p_values(
                 limits,
                 rows,
-                np.broadcast_to(hypothesis, len(rows.values)),
-                scale=self.drift_scale_,
-                two_sided=two_sided,
+                np.broadcast_to(hypothesis, len(rows.cepstra)),
+                self.drift_scale_,
             )
             for hypothesis in hypotheses
         ]
@@ -334,20 +329,16 @@ class FaultDetector(RowOutlierDetector):
         self._check_number("n_windows_", "at least 1", int)
         self._check_number("n_blocks_", "at least 2", int)
         self._check_speeds()
-        self._check_array("deviations_", (None,), "above 0")
         n_speeds = len(self.speeds_)
-        n_measures = len(self.deviations_)
-        n_cepstra = number_of_cepstra(int(self.window_shape_[-1]) // self.n_windows_)
+        n_references = max(n_speeds, 1)
+        length = int(self.window_shape_[-1]) // self.n_windows_
+        n_cepstra = healthy_limits.number_of_cepstra(length)
+        self._check_array("references_", (n_references, n_cepstra))
         self._check_array("variances_", (n_cepstra,), "at least 0")
-        self._check_array("axes_", (n_cepstra, n_cepstra))
-        self._check_array("references_", (max(n_speeds, 1), n_cepstra))
-        self._check_array("means_", (max(n_speeds, 1), n_measures))
+        self._check_array("deviations_", (None,), "above 0")
+        self._check_array("means_", (n_references, len(self.deviations_)))
         n_left_out = n_speeds if n_speeds > 1 else 0
         self._check_array("left_out_rates_", (n_left_out,), "at least 0")
-        self._check_array("slopes_", (n_measures, 2))
-        are_variances = self.slopes_[:, 1] >= 0
-        expected = "variances of at least 0 in the second column"
-        expect(are_variances, "slopes_", self.slopes_, expected)
         self._check_number("drift_scale_", "above 0")
         self._check_number("score_deviation_", "above 0")
         self._check_number("score_mean_")

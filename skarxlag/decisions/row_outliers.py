@@ -10,6 +10,7 @@ from sklearn.base import BaseEstimator, OutlierMixin
 from sklearn.utils import Bunch
 
 from ..core.base import SignalEstimator
+from ..core.batches import chosen_rows
 from ..core.parallel import BATCH, map_batches
 from ..core.speeds import log_speeds, with_plausible_speeds
 from ..core.state import uses_fitted
@@ -19,9 +20,11 @@ from ..core.validation import (
     warn_user,
     weighted_windows,
 )
-from ..kernels.healthy_rows import Rows, measure_rows
+from ..kernels.healthy_limits import Rows, measure_windows
 from ..kernels.ladder import rows_that_hold
 
+#: Samples that a spectrum takes at least. The level of shorter rows always counts.
+_SHORTEST_SPECTRUM = 8
 #: Log p-value of a row without a plausible speed: the p-value is the smallest above 0.
 _LEAST_LOG_P = float(np.log(np.finfo(np.float32).tiny))
 
@@ -35,10 +38,12 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
     limits.
     """
 
+    window_length: int
+    n_jobs: int | None
     offset_: float
-    #: Whether `fit` is given conditions. Less impulsiveness than expected then counts,
-    #: too.
+    #: Whether `fit` is given conditions.
     _has_conditions: ClassVar[bool] = False
+    _learns_in_batches = True
 
     #: Metadata routing passes these without `set_fit_request` and its siblings.
     __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
@@ -108,8 +113,9 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
             np.arange(len(X)), conditions, sample_weight
         )
         if sample_weight is not None:
-            X = X[rows]
-        weak_points = self._learn(X, conditions, log_speed[rows], weights)
+            X = chosen_rows(X, rows)
+        measured = self._measured(X, max(X.shape[-1] // self.window_length, 1))
+        weak_points = self._learn(measured, conditions, log_speed[rows], weights)
         if not self._has_conditions:
             weak_points = [*_ignored_labels(y), *weak_points]
         for sentence in weak_points:
@@ -221,19 +227,29 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
         X, _ = validate_innovations(self, X, reset=False)
         detectors = self._detectors()
         log_speed, is_plausible = self._log_speeds(rpm, X, _speeds_of(detectors))
-        rows = features_of_rows(
-            X,
-            detectors[0].n_windows_,
-            with_level=detectors[0].means_.shape[1] > 1,
-            n_jobs=self.n_jobs,
-        )
+        rows = self._measured(X, detectors[0].n_windows_)
         log_p_values = [
-            detector._log_p_values_of(rows, log_speed, two_sided=self._has_conditions)
-            for detector in detectors
+            detector._log_p_values_of(rows, log_speed) for detector in detectors
         ]
         return np.where(
             is_plausible[:, np.newaxis], np.stack(log_p_values, axis=1), _LEAST_LOG_P
         )
+
+    def _measured(self, X, n_windows):
+        """Compute the features of rows of shape (n_rows, 1, n_samples), window by window."""
+        length = X.shape[-1] // n_windows
+        with_level = self._counts_level or X.shape[-1] < _SHORTEST_SPECTRUM
+
+        def features(batch):
+            rows = of_one_model(X[batch])[:, : n_windows * length]
+            windows = rows.reshape(-1, length)
+            return [
+                feature.reshape(len(rows), n_windows, -1)
+                for feature in measure_windows(windows, with_level=with_level)
+            ]
+
+        batches = map_batches(features, len(X), self.n_jobs, max(BATCH // n_windows, 1))
+        return Rows(*map(np.concatenate, zip(*batches, strict=True)))
 
     def _log_speeds(self, rpm, X, train_rpm):
         """Return log speeds, or None if `fit` had none, and which of them are plausible."""
@@ -265,26 +281,6 @@ def _ignored_labels(y):
 
 def _speeds_of(detectors):
     return np.unique(np.concatenate([detector.speeds_ for detector in detectors]))
-
-
-def features_of_rows(
-    X: NDArray[Any],
-    n_windows: int,
-    n_parts: int = 1,
-    *,
-    with_level: bool,
-    n_jobs: int | None,
-) -> Rows:
-    """Compute the features of rows of shape (n_rows, 1, n_samples), or of parts of rows."""
-    n_windows_of_part = n_windows // n_parts
-    length = n_windows_of_part * (X.shape[-1] // n_windows)
-
-    def features(batch):
-        parts = of_one_model(X[batch])[:, : n_parts * length].reshape(-1, length)
-        return measure_rows(parts, n_windows_of_part, with_level=with_level)
-
-    batches = map_batches(features, len(X), n_jobs, max(BATCH // n_windows, 1))
-    return Rows(*map(np.concatenate, zip(*batches, strict=True)))
 
 
 def too_few_rows(rows: str, n: int, rate: float) -> list[str]:

@@ -118,8 +118,8 @@ class SpectralDistance(StretchTransformer):
     array([0, 0, 1, 1])
     """
 
-    smooth_drift: float = 0.3
-    rough_drift: float = 0.01
+    smooth_drift: float = drift.SMOOTH
+    rough_drift: float = drift.ROUGH
     frequency_drift: float = 0.06
 
     _suffix = "distance"

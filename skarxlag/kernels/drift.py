@@ -7,20 +7,13 @@ from scipy import linalg
 
 from .arrays import Array
 from .compiled import compiled
-from .healthy_rows import N_COEFFICIENTS, log_spectra_cepstra
 
-#: Effect of a change of speed by the unit distance on cepstra of healthy rows:
-#: `smooth_variance` in squared nepers of power, and the weights of a scaled frequency
-#: axis and of a raised noise floor.
-SMOOTH = 0.1
+#: Drift of log spectra in squared nepers of power, as `smooth_variance` has it.
+SMOOTH = 0.3
 ROUGH = 0.01
-FREQUENCY = 0.1
-NOISE = 0.5
 #: Relative shift of frequency by which all that a log spectrum shows is moved, both
 #: ways.
 _LOG_SHIFT = 0.1
-#: Levels of white noise that is added, in dB of the mean power.
-_NOISE_DB = (-20.0, -26.0)
 
 
 def smooth_variance(n_coefficients: int, smooth: float, rough: float) -> Array:
@@ -80,70 +73,6 @@ def scaled_frequency(log_spectra: Array) -> Array:
         points = cells * np.exp(shift)
         changes += [np.interp(points, cells, row) - row for row in log_spectra]
     return np.array(changes)
-
-
-def raised_noise(log_spectra: Array) -> Array:
-    r"""Compute the changes of log spectra when white noise is added, 20 and 26 dB below mean power.
-
-    The emission of a bearing grows with the speed, and the noise of the sensor does
-    not. Relative to the emission, the noise floor in the valleys of the spectrum
-    therefore changes with speed.
-
-    Parameters
-    ----------
-    log_spectra : ndarray of shape (n_spectra, n_frequencies)
-        Log spectra, natural logarithms of power.
-
-    Returns
-    -------
-    ndarray of shape (2 * n_spectra, n_frequencies)
-        Changes, at least 0.
-
-    Examples
-    --------
-    >>> raised_noise(np.zeros((1, 2))).round(4)
-    array([[0.01  , 0.01  ],
-           [0.0025, 0.0025]])
-    """
-    mean = np.log(np.mean(np.exp(log_spectra), axis=1, keepdims=True))
-    changes = []
-    for decibels in _NOISE_DB:
-        noise = mean + decibels * np.log(10) / 10
-        changes.append(np.logaddexp(log_spectra, noise) - log_spectra)
-    return np.concatenate(changes)
-
-
-def drift_covariance(spectral_shape: Array, steadiness: Array) -> Array:
-    """Compute the covariance of the change of cepstra when the speed changes by the unit distance.
-
-    The model has three causes of change: smooth and rough drift over frequency, a
-    scaled frequency axis, and a rising noise floor. The last two are computed from the
-    mean log spectra.
-
-    Parameters
-    ----------
-    spectral_shape, steadiness : ndarray of shape (n_speeds, ...)
-        Mean log spectra.
-
-    Returns
-    -------
-    ndarray of shape (n_features, n_features)
-        The covariance, which is positive definite.
-    """
-    scaled = log_spectra_cepstra(
-        scaled_frequency(spectral_shape), scaled_frequency(steadiness)
-    )
-    raised = raised_noise(spectral_shape)
-    # Noise moves no steadiness.
-    unmoved = np.zeros((len(raised), steadiness.shape[1]))
-    raised = log_spectra_cepstra(raised, unmoved)
-    n_of_shape = min(N_COEFFICIENTS, spectral_shape.shape[1] - 1)
-    n_of_steadiness = steadiness.shape[1] - 1
-    smooth = [smooth_variance(n, SMOOTH, ROUGH) for n in (n_of_shape, n_of_steadiness)]
-    change = np.diag(np.concatenate(smooth))
-    change += FREQUENCY * scaled.T @ scaled / len(scaled)
-    change += NOISE * raised.T @ raised / len(raised)
-    return change
 
 
 def joint_axes(scatter: Array, drift: Array) -> tuple[Array, Array]:

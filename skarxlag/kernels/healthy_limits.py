@@ -1,8 +1,4 @@
-"""Limits on the features of healthy bearings at any speed, from rows at some speeds.
-
-The features of a row are its mean cepstrum, its impulsiveness and, if the gain of the
-sensor is fixed, its level.
-"""
+"""Limits on the log spectra of healthy rows at any speed, from rows at some speeds."""
 
 from typing import NamedTuple
 
@@ -11,21 +7,14 @@ from numpy.typing import NDArray
 from scipy.special import stdtr
 
 from .arrays import Array
-from .drift import along_axes, drift_covariance, joint_axes
-from .healthy_rows import Rows
-from .speed_references import (
-    SAME_SPEED,
-    group_means,
-    slope_against_speed,
-    speed_distance,
-)
+from .drift import ROUGH, SMOOTH, smooth_variance
+from .scaling import centred, root_mean_square
+from .short_time import LENGTH
+from .spectra import cepstrum, own_spectra
+from .speed_references import group_means, speed_distance
 
-#: Slope against log speed of log impulsiveness and of log level, beforehand: mean and
-#: deviation; and their drift over the unit distance.
-SLOPES = (
-    {"mean": -0.7, "deviation": 0.7, "drift": 0.4},
-    {"mean": 1.5, "deviation": 0.75, "drift": 0.3},
-)
+#: Order of a window's own autoregressive model.
+SPECTRUM_ORDER = 128
 #: Fewest and most blocks of time that the rows of one speed are divided into. Between
 #: these, a block has this many rows.
 FEWEST_BLOCKS = 5
@@ -35,16 +24,50 @@ MANY_ROWS = 30
 SCALES = 2.0 ** np.arange(-3, 6.25, 0.5)
 #: The scale that holds at left-out speeds is multiplied by this: k speeds support only
 #: the rate 1 / (k + 1).
-SAFETY = 2.0
-#: Drift of a row after the recording that calibrates its speed, as a share of the drift
-#: over the unit distance.
-SAME_RECORDING = 0.05
-#: Rates that every left-out speed must hold, whatever rate is stated later.
-HELD_RATES = (0.01, 0.05)
-#: Least deviations: of the score of cepstra, and of impulsiveness and level, in nepers.
+SAFETY = 2.0**0.5
+#: Rate that every left-out speed must hold, whatever rate is stated later.
+HELD_RATE = 0.05
+#: Drift of a recording over time, as a share of the drift over the unit distance.
+SAME_SPEED = 0.03
+#: Standard deviations of the drift of the mean steadiness and of the log level over the
+#: unit distance, in nepers.
+MEAN_DRIFT = (0.2, 0.3)
+#: Least deviations: of the score, and of mean steadiness and level, in nepers.
 _LEAST_SCORE_DEVIATION = 0.05
-_LEAST_DEVIATION = 0.02
+_LEAST_DEVIATION = 0.005
 _TINY = np.finfo(np.float64).tiny
+
+
+class Rows(NamedTuple):
+    """Features of rows, where each row is a stretch of n_windows windows.
+
+    Attributes
+    ----------
+    cepstra : ndarray of shape (n_rows, n_windows, n_cepstra)
+        Cosine coefficients of the spectral shape of each window.
+    means : ndarray of shape (n_rows, n_windows, n_means)
+        Mean steadiness over the bands of each window, and its log root mean square if
+        the level is used.
+    """
+
+    cepstra: np.ndarray
+    means: np.ndarray
+
+    def take(self, is_taken: NDArray[np.bool_]) -> "Rows":
+        """Return some of the rows."""
+        return Rows(*(feature[is_taken] for feature in self))
+
+    def cut(self, n_parts: int) -> "Rows":
+        """Return parts of the rows, each of as many windows as the others."""
+        n_rows, n_windows = self.cepstra.shape[:2]
+        length = n_windows // n_parts
+        shape = n_rows * n_parts, length
+        return Rows(
+            *(
+                feature[:, : n_parts * length].reshape(*shape, feature.shape[2])
+                for feature in self
+            )
+        )
 
 
 class HealthyRows(NamedTuple):
@@ -59,7 +82,7 @@ class HealthyRows(NamedTuple):
     at : ndarray of int of shape (n_rows,)
         Speed of each row. Rows of one speed are in the order of time.
     weights : ndarray of shape (n_rows,)
-        Weight of each row in means and covariances, above 0; only ratios count. A block
+        Weight of each row in means and variances, above 0; only ratios count. A block
         of time counts as one block whatever its rows weigh.
     """
 
@@ -79,41 +102,84 @@ class HealthyRows(NamedTuple):
         )
 
 
-class Limits(NamedTuple):
-    """Expected features of healthy rows, and their scatter.
+class Expected(NamedTuple):
+    """Expected features of healthy rows at known speeds, and their scatter.
 
     Attributes
     ----------
     known_speeds : ndarray of shape (n_speeds,)
         Log speeds, ascending.
-    axes : ndarray of shape (n_features, n_features)
-        Coordinates in which the drift is the identity and the scatter diagonal.
-    variances : ndarray of shape (n_features,)
-        Scatter of rows in these coordinates.
-    references : ndarray of shape (n_speeds, n_features)
-        Mean cepstra in these coordinates.
-    means : ndarray of shape (n_speeds, n_values)
-        Mean impulsiveness, and mean level if it is used.
-    slopes : ndarray of shape (n_values, 2)
-        Slope of these values against log speed, and its variance.
-    deviations : ndarray of shape (n_values,)
-        Standard deviation of these values between blocks of time that are left out.
+    references : ndarray of shape (n_speeds, n_cepstra)
+        Mean cepstra.
+    variances : ndarray of shape (n_cepstra,)
+        Variances of the cepstra of single windows about these means.
+    means : ndarray of shape (n_speeds, n_means)
+        Mean steadiness, and mean log level if it is used.
+    """
+
+    known_speeds: np.ndarray
+    references: np.ndarray
+    variances: np.ndarray
+    means: np.ndarray
+
+
+class Limits(NamedTuple):
+    """Expected features of healthy rows, and the distribution of their scores.
+
+    Attributes
+    ----------
+    expected : Expected
+        From all healthy rows.
+    deviations : ndarray of shape (n_means,)
+        Standard deviation of the means between blocks of time that are left out.
     score_mean, score_deviation : float
-        Mean and standard deviation of the score of cepstra, between the same blocks.
+        Mean and standard deviation of the score between the same blocks.
     n_blocks : int
         Number of these blocks.
     """
 
-    known_speeds: np.ndarray
-    axes: np.ndarray
-    variances: np.ndarray
-    references: np.ndarray
-    means: np.ndarray
-    slopes: np.ndarray
+    expected: Expected
     deviations: np.ndarray
     score_mean: float
     score_deviation: float
     n_blocks: int
+
+
+def measure_windows(windows: Array, *, with_level: bool) -> tuple[Array, Array]:
+    """Compute the features of windows.
+
+    Parameters
+    ----------
+    windows : ndarray of shape (n_windows, n_samples)
+        Windows in any unit, with any mean.
+    with_level : bool
+        Whether the level is used.
+
+    Returns
+    -------
+    cepstra : ndarray of shape (n_windows, n_cepstra)
+        Cosine coefficients of the spectral shape, in nepers of power.
+    means : ndarray of shape (n_windows, n_means)
+        Mean steadiness, and log root mean square if the level is used; finite.
+    """
+    unit, peak = centred(windows)
+    spectra = own_spectra(unit, SPECTRUM_ORDER)
+    means = spectra[:, 1].mean(axis=1, keepdims=True)
+    if with_level:
+        rms = np.maximum(root_mean_square(unit), _TINY)
+        means = np.column_stack([means, np.log(rms) + np.log(peak[:, 0])])
+    return cepstrum(spectra[:, 0]), means
+
+
+def number_of_cepstra(window_length: int) -> int:
+    """Return the number of cepstra of windows of a given length.
+
+    Examples
+    --------
+    >>> number_of_cepstra(4800)
+    125
+    """
+    return 2 * max(min(LENGTH, window_length) // 2 - 1, 1) - 1
 
 
 def time_blocks(at: Array) -> Array:
@@ -175,31 +241,22 @@ def calibrate(healthy: HealthyRows) -> Limits:
     """Compute limits from healthy rows, of which at least two have one speed.
 
     The scatter of rows about their expected values is measured on blocks of time. In
-    turn, one block of each speed is excluded from the means and covariances, and then
+    turn, one block of each speed is excluded from the means and variances, and then
     compared with them.
     """
     rows, known_speeds, at, weights = healthy
     block = time_blocks(at)
-    # Score of the cepstra, and distances of the values, from what the other blocks
-    # predict.
-    n_values = rows.values.shape[1]
-    away = np.full((len(at), 1 + n_values), np.nan)
+    # Score, and distances of the means, from what the other blocks predict.
+    away = np.full((len(at), 1 + rows.means.shape[2]), np.nan)
     for number in range(block.max() + 1):
         # A speed all of whose rows are left out has nothing to be compared with.
         is_other = (block != number) & np.isin(at, at[block == number])
         is_left_out = (block == number) & np.isin(at, at[is_other])
-        if not is_left_out.any():
-            continue
-        others = healthy.take(is_other)
-        expected = _expected(others)
-        speed = np.searchsorted(others.known_speeds, known_speeds[at[is_left_out]])
-        away[is_left_out, 0] = _cepstral_score(
-            rows.take(is_left_out),
-            expected["axes"],
-            expected["references"][speed],
-            expected["variances"] + SAME_SPEED,
-        )
-        away[is_left_out, 1:] = rows.values[is_left_out] - expected["means"][speed]
+        if is_left_out.any():
+            left_out = rows.take(is_left_out)
+            log_speed = known_speeds[at[is_left_out]]
+            expected = _expected(healthy.take(is_other))
+            away[is_left_out] = _away(expected, left_out, log_speed, SAME_SPEED)
     is_compared = ~np.isnan(away[:, 0])
     away = away[is_compared]
     weights = weights[is_compared]
@@ -212,7 +269,7 @@ def calibrate(healthy: HealthyRows) -> Limits:
     away[:, 0] -= score_mean
     deviations = np.sqrt(share @ away**2 * n_blocks / (n_blocks - 1))
     return Limits(
-        **_expected(healthy),
+        expected=_expected(healthy),
         deviations=np.maximum(deviations[1:], _LEAST_DEVIATION),
         score_mean=float(score_mean),
         score_deviation=float(max(deviations[0], _LEAST_SCORE_DEVIATION)),
@@ -221,69 +278,50 @@ def calibrate(healthy: HealthyRows) -> Limits:
 
 
 def _expected(healthy):
-    """Compute the first fields of `Limits`, which are not measured on left-out blocks."""
+    """Return means and variances of healthy rows."""
     rows, known_speeds, at, weights = healthy
-    n_windows, n_features = rows.cepstra.shape[1:]
     references = group_means(rows.cepstra.mean(axis=1), at, weights)
-    about = rows.cepstra - references[at][:, np.newaxis]
-    # A covariance holds squares, so a weight counts by its root.
-    about = about * np.sqrt(weights)[:, np.newaxis, np.newaxis]
-    about = about.reshape(-1, n_features)
-    n_free = max(len(about) - len(known_speeds), 1)
-    scatter = about.T @ about / (n_free * weights.mean())
-    # Few windows state the variances more precisely than the correlations.
-    weight = n_features / (n_features + len(about))
-    variances = np.diag(np.diag(scatter))
-    scatter = (1 - weight) * scatter + weight * variances
-    spectral_shape = group_means(rows.spectral_shape, at, weights)
-    steadiness = group_means(rows.steadiness, at, weights)
-    drift = drift_covariance(spectral_shape, steadiness)
-    axes, variances = joint_axes(scatter / n_windows, drift)
-    means = group_means(rows.values, at, weights)
-    slopes = [
-        slope_against_speed(value, known_speeds, **prior)
-        for value, prior in zip(means.T, SLOPES, strict=False)
-    ]
-    return {
-        "known_speeds": known_speeds,
-        "axes": axes,
-        "variances": variances,
-        "references": along_axes(references, axes),
-        "means": means,
-        "slopes": np.array(slopes),
-    }
+    squares = (rows.cepstra - references[at][:, np.newaxis]) ** 2
+    n_windows = squares.shape[1]
+    n_free = max(len(at) * n_windows - len(known_speeds), 1)
+    sums = weights @ squares.sum(axis=1)
+    return Expected(
+        known_speeds=known_speeds,
+        references=references,
+        variances=sums / (n_free * weights.mean()),
+        means=group_means(rows.means.mean(axis=1), at, weights),
+    )
 
 
-def _cepstral_score(rows, axes, expected, variances):
-    """Return the log mean square distance of rows from their expectation."""
-    distance = along_axes(rows.cepstra.mean(axis=1), axes) - expected
-    return np.log(np.mean(distance**2 / variances, axis=1) + 1e-3)
+def _away(expected, rows, log_speed, drift):
+    """Return the score of rows, and the distances of their means, in columns."""
+    at = speed_distance(log_speed, expected.known_speeds)
+    n_windows = rows.cepstra.shape[1]
+    of_drift = smooth_variance(rows.cepstra.shape[2], SMOOTH, ROUGH)
+    variances = expected.variances / n_windows + np.multiply.outer(drift, of_drift)
+    distance = rows.cepstra.mean(axis=1) - at.interpolate(expected.references)
+    score = np.log(np.mean(distance**2 / variances, axis=1) + 1e-3)
+    means = rows.means.mean(axis=1) - at.interpolate(expected.means)
+    return np.column_stack([score, means])
 
 
 def log_p_values(
-    limits: Limits,
-    rows: Rows,
-    log_speed: Array,
-    scale: float,
-    *,
-    two_sided: bool = False,
-) -> Array:
+    limits: Limits, rows: Rows, log_speed: Array, scale: float
+) -> NDArray[np.float64]:
     r"""Compute log p-values: the probability that a healthy row deviates at least as much.
 
     .. math::
 
-        s_1 = \log \mathrm{mean}\, (d - \hat d)^T [S_w / m + (\kappa v + 0.09) D]^{-1} (d - \hat d),
-        \qquad
-        s_2 = \frac{g - \hat g}{\sqrt{s^2 + (\kappa v + 0.09) \sigma^2 + \kappa V_b e^2}}
+        s_1 = \log\,\frac1N \sum_{n=1}^{N} \frac{(d_n - \hat d_n)^2}
+        {s_n^2 / m + (\kappa v + 0.03)\, D_n}, \qquad
+        s_2 = \frac{g - \hat g}{\sqrt{s_g^2 + (\kappa v + 0.03)\, \sigma^2}}
 
     with :math:`v = \sqrt b`, b the variance of the Brownian motion at the row's speed,
-    the scale :math:`\kappa` of the drift, and e the log speed beyond the known ones.
-    The root is taken since two recordings differ in load and mounting, however close
-    their speeds are. The constant 0.09 covers the drift of one recording over time.
-    Both scores are compared with Student's t distribution over blocks of time. The
-    result is the smallest probability, times their number (Bonferroni). The test of the
-    impulsiveness is one-sided. The test of the level is two-sided, since a sensor may
-    come loose.
+    and the scale :math:`\kappa` of the drift. The root is taken since two recordings
+    differ in load and mounting, however close their speeds are. The constant 0.03
+    covers the drift of one recording over time. All scores are compared with Student's
+    t distribution over blocks of time; those of g, the mean steadiness or the level,
+    on both sides. The result is the smallest probability, times their number (Bonferroni).
 
     Parameters
     ----------
@@ -295,42 +333,29 @@ def log_p_values(
         Their log speeds.
     scale : float
         Scale of the drift.
-    two_sided : bool, default=False
-        Whether less than the expected impulsiveness counts as well: a row without
-        impacts is no row of a fault.
 
     Returns
     -------
     ndarray of shape (n_rows,)
         Natural logarithms, finite, at most 0.
     """
-    at = speed_distance(log_speed, limits.known_speeds)
-    drift = scale * np.sqrt(at.variance) + SAME_RECORDING + SAME_SPEED
+    variance = speed_distance(log_speed, limits.expected.known_speeds).variance
+    drift = scale * np.sqrt(variance) + SAME_SPEED
+    away = _away(limits.expected, rows, log_speed, drift)
     more = 1 + 1 / limits.n_blocks
-    # Blocks of one recording are not independent, however many speeds there are.
-    freedom = min(limits.n_blocks, MOST_BLOCKS) - 1
-    spread = limits.variances + drift[:, np.newaxis]
-    references = at.interpolate(limits.references)
-    score = _cepstral_score(rows, limits.axes, references, spread)
-    score = (score - limits.score_mean) / (limits.score_deviation * np.sqrt(more))
-    tails = [stdtr(freedom, -score)]
-    for j, prior in enumerate(SLOPES[: rows.values.shape[1]]):
-        slope, slope_variance = limits.slopes[j]
-        expected = at.interpolate(limits.means[:, j]) + slope * at.beyond
-        spread = limits.deviations[j] ** 2 * more + drift * prior["drift"] ** 2
-        spread += scale * slope_variance * at.beyond**2
-        score = (rows.values[:, j] - expected) / np.sqrt(spread)
-        # The second value is the level.
-        if two_sided or j == 1:
-            tails.append(2 * stdtr(freedom, -abs(score)))
-        else:
-            tails.append(stdtr(freedom, -score))
+    freedom = limits.n_blocks - 1
+    score = (away[:, 0] - limits.score_mean) / limits.score_deviation
+    tails = [stdtr(freedom, -score / np.sqrt(more))]
+    measures = zip(away[:, 1:].T, limits.deviations, MEAN_DRIFT, strict=False)
+    for change, deviation, moved in measures:
+        spread = np.sqrt(deviation**2 * more + drift * moved**2)
+        tails.append(2 * stdtr(freedom, -abs(change) / spread))
     least = np.maximum(np.min(tails, axis=0), _TINY)
     return np.minimum(np.log(least) + np.log(len(tails)), 0.0)
 
 
 def drift_scale(healthy: HealthyRows, limits: Limits) -> tuple[float, Array]:
-    """Find the scale of the drift at which every left-out speed holds `HELD_RATES`.
+    """Find the scale of the drift at which every left-out speed holds `HELD_RATE`.
 
     Parameters
     ----------
@@ -342,33 +367,32 @@ def drift_scale(healthy: HealthyRows, limits: Limits) -> tuple[float, Array]:
     Returns
     -------
     scale : float
-        Twice the smallest of the tried scales that holds the rates.
+        `SAFETY` times the smallest of the tried scales that holds the rate, or the
+        largest if none does.
     log_p_values : ndarray of shape (n_rows,)
-        Log p-value of each row at that scale, if the means, covariances and slopes are
-        those of the other speeds.
+        Log p-value of each row at that scale, if the means and variances are those of
+        the other speeds.
     """
     rows, known_speeds, at, weights = healthy
     left_out = [at == speed for speed in range(len(known_speeds))]
     others = [
-        limits._replace(**_expected(healthy.take(~is_out))) for is_out in left_out
+        limits._replace(expected=_expected(healthy.take(~is_out)))
+        for is_out in left_out
     ]
 
     def left_out_log_p_values(scale):
         logs = np.empty(len(at))
-        for limits, is_out in zip(others, left_out, strict=True):
+        for other, is_out in zip(others, left_out, strict=True):
             log_speed = known_speeds[at[is_out]]
-            logs[is_out] = log_p_values(limits, rows.take(is_out), log_speed, scale)
+            logs[is_out] = log_p_values(other, rows.take(is_out), log_speed, scale)
         return logs
 
     def holds(scale):
         logs = left_out_log_p_values(scale)
-        return all(
-            (flagged_shares(logs, at, np.log(rate), weights) <= rate).all()
-            for rate in HELD_RATES
-        )
+        rates = flagged_shares(logs, at, np.log(HELD_RATE), weights)
+        return np.all(rates <= HELD_RATE)
 
-    smallest = next(filter(holds, SCALES), SCALES[-1])
-    scale = SAFETY * float(smallest)
+    scale = SAFETY * float(next(filter(holds, SCALES), SCALES[-1]))
     return scale, left_out_log_p_values(scale)
 
 

@@ -19,8 +19,6 @@ from .short_time import LENGTH, band_levels, hann_window
 _LEAST_CELLS = 252
 #: Segments of the short-time spectrum start this share of a segment apart.
 _OVERLAP = 8
-#: Cells of (0, pi) on which the log spectrum of a window is taken.
-LOG_SPECTRUM_CELLS = 256
 #: Least power of which the logarithm is taken.
 _TINY = np.finfo(np.float64).tiny
 #: Share of the power of a segment that stays in an empty band in single precision.

@@ -14,9 +14,6 @@ from .arrays import Array
 
 #: A change of log speed in which the drift has its stated variance.
 UNIT_DISTANCE = float(np.log(1.3))
-#: Drift between two recordings at one and the same speed, as a share of the drift over
-#: the unit distance.
-SAME_SPEED = 0.04
 #: A change of log speed over which log spectra drift as `smooth_variance` states, and
 #: the least share of that drift, for recordings at one and the same speed.
 _SPECTRAL_DISTANCE = 0.4
@@ -150,50 +147,6 @@ def group_speeds(log_speed: Array) -> tuple[Array, Array]:
     at = np.searchsorted(lowest, log_speed, side="right") - 1
     means = np.bincount(at, log_speed) / np.bincount(at)
     return means, at
-
-
-def slope_against_speed(
-    values: Array,
-    known_speeds: Array,
-    *,
-    mean: float,
-    deviation: float,
-    drift: float,
-) -> tuple[float, float]:
-    r"""Estimate the slope of a value against log speed, and the variance of this slope.
-
-    For Brownian motion with a trend, only the two end points contain information about
-    the trend. The estimate is :math:`(g_k - g_1) / (x_k - x_1)` with the variance
-    :math:`\sigma^2 / (L\,(x_k - x_1))`. Bayes' rule for normal distributions combines
-    it with the prior of the slope.
-
-    Parameters
-    ----------
-    values : ndarray of shape (n_speeds,)
-        The value at the known speeds.
-    known_speeds : ndarray of shape (n_speeds,)
-        Logarithms of the known speeds, ascending.
-    mean, deviation : float
-        Prior mean and prior standard deviation of the slope.
-    drift : float
-        Standard deviation :math:`\sigma` of the motion over the unit distance L.
-
-    Returns
-    -------
-    slope, variance : float
-        Posterior mean and variance of the slope.
-
-    Examples
-    --------
-    >>> slope_against_speed(np.array([2.0]), np.array([0.0]), mean=1.0, deviation=0.5, drift=1.0)
-    (1.0, 0.25)
-    """
-    weight = UNIT_DISTANCE / drift**2
-    speed_range = known_speeds[-1] - known_speeds[0]
-    rise = values[-1] - values[0]
-    precision = 1 / deviation**2 + weight * speed_range
-    weighted = mean / deviation**2 + weight * rise
-    return float(weighted / precision), float(1 / precision)
 
 
 def group_means(values: Array, group: Array, weights: Array) -> Array:

@@ -132,9 +132,8 @@ def test_attributes_describe_the_calibration(fitted):
     np.testing.assert_allclose(fitted.speeds_, [800, 1200])
     assert fitted.left_out_rates_.shape == (2,)
     assert fitted.left_out_rates_.max() <= RATE
-    assert fitted.drift_scale_ >= 0.25
+    assert fitted.drift_scale_ >= 2**-2.5
     assert (fitted.n_rows_, fitted.n_windows_, fitted.n_blocks_) == (80, 1, 10)
-    assert fitted.axes_.dtype == np.float32
 
 
 def test_limits_of_few_long_rows_are_for_whole_rows():
@@ -145,7 +144,7 @@ def test_limits_of_few_long_rows_are_for_whole_rows():
         fit(X, 1000, window_length=LENGTH) for X in (windows.reshape(2, -1), windows)
     ]
     long, single = (detector.variances_ for detector in detectors)
-    np.testing.assert_allclose(3 * long, single, rtol=0.02)
+    np.testing.assert_allclose(long, single, rtol=0.02)
     long, single = (detector.references_ for detector in detectors)
     np.testing.assert_allclose(long, single, rtol=1e-3, atol=1e-3)
 
@@ -199,14 +198,16 @@ def test_weak_calibrations_are_warned_of(n, rpm, rate, texts):
 def test_drift_that_no_scale_covers_is_warned_of():
     X, rpm = rig((800, 1000, 1200), 20)
     X[20:40] *= 1e60
-    with pytest.warns(UserWarning, match=r"No drift scale up to 128 .* 1 at 1000 rpm"):
+    with pytest.warns(
+        UserWarning, match=r"No drift scale up to 90.5097 .* 1 at 1000 rpm"
+    ):
         FaultDetector(false_alarm_rate=RATE, fixed_gain=True).fit(X, rpm=rpm)
 
 
 def test_left_out_speeds_that_just_hold_the_rate_are_not_warned_of(rows):
     X, rpm = rows
     X = X.copy()
-    X[0] = np.random.default_rng(0).normal(size=LENGTH)
+    X[0, ::300] += 1e9
     # One row of the 40 at 800 rpm is flagged.
     detector = fit(X, rpm, false_alarm_rate=1 / 40)
     assert detector.left_out_rates_.max() == 1 / 40
@@ -320,16 +321,14 @@ def test_measured_inputs_are_explained_first():
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("axes_", np.zeros((2, 2))),
         ("references_", np.zeros(3)),
         ("references_", None),
         ("speeds_", None),
         ("speeds_", np.array([1200.0, 800.0])),
         ("speeds_", np.array([-1.0, 800.0])),
         ("variances_", np.float64(1.0)),
-        ("variances_", np.full(110, -1.0)),
+        ("variances_", np.full(125, -1.0)),
         ("means_", np.full((2, 1), np.nan)),
-        ("slopes_", np.array([[1.0, -1.0]])),
         ("deviations_", np.array([0.0])),
         ("left_out_rates_", np.zeros(5)),
         ("drift_scale_", -1.0),
@@ -342,10 +341,6 @@ def test_measured_inputs_are_explained_first():
 def test_inconsistent_states_are_refused(fitted, name, value):
     with pytest.raises(ValueError, match=name):
         check_state(changed(fitted, **{name: value}))
-
-
-def test_a_slope_may_be_certain(fitted):
-    check_state(changed(fitted, slopes_=fitted.slopes_ * [1.0, 0.0]))
 
 
 @settings(max_examples=10, deadline=None)

@@ -40,26 +40,16 @@ def test_each_condition_has_the_p_values_of_its_detector(fitted, data):
         is_class = y == name
         of_class = {"X": X[is_class], "rpm": rpm[is_class]}
         alone = fit(FaultDetector(false_alarm_rate=RATE), **of_class)
-        assert fitted.detectors_[c].drift_scale_ == alone.drift_scale_
-        # The test of the impulsiveness is two-sided here, so a p-value may be twice as
-        # large, or smaller.
-        one_sided = alone.p_values(new, rpm=1000)
-        assert np.all(p_values[:, c] <= 2 * one_sided * (1 + 1e-9))
-        # One condition alone has the same limits.
-        single = fit(KnownConditions(false_rejection_rate=RATE), **of_class)
-        expected = single.p_values(new, rpm=1000)[:, 0]
+        expected = alone.p_values(new, rpm=1000)
         np.testing.assert_array_equal(p_values[:, c], expected)
 
 
 def test_rows_without_impacts_are_not_of_a_fault():
     X = struck(60, 0, 20.0)
     known = fit(KnownConditions(false_rejection_rate=RATE), X, rpm=1000)
-    detector = fit(FaultDetector(false_alarm_rate=RATE), X, rpm=1000)
     assert (known.predict(struck(20, 1, 20.0), rpm=1000) == 1).mean() > 0.8
     without = struck(20, 3, 0.0)
     assert np.all(known.predict(without, rpm=1000) == -1)
-    scores = known.score_samples(without, rpm=1000)
-    assert np.all(scores < detector.score_samples(without, rpm=1000))
 
 
 def test_a_condition_that_was_not_trained_is_rejected(fitted):
@@ -201,7 +191,7 @@ def test_a_condition_with_two_rows_of_one_of_its_speeds_is_known():
 def test_a_condition_of_one_speed_drifts_as_faults_do(rpm):
     X, y, _ = rig(("good", "inner"), (800,), 4)
     known = fit(KnownConditions(), X, y, rpm=rpm)
-    assert [detector.drift_scale_ for detector in known.detectors_] == [3.0, 3.0]
+    assert [detector.drift_scale_ for detector in known.detectors_] == [2.0, 2.0]
 
 
 def test_labels_of_mixed_types_are_refused():

@@ -7,28 +7,34 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy import stats
 
-from skarxlag.kernels import healthy_limits, healthy_rows
-from skarxlag.kernels.drift import drift_covariance
+from skarxlag.kernels import healthy_limits, spectra
 from skarxlag.kernels.healthy_limits import (
+    Expected,
     HealthyRows,
+    Rows,
     calibrate,
     drift_scale,
     flagged_shares,
     log_p_values,
+    measure_windows,
+    number_of_cepstra,
 )
-from skarxlag.kernels.healthy_rows import Rows, measure_rows
 
-from .literal import generators, literal_motion, many_examples, some_examples
+from .literal import (
+    generators,
+    literal_cepstrum,
+    literal_motion,
+    many_examples,
+    some_examples,
+)
 
 
 def noise_rows(n_rows, seed=0, n_windows=1):
-    signals = np.random.default_rng(seed).normal(size=(n_rows, 600 * n_windows))
-    rows = measure_rows(signals, n_windows, with_level=True)
-    # Few features, so that the tests are fast where the loops are not compiled.
-    cepstra = np.concatenate([rows.cepstra[..., :8], rows.cepstra[..., 48:51]], axis=-1)
-    return Rows(
-        rows.spectral_shape[:, :9], rows.steadiness[:, :4], cepstra, rows.values
-    )
+    """Features of noise, few so that the tests are fast where loops are not compiled."""
+    signals = np.random.default_rng(seed).normal(size=(n_rows * n_windows, 600))
+    cepstra, means = measure_windows(signals, with_level=True)
+    shape = n_rows, n_windows
+    return Rows(cepstra[:, :8].reshape(*shape, 8), means.reshape(*shape, 2))
 
 
 def healthy(rows, known, at, weights=None):
@@ -37,10 +43,34 @@ def healthy(rows, known, at, weights=None):
     )
 
 
-def shares(logs, at, rate):
-    return np.array(
-        [np.mean(logs[at == speed] < np.log(rate)) for speed in np.unique(at)]
-    )
+@some_examples
+@given(
+    generators, st.integers(4, 160), st.booleans(), st.sampled_from([1e-300, 1, 1e300])
+)
+def test_features_of_windows(rng, length, with_level, gain):
+    signals = 3 + rng.normal(size=(2, length))
+    cepstra, means = measure_windows(gain * signals, with_level=with_level)
+    assert cepstra.shape == (2, number_of_cepstra(length))
+    for row, signal in enumerate(signals - signals.mean(axis=1, keepdims=True)):
+        shape, steadiness = spectra.own_spectra(signal[np.newaxis], 128)[0]
+        assert_allclose(cepstra[row], literal_cepstrum(shape), atol=1e-4)
+        expected = [math.fsum(steadiness) / len(steadiness)]
+        if with_level:
+            expected += [math.log(gain) + math.log(math.sqrt(np.mean(signal**2)))]
+        assert_allclose(means[row], expected, atol=1e-3)
+
+
+def test_silence_has_finite_features():
+    for features in measure_windows(np.ones((2, 200)), with_level=True):
+        assert np.isfinite(features).all()
+
+
+def test_rows_are_cut_into_whole_parts():
+    windows = np.arange(2 * 7).reshape(2, 7, 1)
+    parts = Rows(windows, -windows).cut(3)
+    expected = [[0, 1], [2, 3], [4, 5], [7, 8], [9, 10], [11, 12]]
+    assert_array_equal(parts.cepstra[..., 0], expected)
+    assert_array_equal(parts.means, -parts.cepstra)
 
 
 def test_a_row_at_the_limit_is_not_flagged():
@@ -49,65 +79,21 @@ def test_a_row_at_the_limit_is_not_flagged():
     assert_array_equal(flagged_shares(logs, at, np.log(0.05), weights), [0.25, 0])
 
 
-def literal_score(rows, own, rest, at, weights):
-    """Scores of some rows beside others, from the covariances as the documentation states them."""
-    cepstra, expected, about = rows.cepstra.mean(axis=1), {}, []
-    spectral_shape, steadiness = [], []
-    for speed in np.unique(at[rest]):
-        same = rest[at[rest] == speed]
-        expected[speed] = np.average(cepstra[same], axis=0, weights=weights[same])
-        about.append(rows.cepstra[same] - expected[speed])
-        spectral_shape.append(
-            np.average(rows.spectral_shape[same], axis=0, weights=weights[same])
-        )
-        steadiness.append(
-            np.average(rows.steadiness[same], axis=0, weights=weights[same])
-        )
-    about, weight = (
-        np.concatenate(about),
-        np.concatenate([weights[rest[at[rest] == s]] for s in expected]),
-    )
-    scatter = np.einsum("r,rwa,rwb->ab", weight, about, about) / weight.mean()
-    n_windows, n_features = about.shape[0] * about.shape[1], about.shape[2]
-    scatter /= n_windows - len(expected)
-    few = n_features / (n_features + n_windows)
-    scatter = (1 - few) * scatter + few * np.diag(np.diag(scatter))
-    drift = drift_covariance(np.array(spectral_shape), np.array(steadiness))
-    inverse = np.linalg.inv(scatter / about.shape[1] + 0.04 * drift)
-    away = cepstra[own] - np.array([expected[speed] for speed in at[own]])
-    return np.log(np.einsum("ra,ab,rb->r", away, inverse, away) / n_features + 1e-3)
-
-
 def test_rows_that_are_all_alike_leave_the_least_deviations():
-    one = noise_rows(1)
-    rows = Rows(*(np.repeat(part, 10, axis=0) for part in one))
+    rows = Rows(*(np.repeat(part, 10, axis=0) for part in noise_rows(1)))
     limits = calibrate(healthy(rows, np.zeros(1), np.zeros(10, int)))
-    assert_allclose(limits.deviations, 0.02)
+    assert_allclose(limits.deviations, 0.005)
     assert limits.score_deviation == 0.05
     assert_allclose(limits.score_mean, np.log(1e-3), atol=1e-9)
-    assert_allclose(limits.variances, 0, atol=1e-20)
-
-
-def test_drift_and_slopes_are_those_that_are_stated():
-    rows = noise_rows(10)
-    limits = calibrate(healthy(rows, np.zeros(1), np.zeros(10, int)))
-    # One speed has no information on the slopes: what was assumed beforehand remains.
-    assert_allclose(limits.slopes, [[-0.7, 0.7**2], [1.5, 0.75**2]])
-    mean = (
-        part.mean(axis=0, keepdims=True)
-        for part in (rows.spectral_shape, rows.steadiness)
-    )
-    drift = limits.axes.T @ drift_covariance(*mean) @ limits.axes
-    assert_allclose(drift, np.eye(len(drift)), atol=1e-9)
+    assert_allclose(limits.expected.variances, 0, atol=1e-20)
 
 
 def test_two_rows_have_the_scatter_of_two_rows():
     rows = noise_rows(2)
     limits = calibrate(healthy(rows, np.zeros(1), np.zeros(2, int)))
-    back = np.linalg.inv(limits.axes)
-    variances = np.diag(back.T @ np.diag(limits.variances) @ back)
     # The unbiased variance of two values is half the square of their difference.
-    assert_allclose(variances, np.diff(rows.cepstra[:, 0], axis=0)[0] ** 2 / 2)
+    expected = np.diff(rows.cepstra[:, 0], axis=0)[0] ** 2 / 2
+    assert_allclose(limits.expected.variances, expected)
 
 
 def test_p_values_are_between_the_smallest_number_and_one():
@@ -115,7 +101,7 @@ def test_p_values_are_between_the_smallest_number_and_one():
     limits = calibrate(healthy(rows, np.zeros(1), np.zeros(20, int)))
     usual = Rows(*(np.mean(part, axis=0, keepdims=True) for part in rows))
     assert log_p_values(limits, usual, np.zeros(1), 1.0)[0] == 0
-    odd = usual._replace(values=usual.values + 1e150)
+    odd = usual._replace(means=usual.means + 1e150)
     least = np.log(np.finfo(float).tiny) + np.log(3)
     assert_allclose(log_p_values(limits, odd, np.zeros(1), 1.0), least)
 
@@ -123,13 +109,15 @@ def test_p_values_are_between_the_smallest_number_and_one():
 def test_a_scale_at_which_the_rate_is_just_kept_holds(monkeypatch):
     rows, known, at = noise_rows(60), np.log([800.0, 1000.0]), np.repeat([0, 1], 30)
     # One row is flagged at any scale.
-    rows.values[5, 1] += 1000
-    limits = calibrate(healthy(rows, known, at))
+    rows.means[5] += 1e6
+    data = healthy(rows, known, at)
+    limits = calibrate(data)
     for rate, at_end in ((1 / 30, 0), (np.nextafter(1 / 30, 0), -1)):
-        monkeypatch.setattr(healthy_limits, "HELD_RATES", (rate,))
-        scale, logs = drift_scale(healthy(rows, known, at), limits)
-        assert scale == 2 * healthy_limits.SCALES[at_end]
-        assert shares(logs, at, rate).tolist() == [1 / 30, 0]
+        monkeypatch.setattr(healthy_limits, "HELD_RATE", rate)
+        scale, logs = drift_scale(data, limits)
+        assert scale == pytest.approx(math.sqrt(2) * healthy_limits.SCALES[at_end])
+        shares = flagged_shares(logs, at, np.log(rate), data.weights)
+        assert_allclose(shares, [1 / 30, 0])
 
 
 @many_examples
@@ -156,57 +144,49 @@ def test_parts_of_rows(numbers, n_windows):
     assert healthy_limits.parts_of_rows(at, n_windows) == next(enough, n_windows)
 
 
+def literal_score(cepstra, expected, variances, drift):
+    """Log mean square distance of one row of several windows, coefficient by coefficient."""
+    total = 0.0
+    for n, place in enumerate(cepstra.mean(axis=0)):
+        change = 0.3 / (n + 1) ** 2 + 0.01
+        spread = variances[n] / len(cepstra) + drift * change
+        total += (place - expected[n]) ** 2 / spread
+    return math.log(total / cepstra.shape[1] + 1e-3)
+
+
 @some_examples
-@given(
-    generators, st.integers(1, 3), st.floats(0.1, 9), st.booleans(), st.integers(2, 40)
-)
-def test_log_p_values(rng, n_speeds, scale, two_sided, n_blocks):
+@given(generators, st.integers(1, 3), st.floats(0.1, 9), st.integers(2, 40))
+def test_log_p_values(rng, n_speeds, scale, n_blocks):
     n_features, n_rows = 4, 5
     known = np.sort(rng.uniform(0, 1, n_speeds))
-    limits = healthy_limits.Limits(
+    expected = Expected(
         known,
-        rng.normal(size=(n_features, n_features)),
-        rng.uniform(0, 2, n_features),
         rng.normal(size=(n_speeds, n_features)),
+        rng.uniform(0, 2, n_features),
         rng.normal(size=(n_speeds, 2)),
-        np.column_stack([rng.normal(size=2), rng.uniform(0.1, 1, 2)]),
+    )
+    limits = healthy_limits.Limits(
+        expected,
         rng.uniform(0.1, 1, 2),
         float(rng.normal()),
         float(rng.uniform(0.1, 1)),
         n_blocks,
     )
-    cepstra, values = (
-        rng.normal(size=(n_rows, 3, n_features)),
-        rng.normal(size=(n_rows, 2)),
-    )
+    rows = Rows(rng.normal(size=(n_rows, 3, n_features)), rng.normal(size=(5, 3, 2)))
     log_speed = rng.uniform(-0.5, 1.5, n_rows)
-    rows = healthy_rows.Rows(
-        np.zeros((n_rows, 1)), np.zeros((n_rows, 1)), cepstra, values
-    )
-    found = healthy_limits.log_p_values(
-        limits, rows, log_speed, scale, two_sided=two_sided
-    )
-    more, freedom = 1 + 1 / n_blocks, min(n_blocks, 10) - 1
+    found = log_p_values(limits, rows, log_speed, scale)
+    more = 1 + 1 / n_blocks
     for row, x in enumerate(log_speed):
-        _, variance, beyond = literal_motion(x, known)
-        moved = scale * math.sqrt(variance) + 0.09
-        total = 0.0
-        for k in range(n_features):
-            place = cepstra[row].mean(axis=0) @ limits.axes[:, k]
-            away = place - np.interp(x, known, limits.references[:, k])
-            total += away**2 / (limits.variances[k] + moved)
-        score = math.log(total / n_features + 1e-3) - limits.score_mean
-        tails = [stats.t.sf(score / limits.score_deviation / math.sqrt(more), freedom)]
-        for j, per_distance in enumerate((0.4, 0.3)):
-            slope, slope_variance = limits.slopes[j]
-            expected = np.interp(x, known, limits.means[:, j]) + slope * beyond
+        moved = scale * math.sqrt(literal_motion(x, known)[1]) + 0.03
+        at_x = [np.interp(x, known, column) for column in expected.references.T]
+        score = literal_score(rows.cepstra[row], at_x, expected.variances, moved)
+        score = (score - limits.score_mean) / limits.score_deviation
+        tails = [stats.t.sf(score / math.sqrt(more), n_blocks - 1)]
+        for j, per_distance in enumerate((0.2, 0.3)):
             spread = limits.deviations[j] ** 2 * more + moved * per_distance**2
-            spread += scale * slope_variance * beyond**2
-            z = (values[row, j] - expected) / math.sqrt(spread)
-            both = two_sided or j == 1
-            tails.append(
-                2 * stats.t.sf(abs(z), freedom) if both else stats.t.sf(z, freedom)
-            )
+            change = rows.means[row, :, j].mean()
+            change -= np.interp(x, known, expected.means[:, j])
+            tails.append(2 * stats.t.sf(abs(change) / math.sqrt(spread), n_blocks - 1))
         assert found[row] == pytest.approx(min(math.log(3 * min(tails)), 0), abs=1e-7)
 
 
@@ -221,9 +201,9 @@ def healthy_recordings(draw, fewest):
     rows = noise_rows(
         len(at), seed=int(rng.integers(1000)), n_windows=draw(st.integers(1, 2))
     )
-    rows.values[:] += rng.normal(size=(len(numbers), 1))[at]
+    rows.means[:] += rng.normal(size=(len(numbers), 1, 1))[at]
     known = np.log(1000.0) + np.cumsum(rng.uniform(0.05, 0.5, len(numbers)))
-    return healthy_limits.HealthyRows(rows, known, at, rng.uniform(0.5, 3, len(at)))
+    return HealthyRows(rows, known, at, rng.uniform(0.5, 3, len(at)))
 
 
 @some_examples
@@ -234,20 +214,35 @@ def test_calibration_on_blocks_of_time(healthy):
     for speed in range(at.max() + 1):
         own = np.flatnonzero(at == speed)
         block[own] = [i * min(5, len(own)) // len(own) for i in range(len(own))]
+    cepstra, means = rows.cepstra.mean(axis=1), rows.means.mean(axis=1)
+    n_windows = rows.cepstra.shape[1]
     scores, squares = [], []
     for number in range(block.max() + 1):
-        speeds = set(at[block == number])
-        rest = np.array(
-            [i for i in range(len(at)) if block[i] != number and at[i] in speeds]
-        )
+        speeds = sorted(set(at[block == number]))
+        rest = np.flatnonzero((block != number) & np.isin(at, speeds))
+        mean, total = {}, 0.0
+        for speed in speeds:
+            of_speed = rest[at[rest] == speed]
+            mean[speed] = np.average(
+                cepstra[of_speed], axis=0, weights=weights[of_speed]
+            )
+            for row in of_speed:
+                away = rows.cepstra[row] - mean[speed]
+                total += weights[row] * (away**2).sum(axis=0)
+        variances = total / (len(rest) * n_windows - len(speeds))
+        variances /= weights[rest].mean()
         for speed in speeds:
             here = np.flatnonzero((block == number) & (at == speed))
             others = rest[at[rest] == speed]
-            scores.append((literal_score(rows, here, rest, at, weights), weights[here]))
-            mean = np.average(rows.values[others], axis=0, weights=weights[others])
-            square = (rows.values[here] - mean) ** 2
+            score = [
+                literal_score(rows.cepstra[row], mean[speed], variances, 0.03)
+                for row in here
+            ]
+            scores.append((np.array(score), weights[here]))
+            level = np.average(means[others], axis=0, weights=weights[others])
+            square = (means[here] - level) ** 2
             squares.append(np.average(square, axis=0, weights=weights[here]))
-    limits = healthy_limits.calibrate(healthy)
+    limits = calibrate(healthy)
     n, mean = len(scores), np.mean([np.average(s, weights=w) for s, w in scores])
     spread = sum(np.average((score - mean) ** 2, weights=w) for score, w in scores) / (
         n - 1
@@ -257,7 +252,7 @@ def test_calibration_on_blocks_of_time(healthy):
     assert limits.score_deviation == pytest.approx(
         max(math.sqrt(spread), 0.05), rel=1e-6
     )
-    expected = np.maximum(np.sqrt(np.sum(squares, axis=0) / (n - 1)), 0.02)
+    expected = np.maximum(np.sqrt(np.sum(squares, axis=0) / (n - 1)), 0.005)
     assert_allclose(limits.deviations, expected)
 
 
@@ -266,33 +261,26 @@ def test_calibration_on_blocks_of_time(healthy):
 @given(healthy_recordings(2))
 def test_scale_of_the_drift(healthy):
     rows, known, at, weights = healthy
-    limits = healthy_limits.calibrate(healthy)
-    measured = ("deviations", "score_mean", "score_deviation", "n_blocks")
+    limits = calibrate(healthy)
 
     def logs_of(scale):
         logs = np.empty(len(at))
         for speed in range(len(known)):
             own, rest = np.flatnonzero(at == speed), np.flatnonzero(at != speed)
-            others = healthy_limits.calibrate(healthy.take(rest))
-            others = others._replace(
-                **{name: getattr(limits, name) for name in measured}
-            )
-            logs[own] = healthy_limits.log_p_values(
-                others, rows.take(own), known[at[own]], scale
-            )
+            others = limits._replace(expected=calibrate(healthy.take(rest)).expected)
+            logs[own] = log_p_values(others, rows.take(own), known[at[own]], scale)
         return logs
 
     expected = 64.0
     for half_steps in range(19):
         logs, holds = logs_of(2.0 ** (half_steps / 2 - 3)), True
         for speed in range(len(known)):
-            for rate in (0.01, 0.05):
-                own = at == speed
-                flagged = math.fsum(weights[own & (logs < math.log(rate))])
-                holds &= flagged <= rate * math.fsum(weights[own])
+            own = at == speed
+            flagged = math.fsum(weights[own & (logs < math.log(0.05))])
+            holds &= flagged <= 0.05 * math.fsum(weights[own])
         if holds:
             expected = 2.0 ** (half_steps / 2 - 3)
             break
-    scale, found = healthy_limits.drift_scale(healthy, limits)
-    assert scale == pytest.approx(2 * expected)
-    assert_allclose(found, logs_of(2 * expected), atol=1e-9)
+    scale, found = drift_scale(healthy, limits)
+    assert scale == pytest.approx(math.sqrt(2) * expected)
+    assert_allclose(found, logs_of(math.sqrt(2) * expected), atol=1e-9)

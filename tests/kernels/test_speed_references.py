@@ -105,22 +105,3 @@ def test_references_at_speeds(rng, known, n_conditions):
             assert_allclose(weights[row, :, c], expected, atol=1e-9)
             widest = max(widest, moved)
         assert variance[row] == pytest.approx(widest, abs=1e-9)
-
-
-@some_examples
-@given(generators, known_speeds, st.floats(-2, 2), st.floats(0.1, 2), st.floats(0.1, 2))
-def test_slopes_against_speed(rng, known, mean, deviation, drift):
-    values = rng.normal(size=len(known))
-    # Increments are independent: a regression of them on their distances, with the
-    # prior as a row.
-    rows, targets = [1 / deviation], [mean / deviation]
-    for i in range(1, len(known)):
-        noise = drift * math.sqrt((known[i] - known[i - 1]) / math.log(1.3))
-        rows.append((known[i] - known[i - 1]) / noise)
-        targets.append((values[i] - values[i - 1]) / noise)
-    precision = math.fsum(r * r for r in rows)
-    slope, variance = speed_references.slope_against_speed(
-        values, known, mean=mean, deviation=deviation, drift=drift
-    )
-    assert slope == pytest.approx(np.dot(rows, targets) / precision, abs=1e-9)
-    assert variance == pytest.approx(1 / precision)
