@@ -47,10 +47,13 @@ class FolderFollower:
     ----------
     monitor : CumulativeSumAlarm
         The alarm.
+    cut : None
+        Whole files are diagnosed, and no windows are cut.
     has_ended, is_readable : bool
         False, since a folder never ends; and True.
     """
 
+    cut = None
     has_ended = False
     is_readable = True
 

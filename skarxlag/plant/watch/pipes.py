@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ...monitoring import ConditionMonitor
+from ...monitoring.together import CutBlock
 from ..commands.messages import CommandError, UsageError, counted, listed, refuse
 from ..commands.models import SavedModel
 from ..commands.remarks import why_no_orders
@@ -85,6 +86,8 @@ class PipeFollower:
     ----------
     monitor : ConditionMonitor
         The monitor.
+    cut : CutBlock or None
+        Windows of what was new, which are not diagnosed yet.
     has_ended, is_readable : bool
         Whether the pipe has ended, and whether it holds what the model expects.
     """
@@ -139,6 +142,7 @@ class PipeFollower:
     def open(self) -> None:
         """Open the pipe, also after it has ended: windows start again."""
         options = self._options
+        self.cut: CutBlock | None = None
         self.has_ended = self.is_readable = False
         # Time and samples from which arrivals are counted.
         self._counted_from = -math.inf, 0
@@ -163,17 +167,20 @@ class PipeFollower:
         self._pipe = Pipe(opener)
 
     def step(self) -> list[dict[str, Any]] | None:
-        """Diagnose the windows of what has arrived: their verdicts, or None if nothing has."""
+        """Cut what has arrived into windows: no verdict yet, or None if nothing has."""
+        self.cut = None
         data = [*self._pipe.arrived()]
         self.has_ended = b"" in data
         try:
             samples = self._parser.samples(b"".join(data), self.has_ended)
-            fields = self._verdicts(samples) if samples.size else []
+            if samples.size:
+                self.cut = self._cut(samples)
+                self.is_readable = True
         except (ValueError, CommandError) as error:
             raise CommandError(f"{self._options.source}: {error}") from error
-        return fields if data else None
+        return [] if data else None
 
-    def _verdicts(self, samples):
+    def _cut(self, samples):
         rpm = self._rpm
         if self._options.rpm_column is not None:
             *samples, rpm = samples
@@ -189,11 +196,9 @@ class PipeFollower:
         )
         if difference:
             self._remark(f"Limits may not hold: {difference}.")
-        verdicts = self.monitor.update(samples, rpm=rpm)
-        self.is_readable = True
+        cut = self.monitor.cut(samples, rpm=rpm)
         self._compare_with_clock()
-        fields = [verdict._asdict() for verdict in verdicts]
-        return [{"seconds": each.pop("time")} | each for each in fields]
+        return cut
 
     def _compare_with_clock(self):
         """Compare the samples of some minutes with the clock of the computer."""

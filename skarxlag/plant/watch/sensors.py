@@ -4,12 +4,14 @@ import math
 import os
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from ...monitoring.together import CutBlock, diagnose_together
+from ...monitoring.verdict import MonitorVerdict
 from ...persistence.monitor_states import load_monitor_state, save_monitor_state
 from ...verdicts.windows import HOLD
 from ..commands.messages import CommandError, UsageError, as_command_error, refuse, say
@@ -146,9 +148,7 @@ class Sensor:
         except (CommandError, UsageError) as error:
             self._fail(error)
         for fields in verdicts or ():
-            self._lines.add(fields)
-            if fields["limits"] != HOLD:
-                self._remark(f"No alarm: {fields['limits']}.")
+            self._add(fields)
         if self._is_open:
             self._acknowledge()
             latched = self._follower.monitor.latched
@@ -157,6 +157,22 @@ class Sensor:
         state = self._follower.alarm_state if self._follower else "none"
         self._lines.beat(state, self._problem)
         return verdicts is not None
+
+    @property
+    def cut(self) -> CutBlock | None:
+        """Windows of what was new; None if there are none."""
+        return self._follower.cut if self._is_open else None
+
+    def report(self, verdicts: Iterable[MonitorVerdict]) -> None:
+        """Write the verdicts on the windows of what was new."""
+        for verdict in verdicts:
+            fields = verdict._asdict()
+            self._add({"seconds": fields.pop("time")} | fields)
+
+    def _add(self, fields):
+        self._lines.add(fields)
+        if fields["limits"] != HOLD:
+            self._remark(f"No alarm: {fields['limits']}.")
 
     def _open(self):
         if self._follower is None:
@@ -308,6 +324,11 @@ def follow(options: SensorOptions, signals: Sequence[Any] = ()) -> bool:
         since = None
         while not signals:
             is_news = any([sensor.step() for sensor in sensors])
+            # Windows of several sensors are diagnosed together, which takes a ninth.
+            cut = [sensor for sensor in sensors if sensor.cut is not None]
+            verdicts = diagnose_together([sensor.cut for sensor in cut])
+            for sensor, of_sensor in zip(cut, verdicts, strict=True):
+                sensor.report(of_sensor)
             if is_alone and sensors[0].has_ended:
                 break
             if is_news or since is None:

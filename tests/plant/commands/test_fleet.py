@@ -204,25 +204,6 @@ def test_a_result_that_is_lost_is_asked_for_once_more():
         assert str(failed) == "TypeError: cannot unpack non-iterable int object"
 
 
-def test_tasks_in_hand_follow_the_number_of_workers():
-    n_workers, asked = 1, []
-
-    def submit(task):
-        asked.append(task)
-        future = Future()
-        future.set_result(task())
-        return future
-
-    results = run_tasks(
-        [Harmless(n) for n in range(20)], Workers(submit, lambda: n_workers)
-    )
-    next(results)
-    assert len(asked) == 2
-    n_workers = 3
-    next(results), next(results)
-    assert len(asked) == 2 + 6
-
-
 class SilentClient:
     """Client of a cluster that returns no result."""
 

@@ -308,35 +308,6 @@ def test_influx(run, plant, monkeypatch):
     assert times == {1_600_000_001_000, 1_600_000_050_000}
 
 
-#: Time of a line in the log.
-LINE = {"time": "2026-11-22T07:00:00.060+00:00"}
-
-
-@needs_parser
-def test_names_and_texts_in_line_protocol(tmp_path):
-    from line_protocol_parser import parse_line
-
-    program = tmp_path / "influx.py"
-    program.write_text(block("plant", '"""Convert'))
-    names = ["pump 7", "a,b=c d", "back\\slash", "end\\", 'quo"te', "Müller"]
-    line = LINE | {"kind": "heartbeat", "p_value": 3e-7}
-    line |= {"verdict": None, "alarm": None, "problem": 'no "a=b, c\\d" \\'}
-    done = subprocess.run(
-        [sys.executable, program],
-        input="\n".join(json.dumps(line | {"sensor": name}) for name in names),
-        encoding="utf-8",
-        env={**os.environ, "PYTHONIOENCODING": "utf-8"},
-        stdout=subprocess.PIPE,
-        check=True,
-    )
-    for name, text in zip(names, done.stdout.splitlines(), strict=True):
-        parsed = parse_line(text)
-        sensor = name.replace("\\", "/")
-        assert parsed["tags"] == {"kind": "heartbeat", "sensor": sensor}
-        assert parsed["fields"] == {"p_value": 3e-7, "problem": line["problem"]}
-        assert parsed["time"] == 1_795_330_800_060
-
-
 def test_acknowledge(run_lines, plant):
     """The alarm of the unit is latched until the commands of both pages acknowledge it."""
     ending = "--idle 0.3 --settle 0.02"

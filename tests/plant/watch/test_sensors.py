@@ -20,7 +20,7 @@ from skarxlag import (
     save_monitor_state,
 )
 from skarxlag.plant.watch import sensors
-from tests.plant.watch.watching import IDLE, RATE, WINDOW, lines_of, sound
+from tests.plant.watch.watching import IDLE, RATE, WINDOW, expected, lines_of, sound
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning"),
@@ -115,6 +115,32 @@ def test_each_sensor_has_its_verdicts_and_a_model_is_loaded_once(
     assert len({lines[0]["p_value"] for lines in found.values()}) == 3
     for name in "abc":
         assert f"{name}: 1 snapshot, 0 skipped, 0 alarms; last: good, " in err
+
+
+def test_pipes_of_one_model_have_the_verdicts_of_each_alone(run, plant, during):
+    signals = [sound("good", 3 * WINDOW, 3), 50 * sound("good", 3 * WINDOW, 4)]
+    ends = []
+    for name in ("pa", "pb"):
+        os.mkfifo(plant.parent / name)
+        ends.append(os.open(plant.parent / name, os.O_RDWR))
+    change(plant, source=["pa", "pb", "dc"], rpm=900)
+
+    def write(half):
+        for end, one in zip(ends, signals, strict=True):
+            os.write(end, lines_of(np.split(one, 2)[half]))
+
+    during(lambda: None, lambda: write(0), lambda: None, lambda: write(1))
+    code, out, _ = run("watch", plant)
+    for end in ends:
+        os.close(end)
+    model = sensors.SavedModel(pd.read_csv(plant)["model"][0])
+    found = of_kind(out)
+    assert code == 0
+    for name, one in zip("ab", signals, strict=True):
+        alone = expected((model.diagnoser, model.detector), one)
+        assert [v["verdict"] for v in found[name]] == [v["verdict"] for v in alone]
+        assert [v["p_value"] for v in found[name]] == [v["p_value"] for v in alone]
+        assert [v["rpm"] for v in found[name]] == [900.0] * 3
 
 
 @pytest.mark.parametrize(
