@@ -133,6 +133,8 @@ READ = {
             separator=";",
         )
     ),
+    "a rate between words": "# Fs = 2000\n" + lines(U, Y, separator=" "),
+    "a footer below white space": "time acc\n" + PLAIN.replace(",", " ") + "Mean\n",
     "minus of typesetters": "time,acc\n" + PLAIN.replace("-", "\u2212"),
 }
 #: Rows of another number than 300, and rates of another number than 2000.

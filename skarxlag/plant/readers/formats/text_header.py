@@ -24,7 +24,7 @@ from .facts import (
 _TAGS = ("header", "headers", "names", "columns", "fields", "channels", "kanal")
 _TAGS += ("unit", "units", "einheit")
 #: Name, value and unit in a line of the head, as in ``Rate: 2000 Hz``.
-_STATEMENT = re.compile(r"\s*([^:=;,\t]+?)\s*[:=;,\t]\s*([^\s;]+)[\s;]*([^\s.,;]*)")
+_STATEMENT = re.compile(r"\s*([^:=;,\t]+?)\s*[:=;,\t]+\s*([^\s;]+)[\s;]*([^\s.,;]*)")
 
 
 def kind_of(text: str) -> str:
@@ -92,7 +92,7 @@ def _fitted(fields, n_fields, n_filled):
     if len(fields) == n_fields + 1 and are_texts(kinds):
         return fields[1:] if all_letters(fields[0]) in _TAGS else fields
     is_short = len(fields) < max(n_filled, 1)
-    is_statement = len(fields) == 1 and re.search("[:=]", fields[0])
+    is_statement = "=" in fields or (len(fields) == 1 and re.search("[:=]", fields[0]))
     if is_short or is_statement or any(fields[n_fields:]) or kinds <= {"number", ""}:
         return None
     return [*fields, *[""] * n_fields][:n_fields]
