@@ -31,7 +31,8 @@ def without_trend(windows: NDArray[Any]) -> NDArray[Any]:
     """Return windows less the straight line of least squares through each of them."""
     centred = windows - windows.mean(axis=-1, keepdims=True)
     time = np.linspace(-1, 1, windows.shape[-1])
-    slopes = centred @ time / (time @ time)
+    # A product of matrices rounds a row by the number of rows.
+    slopes = np.einsum("wk,k->w", centred, time) / (time @ time)
     return centred - slopes[:, np.newaxis] * time
 
 
