@@ -144,5 +144,3 @@ def test_pulses_per_turn_belong_to_a_tachometer(run, model, piped):
     assert "--pulses-per-revolution: belongs to --rpm tacho:CHANNEL" in err
     code, _, err = run("watch", model, "-", "--rpm", "fast")
     assert code == 2 and "'fast', expected a number above 0" in err
-    code, _, err = run("watch", model, "-", "--rpm", "speeds.csv")
-    assert code == 2 and "speeds.csv is for a folder; use --rpm-column" in err
