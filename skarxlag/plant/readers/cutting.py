@@ -15,7 +15,7 @@ from ...core.speeds import speed_errors
 from ...core.validation import check_count
 from ...core.windows import make_windows
 from .entries import ListedRecording, OpenRecording
-from .formats.facts import number
+from .formats.facts import parse_number
 from .formats.rates import NO_RATE, rates_agree
 from .repeated import check_repeated
 
@@ -278,9 +278,9 @@ class Reader:
         entries = [opened.entry for opened in self._read]
         names = [entry.name for entry in entries]
         loads = [entry.load or "" for entry in entries]
-        numbers = [number(load) for load in loads if load]
+        numbers = [parse_number(load) for load in loads if load]
         if np.isfinite(numbers).all():
-            loads = [number(load) for load in loads]
+            loads = [parse_number(load) for load in loads]
         rpm = _stated_by_all(entry.rpm for entry in entries)
         profiles = (
             {} if rpm is None else {entry.name: entry.profile for entry in entries}

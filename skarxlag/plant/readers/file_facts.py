@@ -12,8 +12,8 @@ from .formats.contents import (
     ContentError,
     Contents,
     choose_channels,
-    listed,
     one_rate,
+    quoted_names,
 )
 from .formats.facts import RATE_TOLERANCE, names_speed, names_times
 from .formats.times import DRIFT, EvenTimes, find_time_axis
@@ -130,7 +130,7 @@ class FileVisit:
         names = choose_channels(list(self._channels), channel)
         if not names:
             raise ContentError(
-                f"channel is an empty sequence; available: {listed(self._channels)}"
+                f"channel is an empty sequence; available: {quoted_names(self._channels)}"
             )
         return names
 
@@ -151,7 +151,7 @@ class FileVisit:
             advice = self._contents.advice
             raise ContentError(
                 "several channels and none chosen; available: "
-                f"{listed(self._channels)}{advice and f'; {advice}'}"
+                f"{quoted_names(self._channels)}{advice and f'; {advice}'}"
             )
         return signals[0]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .formats.facts import HERTZ, check_unambiguous, distinct, number
+from .formats.facts import HERTZ, check_unambiguous, distinct, parse_number
 from .formats.text_layout import decode, split_rows
 from .speeds import HIGHEST_RPM, is_speed_source
 
@@ -76,7 +76,7 @@ def speed_facts(where: str, text: str) -> dict[str, Any]:
 def _positive(where, name, text, highest=np.inf):
     """Return a positive number from a text, or raise an error that names the place."""
     check_unambiguous(f"{where}: {name}", text, highest)
-    value = number(text)
+    value = parse_number(text)
     if not 0 < value < np.inf:
         raise ValueError(f"{where}: {name} is {text!r}, expected a positive number")
     return value
@@ -86,7 +86,7 @@ def read_recordings(path: Path, has_speed: bool = False) -> dict[int, dict[str, 
     """Return the cells of each recording by the names of their columns, and these by line."""
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
-    header, rows = read_rows(path, "path")
+    header, rows = read_cells(path, "path")
     names = [_column_name(name) for name in header]
     _check_columns(path, names)
     table = {
@@ -125,7 +125,7 @@ def _check_columns(path, names):
         )
 
 
-def read_rows(
+def read_cells(
     path: str | os.PathLike[str], key: str
 ) -> tuple[list[str], dict[int, list[str]]]:
     r"""Read the cells of a csv table. The sign that its header holds most of separates.
@@ -159,7 +159,7 @@ def read_rows(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = pathlib.Path(folder, "table.csv")
     ...     _ = path.write_text("sep=;\npath;rpm\n;\nrun.wav; 900\nb.wav\n")
-    ...     read_rows(path, "path")
+    ...     read_cells(path, "path")
     (['path', 'rpm'], {4: ['run.wav', '900'], 5: ['b.wav', '']})
     """
     try:

@@ -10,10 +10,10 @@ from .formats.facts import (
     distinct,
     is_ambiguous,
     meanings,
-    number,
+    parse_number,
     seconds_of_date,
 )
-from .recording_tables import read_rows
+from .recording_tables import read_cells
 from .speeds import HIGHEST_RPM, SpeedProfile
 
 
@@ -41,7 +41,7 @@ def logged_speed(
         If the file cannot be read, has other columns, states no speed above 0 of the
         recording, or may have separators of thousands. The message names the file.
     """
-    header, rows = read_rows(path, "rpm")
+    header, rows = read_cells(path, "rpm")
     columns = distinct([name.lower() for name in header])
     if "rpm" not in columns or not {"recording", "time"} & {*columns}:
         raise ValueError(
@@ -53,13 +53,15 @@ def logged_speed(
     with_sign = [text for text in log["rpm"] if {*".,"} & {*text}]
     if with_sign and all(is_ambiguous(text, HIGHEST_RPM) for text in with_sign):
         raise ValueError(f"{path}: rpm is {meanings(with_sign[0])}")
-    log["rpm"] = log["rpm"].map(number)
+    log["rpm"] = log["rpm"].map(parse_number)
     if "recording" in log:
         log = log[log["recording"].isin(names)]
     else:
-        is_date = bool(log["time"].map(number).isna().all())
+        is_date = bool(log["time"].map(parse_number).isna().all())
         begin, end = span(is_date)
-        log["seconds"] = log["time"].map(seconds_of_date if is_date else number) - begin
+        log["seconds"] = (
+            log["time"].map(seconds_of_date if is_date else parse_number) - begin
+        )
         log = log[log["seconds"].between(0, end - begin)].sort_values("seconds")
     speeds = log["rpm"].to_numpy(float)
     if not np.all((speeds >= 0) & np.isfinite(speeds)) or not speeds.any():

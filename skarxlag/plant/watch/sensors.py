@@ -16,7 +16,7 @@ from ...persistence.monitor_states import load_monitor_state, save_monitor_state
 from ...verdicts.windows import HOLD
 from ..commands.messages import CommandError, UsageError, as_command_error, refuse, say
 from ..commands.models import SavedModel
-from ..readers.recording_tables import channel_names, read_rows, speed_facts
+from ..readers.recording_tables import channel_names, read_cells, speed_facts
 from ..readers.speeds import TACHO
 from .folders import FolderFollower
 from .lines import SensorLines
@@ -45,7 +45,7 @@ def listed_sensors(options: SensorOptions) -> list[SensorOptions]:
     """
     path = options.model
     with as_command_error():
-        columns, rows = read_rows(path, "name")
+        columns, rows = read_cells(path, "name")
         if not {*_NEEDED} <= {*columns} <= {*_NEEDED, *_FURTHER} or not rows:
             raise CommandError(
                 f"{path}: {len(rows)} sensors with the columns {', '.join(columns)}; "

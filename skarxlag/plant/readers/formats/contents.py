@@ -199,10 +199,12 @@ def choose_channel(names: list[str], channel: str | int) -> str:
     matching = [name for name in names if fnmatchcase(name, pattern)]
     if len(matching) > 1:
         raise ContentError(
-            f"channel {_shown(channel)} fits several channels: {listed(matching)}"
+            f"channel {_shown(channel)} fits several channels: {quoted_names(matching)}"
         )
     if not matching:
-        raise ContentError(f"no channel {_shown(channel)}; available: {listed(names)}")
+        raise ContentError(
+            f"no channel {_shown(channel)}; available: {quoted_names(names)}"
+        )
     return matching[0]
 
 
@@ -220,7 +222,7 @@ def _shown(channel):
     return int(channel) if isinstance(channel, Integral) else repr(channel)
 
 
-def listed(names: Iterable[str]) -> str:
+def quoted_names(names: Iterable[str]) -> str:
     """Format names for an error message, at most 20 of them."""
     texts = [repr(name) for name in names]
     further = f" and {len(texts) - 20} more" if len(texts) > 20 else ""

@@ -158,7 +158,7 @@ def unit_in_name(name: str) -> str | None:
     return match and match[1]
 
 
-def number(field: str, decimal: str = ",", thousands: str = "") -> float:
+def parse_number(field: str, decimal: str = ",", thousands: str = "") -> float:
     """Return the number in a field, NaN if there is none.
 
     Parameters
@@ -171,8 +171,10 @@ def number(field: str, decimal: str = ",", thousands: str = "") -> float:
 
     Examples
     --------
-    >>> number("-0,5"), number("1,234.5"), number("1.234"), number("1.234", thousands=".")
-    (-0.5, 1234.5, 1.234, 1234.0)
+    >>> parse_number("-0,5"), parse_number("1,234.5"), parse_number("1.234")
+    (-0.5, 1234.5, 1.234)
+    >>> parse_number("1.234", thousands=".")
+    1234.0
     """
     text = field.strip().replace(_MINUS, "-")
     if match := _GROUPED.fullmatch(text):
@@ -199,7 +201,7 @@ def is_ambiguous(text: str, highest: float = np.inf) -> bool:
     is_one_group = match and re.sub(r"[^.,]", "", match[0]) in (".", ",")
     if not is_one_group or match["decimals"]:
         return False
-    return abs(number(match[0], thousands=match["sign"])) <= highest
+    return abs(parse_number(match[0], thousands=match["sign"])) <= highest
 
 
 def n_decimals(texts: Iterable[str]) -> int | None:

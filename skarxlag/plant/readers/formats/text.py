@@ -19,7 +19,15 @@ from .contents import (
     check_unpacked,
     slices,
 )
-from .facts import MISSING, OVERFLOW, OVERFLOWS, is_ambiguous, letters, meanings, number
+from .facts import (
+    MISSING,
+    OVERFLOW,
+    OVERFLOWS,
+    is_ambiguous,
+    letters,
+    meanings,
+    parse_number,
+)
 from .text_layout import UTF_16, n_sample_lines, split_rows, text_layout
 
 FORMAT = Format(
@@ -215,7 +223,7 @@ class _Block:
         """Return the numbers in texts."""
         signs = self._layout.decimal, self._layout.thousands
         texts = column.astype(object).where(column.notna(), "").map(str).tolist()
-        numbers = np.array([number(text, *signs) for text in texts])
+        numbers = np.array([parse_number(text, *signs) for text in texts])
         for k in np.flatnonzero(np.isnan(numbers)):
             word = texts[k].strip().lower()
             if word in OVERFLOWS:

@@ -13,7 +13,7 @@ from .facts import (
     all_letters,
     letters,
     names_times,
-    number,
+    parse_number,
     seconds_of_date,
     seconds_of_day,
     stated_rate,
@@ -31,7 +31,7 @@ def kind_of(text: str) -> str:
     """Return the kind of a field: number, date (also a time of day), text, or empty."""
     if not text:
         return ""
-    if text.lower() in MISSING or not np.isnan(number(text)):
+    if text.lower() in MISSING or not np.isnan(parse_number(text)):
         return "number"
     seconds = seconds_of_date(text), seconds_of_day(text)
     return "text" if np.isnan(seconds).all() else "date"
@@ -128,8 +128,8 @@ def stated_rates(rows: Iterable[list[str]]) -> dict[str, float]:
             continue
         name, value, unit = match.groups()
         # Values of further channels follow that of the first.
-        unit = unit if np.isnan(number(unit)) else ""
+        unit = unit if np.isnan(parse_number(unit)) else ""
         unit = (unit_in_name(name) or unit).strip(" []()").lower() or None
-        rate = stated_rate(letters(name), number(value), unit)
+        rate = stated_rate(letters(name), parse_number(value), unit)
         rates |= {name: rate} if rate else {}
     return rates

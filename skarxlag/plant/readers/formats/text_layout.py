@@ -19,7 +19,7 @@ from .facts import (
     distinct,
     is_ambiguous,
     n_decimals,
-    number,
+    parse_number,
     unit_in_name,
 )
 from .text_header import (
@@ -248,7 +248,9 @@ def _separator(lines):
         if sum(separator in line for line in last) > _MOST * len(last):
             return separator, ""
     words = [line.split() for line in last]
-    are_numbers = [len(w) > 1 and not np.isnan([*map(number, w)]).any() for w in words]
+    are_numbers = [
+        len(w) > 1 and not np.isnan([*map(parse_number, w)]).any() for w in words
+    ]
     if sum(are_numbers) > _MOST * len(last):
         return r"\s+", ""
     texts = [line.strip().strip('"') for line in filled if not _is_comment(line, ",")]

@@ -11,7 +11,7 @@ from .facts import (
     RATE_TOLERANCE,
     SECONDS,
     names_times,
-    number,
+    parse_number,
     rounded,
     seconds_of_date,
     seconds_of_day,
@@ -403,7 +403,7 @@ def in_seconds(values: Any, scale: float, before: Any = ()) -> tuple[NDArray[Any
             known = np.append(before, seconds[is_known])
             seconds[is_known] = np.unwrap(known, period=DAY)[len(before) :]
             return seconds, "day"
-        values = np.array([number(str(text)) for text in texts])
+        values = np.array([parse_number(str(text)) for text in texts])
     elif kind not in "fiu":
         return np.full(len(values), np.nan), "number"
     return values.astype(np.float64) * scale, "number"
