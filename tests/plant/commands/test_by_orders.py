@@ -68,16 +68,11 @@ def test_bearings_by_dimensions_and_orders_and_speeds_of_a_table(run, plant, bea
     ("arguments", "message"),
     [
         (("--bearing", "6299", "x.npy"), "bearing '6299' is not known"),
-        (("--bearing", "6205"), "RECORDING: none given"),
         (
             ("--bearing", "6205", "x.npy", "--resample"),
             "--resample: belongs to a model",
         ),
         ((), "expected a model or --bearing"),
-        (
-            ("--bering", "6205"),
-            "skarxlag diagnose: error: unrecognized arguments: --bering",
-        ),
     ],
 )
 def test_wrong_arguments_are_named(run, plant, monkeypatch, arguments, message):
