@@ -29,7 +29,7 @@ def read_recording_table(
     - ``path``: the file, absolute or relative to the folder of the table; see
       :func:`read_recording` for the formats.
     - ``condition``: the state of the machine, any text. Needed to fit a diagnoser, not
-      to diagnose.
+      to diagnose. Texts that differ only in blanks or invisible characters are equal.
     - ``specimen``: the bearing, any text. Recordings of one bearing have the same
       specimen, also if its condition changed. Without this column, each condition is
       one specimen.
@@ -112,11 +112,10 @@ def read_recording_table(
         If the table, or a file that it lists, does not exist.
     ValueError
         If the table is empty, misspells a column, has an empty or wrong field, the same
-        recording twice (also by a link or a copy), conditions that look alike (``1``
-        and ``01``), differing sampling rates or numbers of channels, or a recording
-        that :func:`read_recording` refuses; if `pattern` does not fit a file or is
-        given for a table; and if each line of a table states what an argument states.
-        The message names the table, the line and the file.
+        recording twice (also by a link or a copy), differing sampling rates or numbers
+        of channels, or a recording that :func:`read_recording` refuses; if `pattern`
+        does not fit a file or is given for a table; and if each line of a table states
+        what an argument states. The message names the table, the line and the file.
 
     Examples
     --------
