@@ -88,6 +88,11 @@ class FolderFollower:
         return CumulativeSumAlarm(1.0, self._rate, persistence, delay, latch)
 
     @property
+    def is_waiting(self) -> bool:
+        """Whether a file is there that was not diagnosed yet."""
+        return len(self._waiting) > 0
+
+    @property
     def alarm_state(self) -> str:
         """State of the alarm, see `MonitorVerdict`."""
         return self.monitor.alarm_state if self._has_alarm else "none"

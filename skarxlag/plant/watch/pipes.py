@@ -90,7 +90,11 @@ class PipeFollower:
         Windows of what was new, which are not diagnosed yet.
     has_ended, is_readable : bool
         Whether the pipe has ended, and whether it holds what the model expects.
+    is_waiting : bool
+        False, since samples are taken as they come.
     """
+
+    is_waiting = False
 
     def __init__(
         self,

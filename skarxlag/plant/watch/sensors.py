@@ -159,6 +159,11 @@ class Sensor:
         return verdicts is not None
 
     @property
+    def is_waiting(self) -> bool:
+        """Whether something has come that is not finished yet."""
+        return self._is_open and self._follower.is_waiting
+
+    @property
     def cut(self) -> CutBlock | None:
         """Windows of what was new; None if there are none."""
         return self._follower.cut if self._is_open else None
@@ -331,11 +336,12 @@ def follow(options: SensorOptions, signals: Sequence[Any] = ()) -> bool:
                 sensor.report(of_sensor)
             if is_alone and sensors[0].has_ended:
                 break
-            if is_news or since is None:
-                since = time.monotonic()
-            elif options.idle is not None and time.monotonic() - since >= options.idle:
+            now = time.monotonic()
+            if is_news or since is None or any(one.is_waiting for one in sensors):
+                since = now
+            if options.idle is not None and now - since >= options.idle:
                 break
-            else:
+            if not is_news:
                 time.sleep(_PAUSE)
     finally:
         problems = [sensor.finish() for sensor in sensors]

@@ -200,6 +200,13 @@ def test_a_file_that_may_still_grow_waits(follower, folder, capsys):
     assert "skipped" not in capsys.readouterr().err
 
 
+def test_a_command_does_not_end_while_a_file_waits(run, model, folder):
+    drop(folder, "a.npy", good(3))
+    options = ["--sampling-rate", RATE, "--idle", 0.01, "--settle", 0.2]
+    code, out, _ = run("watch", model, folder, *options)
+    assert code == 0 and '"a.npy"' in out
+
+
 def test_files_that_cannot_be_diagnosed_are_skipped(watched, folder):
     signal = sound("good", 450, 3)
     wavfile.write(folder / "a.wav", 1001, signal.astype(np.float32))

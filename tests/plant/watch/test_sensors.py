@@ -112,7 +112,7 @@ def test_each_sensor_has_its_verdicts_and_a_model_is_loaded_once(
     assert {name: len(lines) for name, lines in found.items()} == {
         "a": 1, "b": 1, "c": 1,
     }  # fmt: skip
-    assert len({lines[0]["p_value"] for lines in found.values()}) == 3
+    assert len({lines[0]["probability"] for lines in found.values()}) == 3
     for name in "abc":
         assert f"{name}: 1 snapshot, 0 skipped, 0 alarms; last: good, " in err
 
