@@ -53,7 +53,7 @@ class FaultDetector(RowOutlierDetector):
           s_2 = (g - \hat g) \big/
                 \sqrt{s_g^2 + (\kappa v + 0.03)\, \sigma^2}
 
-      with :math:`\sigma = 0.2`. The test is two-sided.
+      with :math:`\sigma = 0.1`. The test is two-sided.
     - *Level*, if the gain of the sensor is fixed, in the same way with
       :math:`\sigma = 0.3`. It falls if a sensor comes loose. A row of fewer than 8
       samples has no spectrum, so its level always counts.

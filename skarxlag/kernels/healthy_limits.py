@@ -31,7 +31,7 @@ HELD_RATE = 0.05
 SAME_SPEED = 0.03
 #: Standard deviations of the drift of the mean steadiness and of the log level over the
 #: unit distance, in nepers.
-MEAN_DRIFT = (0.2, 0.3)
+MEAN_DRIFT = (0.1, 0.3)
 #: Least deviations: of the score, and of mean steadiness and level, in nepers.
 _LEAST_SCORE_DEVIATION = 0.05
 _LEAST_DEVIATION = 0.005

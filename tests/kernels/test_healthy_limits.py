@@ -182,7 +182,7 @@ def test_log_p_values(rng, n_speeds, scale, n_blocks):
         score = literal_score(rows.cepstra[row], at_x, expected.variances, moved)
         score = (score - limits.score_mean) / limits.score_deviation
         tails = [stats.t.sf(score / math.sqrt(more), n_blocks - 1)]
-        for j, per_distance in enumerate((0.2, 0.3)):
+        for j, per_distance in enumerate((0.1, 0.3)):
             spread = limits.deviations[j] ** 2 * more + moved * per_distance**2
             change = rows.means[row, :, j].mean()
             change -= np.interp(x, known, expected.means[:, j])
