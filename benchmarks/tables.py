@@ -25,6 +25,7 @@ import pandas as pd
 import skarxlag
 from benchmarks import (
     another_bearing,
+    comb_limits,
     cross_speed,
     detection,
     fault_orders,
@@ -50,6 +51,7 @@ VALUES = frozenset(
         *("first", "score", "named", "probability", "mean log p"),
         *("below 0.01", "below 0.05", "refused", "alarm", "before", "exceed"),
         *("AUROC", "name", "since", "measured", "spread", "ours"),
+        *("ball", "inner", "outer", "revolutions"),
     }
 )
 
@@ -153,6 +155,14 @@ TABLES = {
             ),
         ),
         kept=tuple(fault_orders.SLOW),
+    ),
+    "comb_limits": Table(
+        comb_limits.lines,
+        {
+            "docs/fault_orders.md: comb limits": comb_limits.choices,
+            "docs/fault_orders.md: comb variants": comb_limits.variants,
+        },
+        ({"rigs": ["MFPT"], "every": 9},),
     ),
     "detection": Table(
         detection.lines,
