@@ -438,6 +438,9 @@ class FaultOrderClassifier(SignalClassifier):
         if self.conditions_ is not None:
             self._check_part("conditions_")
 
+    def _check_relations(self):
+        self._search()
+
     def _check_parameters(self):
         self._search_of(listed(self.bearing)).check()
         check_real(self.false_alarm_rate, "false_alarm_rate", max_val=1, **ABOVE_0)
