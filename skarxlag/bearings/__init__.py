@@ -6,10 +6,10 @@ from .geometry import (
     SKF_6205,
     BearingGeometry,
     BearingLike,
+    bearing_list,
     bearing_orders,
     contact_speed,
     defect_frequencies,
-    listed,
 )
 
 __all__ = [
@@ -18,8 +18,8 @@ __all__ = [
     "SKF_6205",
     "BearingGeometry",
     "BearingLike",
+    "bearing_list",
     "bearing_orders",
     "contact_speed",
     "defect_frequencies",
-    "listed",
 ]

@@ -338,7 +338,7 @@ def contact_speed(
     return np.pi * rpm / 60 * radius * (1 - bearing.diameter_ratio**2)
 
 
-def listed(bearing: BearingLike | Sequence[BearingLike]) -> list[BearingLike]:
+def bearing_list(bearing: BearingLike | Sequence[BearingLike]) -> list[BearingLike]:
     """Return all bearings, also if one is given without a sequence around it."""
     if isinstance(bearing, str | Mapping) or not isinstance(bearing, Sequence):
         return [bearing]

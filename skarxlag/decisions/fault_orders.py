@@ -12,7 +12,7 @@ from scipy.special import log_softmax
 from sklearn.base import clone
 from sklearn.utils import Bunch
 
-from ..bearings import BearingLike, listed
+from ..bearings import BearingLike, bearing_list
 from ..core.capabilities import training_speeds
 from ..core.fault_locations import (
     FAULT_LOCATIONS,
@@ -183,7 +183,7 @@ class FaultOrderClassifier(SignalClassifier):
 
     def _learn(self, X, y, rpm, sample_weight, specimen):
         of_one_model(X[:1])
-        self.orders_: NDArray[Any] = self._search_of(listed(self.bearing)).orders
+        self.orders_: NDArray[Any] = self._search_of(bearing_list(self.bearing)).orders
         self.conditions_: Any = None
         if y is None:
             healthy = without_healthy(self.false_alarm_rate)
@@ -224,7 +224,7 @@ class FaultOrderClassifier(SignalClassifier):
     def _search(self, bearing=None):
         if bearing is not None:
             return self._search_of([bearing])
-        search = self._search_of(listed(self.bearing))
+        search = self._search_of(bearing_list(self.bearing))
         if not np.array_equal(search.orders, self.orders_):
             raise ValueError(
                 f"orders_ are not of bearing {self.bearing!r}: parameters changed since fit: "
@@ -442,7 +442,7 @@ class FaultOrderClassifier(SignalClassifier):
         self._search()
 
     def _check_parameters(self):
-        self._search_of(listed(self.bearing)).check()
+        self._search_of(bearing_list(self.bearing)).check()
         check_real(self.false_alarm_rate, "false_alarm_rate", max_val=1, **ABOVE_0)
         check_locations(self.locations)
 

@@ -31,7 +31,7 @@ from ...model_selection import (
 )
 from ...persistence.files import write_atomically
 from ..readers.entries import ListedRecording
-from .messages import Reporter, UsageError, as_command_error, keywords, listed
+from .messages import Reporter, UsageError, as_command_error, keywords, speeds_as_text
 from .results import csv_of
 from .training_rows import training_rows
 
@@ -158,8 +158,8 @@ def _summary_lines(cases, summaries):
     seconds = case.X.shape[-1] / case.sampling_rate
     yield (
         f"{case.title}: {n_conditions} conditions at "
-        f"{listed(np.unique(case.facts['rpm']))} rpm, trained at "
-        f"{listed(sorted(trained)) or 'several'} rpm."
+        f"{speeds_as_text(np.unique(case.facts['rpm']))} rpm, trained at "
+        f"{speeds_as_text(sorted(trained)) or 'several'} rpm."
     )
     yield (
         f"A row has {case.X.shape[-1]} samples, {1e3 * seconds:.4g} ms, so 1 % of false "
@@ -264,7 +264,7 @@ def _rig_case(rig, title, part, train_rpm, sentences=(), protocols=tuple(PROTOCO
     if train_rpm != "all":
         if train_rpm not in speeds:
             raise UsageError(
-                f"argument --train-rpm: {train_rpm:g}, expected {listed(speeds)}, or all"
+                f"argument --train-rpm: {train_rpm:g}, expected {speeds_as_text(speeds)}, or all"
             )
         splits = [split for split in splits if split.train_rpm == train_rpm]
     healthy = rig.target_names[0]
@@ -347,7 +347,7 @@ def table_case(
         conditions = ", ".join(map(str, sorted(set(y))))
         why = " ".join(unmeasured)
         raise UsageError(
-            f"{table}: conditions {conditions} at {listed(np.unique(facts['rpm']))} rpm; "
+            f"{table}: conditions {conditions} at {speeds_as_text(np.unique(facts['rpm']))} rpm; "
             f"expected at least two of each, and that one can be left out. {why}"
         )
     rate = rows.sampling_rate

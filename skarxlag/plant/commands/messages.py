@@ -91,10 +91,10 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
-def listed(speeds: Iterable[float]) -> str:
+def speeds_as_text(speeds: Iterable[float]) -> str:
     """Return speeds as text.
 
-    >>> listed([300.0, 1797.5])
+    >>> speeds_as_text([300.0, 1797.5])
     '300, 1797.5'
     """
     return ", ".join(f"{speed:g}" for speed in speeds)

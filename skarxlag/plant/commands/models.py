@@ -23,7 +23,7 @@ from ..readers.cutting import block_length, cut_blocks
 from ..readers.entries import ListedRecording, OpenRecording
 from ..readers.formats.rates import NO_RATE, rates_agree, unit_advice
 from .error_rates import ErrorRates
-from .messages import CommandError, as_command_error, counted, listed, printable
+from .messages import CommandError, as_command_error, counted, printable, speeds_as_text
 from .training_facts import channels_of_model
 
 #: Samples of a row without a model, at most: longer recordings are several rows.
@@ -372,7 +372,9 @@ class SavedModel(RecordingModel):
 def _heading(path, rows, facts, bearing):
     """Describe a saved model in one line."""
     conditions = ", ".join(map(str, facts["conditions"]))
-    speeds = f" at {listed(facts['train_rpm'])} rpm" if facts["train_rpm"] else ""
+    speeds = (
+        f" at {speeds_as_text(facts['train_rpm'])} rpm" if facts["train_rpm"] else ""
+    )
     size = f"{rows} of {facts['window_length']} samples"
     rate = facts["sampling_rate"]
     if rate:

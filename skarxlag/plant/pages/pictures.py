@@ -17,7 +17,7 @@ from ...measures.mains_hum import MAINS
 from ...models.identification import ARXLaguerre
 from ...plotting import EnvelopeSpectrumDisplay, OrderSpectrumDisplay
 from ...plotting._style import ANY_PAGE, LEGEND, PALETTE
-from ..commands.messages import counted, listed, printable, sentence
+from ..commands.messages import counted, printable, sentence, speeds_as_text
 from ..readers.entries import OpenRecording
 
 #: Samples of a block, and of those whose spectra are drawn, at most.
@@ -366,7 +366,7 @@ def _draw_spectrum(ax, view, healthy):
     ax.fill_between(frequencies, low, high, color=_HEALTHY, alpha=0.4, label=label)
     ax.legend(loc="upper right", **LEGEND)
     speeds = {60 * other.shaft for other in healthy if other.rpm is not None}
-    of_speeds = f" at {listed(sorted(speeds))} rpm" if speeds else ""
+    of_speeds = f" at {speeds_as_text(sorted(speeds))} rpm" if speeds else ""
     return f"{label}{of_speeds}."
 
 

@@ -13,7 +13,13 @@ from typing import Any
 
 from ...monitoring import ConditionMonitor
 from ...monitoring.together import CutBlock
-from ..commands.messages import CommandError, UsageError, counted, listed, refuse
+from ..commands.messages import (
+    CommandError,
+    UsageError,
+    counted,
+    refuse,
+    speeds_as_text,
+)
 from ..commands.models import SavedModel
 from ..commands.remarks import why_no_orders
 from ..commands.training_facts import channel_difference
@@ -111,7 +117,7 @@ class PipeFollower:
         if model.capabilities.needs_rpm and not (options.rpm or options.rpm_column):
             raise UsageError(
                 f"argument --rpm: needed, {options.model} was fitted at "
-                f"{listed(model.train_rpm)} rpm"
+                f"{speeds_as_text(model.train_rpm)} rpm"
             )
         if options.dtype is not None:
             refuse(options, ["rpm_column"], "belongs to csv lines")
