@@ -183,19 +183,9 @@ class CombSearch:
             # show no order.
             if mean_period >= 2:
                 contrasts = order_contrast(samples, period)
-            nominal = self.impacts.ravel()
-            error = speed_error(contrasts, nominal, self.speed_tolerance)
-            contrast = at_true_speed(contrasts, error)
-            turns = len(samples) / mean_period * np.exp(error)
-            rpm = 60 * self.sampling_rate / (mean_period * self.gear_ratio)
-            rpm *= np.exp(error)
-            fields = self.combs(contrast, turns, rpm)
-            # The signal itself shows lines that are too narrow for envelopes.
-            of_signal = _shaft_score(contrasts[2], np.exp(error))
-            fields["shaft_scores"] = max(fields["shaft_scores"], of_signal)
-            fields["rpm"] = rpm
-            fields["n_revolutions"] = turns
-            fields["speed_errors"] = np.exp(error)
+            contrast, fields = self.match_contrasts(
+                contrasts, len(samples), mean_period
+            )
             if with_contrasts:
                 fields["contrasts"] = contrast
             return fields
@@ -204,6 +194,41 @@ class CombSearch:
         return Bunch(
             **{name: np.stack([row[name] for row in rows]) for name in rows[0]}
         )
+
+    def match_contrasts(
+        self, contrasts: NDArray[Any], n_samples: int, mean_period: float
+    ) -> tuple[NDArray[Any], dict[str, Any]]:
+        """Find the true speed of a row, and match the combs at that speed.
+
+        Parameters
+        ----------
+        contrasts : ndarray of shape (3, 4001)
+            As `order_contrast` returns them.
+        n_samples : int
+            Samples of the row.
+        mean_period : float
+            Mean number of samples in a revolution of the bearing's shaft.
+
+        Returns
+        -------
+        contrast : ndarray of shape (4001,)
+            Over orders of the true speed.
+        fields : dict
+            As `combs` returns it, and "rpm", "n_revolutions" and "speed_errors".
+        """
+        error = speed_error(contrasts, self.impacts.ravel(), self.speed_tolerance)
+        contrast = at_true_speed(contrasts, error)
+        turns = n_samples / mean_period * np.exp(error)
+        rpm = 60 * self.sampling_rate / (mean_period * self.gear_ratio)
+        rpm *= np.exp(error)
+        fields = self.combs(contrast, turns, rpm)
+        # The signal itself shows lines that are too narrow for envelopes.
+        of_signal = _shaft_score(contrasts[2], np.exp(error))
+        fields["shaft_scores"] = max(fields["shaft_scores"], of_signal)
+        fields["rpm"] = rpm
+        fields["n_revolutions"] = turns
+        fields["speed_errors"] = np.exp(error)
+        return contrast, fields
 
     def match_gathered(
         self, contrast: NDArray[Any], n_samples: int, rpm: float

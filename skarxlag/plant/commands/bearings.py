@@ -7,21 +7,13 @@ import pandas as pd
 
 from ...bearings import BEARINGS, bearing_orders
 from ...core.validation import output_of_windows
+from ...decisions.comb_search import CombSearch
 from ...decisions.fault_orders import FaultOrderClassifier
-from ...kernels.fault_orders import (
-    FAULTS,
-    NEPER_IN_DB,
-    at_true_speed,
-    fault_comb,
-    no_fault_lines,
-    order_contrast,
-    speed_error,
-)
+from ...kernels.fault_orders import FAULTS, NEPER_IN_DB, order_contrast
 from ...measures.envelope_spectra import (
     LEAST_REVOLUTIONS,
     samples_per_revolution_of_rows,
 )
-from ...measures.mains_hum import MAINS
 from ..readers.formats.rates import NO_RATE
 from ..readers.listing import ListedRecording
 from .messages import CommandError, as_command_error, show
@@ -96,20 +88,19 @@ def fitting_bearings(recording: ListedRecording) -> pd.DataFrame:
     usual = FaultOrderClassifier()
     rows = {}
     for name in BEARINGS:
-        orders = bearing_orders(name)
-        impacts = np.array([orders[fault] for fault in FAULTS])
-        error = speed_error(contrasts, impacts, usual.speed_tolerance)
-        comb = fault_comb(
-            at_true_speed(contrasts, error),
-            impacts,
-            usual.slip,
-            X.shape[-1] / np.mean(period) * np.exp(error),
-            no_fault_lines(120 * np.divide(MAINS, np.mean(rpm) * np.exp(error))),
+        search = CombSearch(
+            bearings=[name],
+            sampling_rate=rate,
+            gear_ratio=usual.gear_ratio,
+            speed_tolerance=usual.speed_tolerance,
+            slip=usual.slip,
+            speed_range=None,
         )
-        best = int(np.argmax(comb.scores))
+        _, found = search.match_contrasts(contrasts, X.shape[-1], np.mean(period))
+        best = int(np.argmax(found["scores"]))
         rows[name] = {
-            "comb_dB": NEPER_IN_DB * comb.scores[best],
-            "off_%": 100 * (comb.factors[best] - 1),
+            "comb_dB": NEPER_IN_DB * found["scores"][best],
+            "off_%": 100 * (found["factors"][best] - 1),
             "fault": FAULTS[best],
         }
     table = pd.DataFrame.from_dict(rows, orient="index")
