@@ -69,7 +69,11 @@ def catalogue_name(designation: str, types: Mapping[str, str]) -> str | None:
 
 def _longest_beginning(joined, names):
     """Return the longest name that a text begins with, and that no further digit follows."""
-    fits = [name for name in names if re.match(rf"{name}(?!\d)", joined)]
+    fits = [
+        name
+        for name in names
+        if joined.startswith(name) and not joined[len(name) :][:1].isdigit()
+    ]
     return max(fits, key=len, default=None)
 
 
