@@ -3,13 +3,13 @@
 import argparse
 import sys
 from collections.abc import Sequence
-from contextlib import nullcontext
-from dataclasses import replace
+from contextlib import closing, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from joblib import effective_n_jobs
 
 from ..._version import __version__
 from ...core.fault_locations import NO_FINDING
@@ -29,7 +29,7 @@ from .messages import (
     show,
 )
 from .models import RecordingModel, SavedModel, bearing_model
-from .workers import executors, run_tasks
+from .workers import run_tasks
 
 _ALARM = 3
 #: Recordings that are listed before a remark.
@@ -67,7 +67,6 @@ def diagnose(
     resample: bool = False,
     n_jobs: int | None = None,
     processes: bool = False,
-    dask: str | None = None,
     reporter: Reporter | None = None,
 ) -> tuple[pd.DataFrame, list[Diagnosis]]:
     """Diagnose recordings, and write the results.
@@ -89,9 +88,7 @@ def diagnose(
     n_jobs : int or None, default=None
         Recordings that are diagnosed at a time; -1: one for each core.
     processes : bool, default=False
-        Whether worker processes diagnose them. False: threads.
-    dask : str or None, default=None
-        Address of a Dask scheduler, whose workers diagnose them instead.
+        Whether each thread has a process that diagnoses them.
     reporter : Reporter or None, default=None
         Progress reporter that counts the recordings. None prints nothing.
 
@@ -110,19 +107,18 @@ def diagnose(
     settings = [model.identity, model.heading, __version__, resample, unit]
     kept = nullcontext() if output is None else Journal(output, settings)
     with as_command_error(), kept as journal:
-        with executors(n_jobs, processes=processes, dask=dask) as workers:
-            # Each of a few recordings gets several threads.
-            n_threads = max(workers.count() // max(len(recordings), 1), 1)
-            task = partial(
-                diagnose_file,
-                load=model.load,
-                resample=resample,
-                n_threads=1 if dask or processes else n_threads,
-                unit=unit,
-            )
-            diagnoses = _diagnoses(
-                recordings, task, workers, journal, reporter or Reporter()
-            )
+        n_workers = effective_n_jobs(n_jobs)
+        # Each of a few recordings gets several threads.
+        n_threads = max(n_workers // max(len(recordings), 1), 1)
+        task = partial(
+            diagnose_file,
+            load=model.load,
+            resample=resample,
+            n_threads=n_threads,
+            unit=unit,
+        )
+        run = partial(run_tasks, n_workers=n_workers, processes=processes)
+        diagnoses = _diagnoses(recordings, task, run, journal, reporter or Reporter())
         rows = results.recording_rows(recordings, diagnoses, model)
         if is_report(output):
             # Other outputs do not need what draws.
@@ -136,7 +132,7 @@ def diagnose(
     return rows, diagnoses
 
 
-def _diagnoses(recordings, task, workers, journal, reporter):
+def _diagnoses(recordings, task, run, journal, reporter):
     """Return the results of a task for recordings; a journal keeps them as they come."""
     diagnoses: list[Any] = [None] * len(recordings)
     waiting = []
@@ -153,18 +149,15 @@ def _diagnoses(recordings, task, workers, journal, reporter):
             waiting.append(place)
         else:
             finish(place, earlier, " (from an earlier run)")
-    # A worker of a cluster may run in another folder.
-    tasks = [
-        partial(task, replace(recordings[i], path=recordings[i].path.absolute()))
-        for i in waiting
-    ]
-    for number, outcome in run_tasks(tasks, workers):
-        place = waiting[number]
-        if isinstance(outcome, Exception):
-            outcome = Diagnosis.failed(recordings[place], outcome)
-        if journal is not None:
-            journal.add(recordings[place], outcome)
-        finish(place, outcome)
+    tasks = [partial(task, recordings[place]) for place in waiting]
+    with closing(run(tasks)) as outcomes:
+        for number, outcome in outcomes:
+            place = waiting[number]
+            if isinstance(outcome, Exception):
+                outcome = Diagnosis.failed(recordings[place], outcome)
+            if journal is not None:
+                journal.add(recordings[place], outcome)
+            finish(place, outcome)
     return diagnoses
 
 

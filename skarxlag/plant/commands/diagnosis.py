@@ -17,7 +17,6 @@ from ..readers.entries import ListedRecording
 from .messages import CommandError
 from .models import RecordingModel
 from .remarks import recording_remarks
-from .stated_speeds import speed_remarks
 from .training_facts import plain_unit, why_no_limits
 from .workers import cancelled
 
@@ -131,15 +130,12 @@ def diagnose_recording(
     tables = []
     evidence = []
     velocities = []
-    remarks: list[str] = []
     for start, X, rpm in model.row_blocks(opened):
         if cancelled.is_set():
             raise KeyboardInterrupt
         output = output_of_windows(X)
         if judge is None:
             judge = model.judge_of(X[0], rpm, rate)
-        if not tables:
-            remarks += speed_remarks(output.ravel(), rate, opened.entry.rpm)
         # Results hold contrasts over orders, which would fill the memory.
         results = judge.window_results(X, rpm)
         evidence.append(results.evidence)
@@ -163,7 +159,7 @@ def diagnose_recording(
     verdict |= _levels_of_recording(windows, velocities, unit)
     combs = windows.filter(like="dB of ").mean()
     verdict |= {f"{name} comb": level for name, level in combs.items()}
-    remarks += recording_remarks(model, opened, recording, windows, verdict)
+    remarks = [*recording_remarks(model, opened, recording, windows, verdict)]
     return Diagnosis(verdict, windows, rate, remarks)
 
 

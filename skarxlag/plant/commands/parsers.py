@@ -167,12 +167,8 @@ def diagnose(parser: ArgumentParser) -> None:
     _quiet(parser)
     _force(parser)
     _facts(parser, "each RECORDING, or of lines of the table without them")
-    group = parser.add_argument_group("workers")
-    _shared(group, "--n-jobs")
-    where = group.add_mutually_exclusive_group()
-    _flag(where, "--processes", "not threads; for text files, which take long to read")
-    text = "workers of a dask.distributed scheduler, such as tcp://host:8786"
-    _option(where, "--dask", text, str, "ADDRESS")
+    _shared(parser, "--n-jobs")
+    _flag(parser, "--processes", "a process for each worker; for text files")
     parser.set_defaults(n_jobs=-1)
 
 

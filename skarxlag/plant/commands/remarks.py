@@ -19,6 +19,8 @@ from .training_facts import channel_difference, unstated_facts
 if TYPE_CHECKING:
     from .models import RecordingModel
 
+#: Speeds in rpm below this one are repeated, because they may be in Hertz.
+_SLOW = 60.0
 #: Reservation to a verdict of combs alone.
 NO_COMB = "No fault pattern was found. Most ball faults show none."
 #: Advice on verdicts that are no condition.
@@ -54,6 +56,9 @@ def recording_remarks(
         As `Judge.recording` returns it.
     """
     is_trained = model.judge is not None
+    rpm = opened.entry.rpm
+    if rpm is not None and rpm < _SLOW:
+        yield f"The speed was read as {rpm:g} rpm ({rpm / 60:.3g} Hz)."
     if opened.old_rate is not None:
         yield f"Resampled from {opened.old_rate:g} to {model.sampling_rate:g} Hz."
     difference = channel_difference(opened.channels, model.facts, recording.channel)
@@ -77,7 +82,6 @@ def recording_remarks(
     if opened.sampling_rate is None and model.sampling_rate is not None:
         yield f"No sampling rate is stated; {model.sampling_rate:g} Hz was assumed."
     rate = opened.sampling_rate or model.sampling_rate
-    rpm = opened.entry.rpm
     slowest = windows["rpm"].min() if "rpm" in windows else rpm
     reason = why_no_orders(model.window_length, rate, slowest)
     if reason and model.capabilities.compares_orders:

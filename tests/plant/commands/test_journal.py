@@ -193,17 +193,12 @@ def test_a_link_is_not_followed(tmp_path, journal):
 
 
 @pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
-@pytest.mark.parametrize("option", ["--dask", "-o"])
-def test_a_missing_library_leaves_no_journal(
-    run, models, tmp_path, monkeypatch, option
-):
-    """Neither that of the cluster, nor that of the format of the results."""
+def test_a_missing_library_leaves_no_journal(run, models, tmp_path, monkeypatch):
     np.save(tmp_path / "a.npy", sound("good", 2 * WINDOW, 3))
-    arguments = {"--dask": ("--dask", "tcp://127.0.0.1:1", "-o", tmp_path / "out.csv")}
-    arguments["-o"] = ("-o", tmp_path / "out.parquet")
-    for name in ("distributed", "pyarrow", "fastparquet"):
+    for name in ("pyarrow", "fastparquet"):
         monkeypatch.setitem(sys.modules, name, None)
-    code, out, err = run("diagnose", models[0], tmp_path / "a.npy", *arguments[option])
+    command = ("diagnose", models[0], tmp_path / "a.npy")
+    code, out, err = run(*command, "-o", tmp_path / "out.parquet")
     assert code == 1 and not out and "skarxlag diagnose: error" in err
     assert "Run the same command again" not in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npy"]
