@@ -35,8 +35,7 @@ DESCRIPTIONS = {
         "yes",
         "the rate, by a time column; units, in a second line or in brackets",
     ),
-    "wav": ("WAV", "yes", "the rate"),
-    "audio": ("FLAC, W64, RF64, AIFF, CAF, AU", "yes", "the rate"),
+    "audio": ("WAV, FLAC, W64, RF64, AIFF, CAF, AU", "yes", "the rate"),
     "arrow": ("Parquet, Feather", "yes", "the rate, by a time column"),
     "hdf5": (
         "HDF5, MATLAB 7.3",

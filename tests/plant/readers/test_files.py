@@ -285,21 +285,6 @@ def test_wav_is_scaled_to_full_scale(tmp_path, dtype, full_scale, offset):
     np.testing.assert_array_equal(signal, (samples.astype(float) - offset) / full_scale)
 
 
-def wav_24_bit(samples):
-    data = b"".join(
-        int(sample).to_bytes(3, "little", signed=True) for sample in samples
-    )
-    head = struct.pack("<4sIHHIIHH", b"fmt ", 16, 1, 1, 1000, 3000, 3, 24)
-    body = b"WAVE" + head + struct.pack("<4sI", b"data", len(data)) + data
-    return struct.pack("<4sI", b"RIFF", len(body)) + body
-
-
-def test_wav_of_24_bit(tmp_path):
-    (tmp_path / "run.wav").write_bytes(wav_24_bit([-(2**23), 0, 2**22, 1]))
-    signal, _ = read_recording(tmp_path / "run.wav")
-    np.testing.assert_array_equal(signal, [-1, 0, 0.5, 2.0**-23])
-
-
 def test_wav_of_two_channels_and_a_chunk_of_metadata(tmp_path):
     path = tmp_path / "run.wav"
     wavfile.write(path, 8000, np.stack([Y, U], axis=1))

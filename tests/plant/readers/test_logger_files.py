@@ -310,12 +310,17 @@ def test_letters_of_windows(tmp_path):
 @pytest.mark.parametrize("dtype", ["<i2", "<f4"])
 def test_sound_without_a_length(tmp_path, length, dtype):
     """A recorder that was stopped by a power cut, or that wrote to a pipe."""
+    pytest.importorskip("soundfile")
     samples = (Y * 1000).astype(dtype)
     wavfile.write(tmp_path / "run.wav", RATE, samples)
     content = bytearray((tmp_path / "run.wav").read_bytes())
     place = content.index(b"data") + 4
     content[place : place + 4] = content[4:8] = struct.pack("<I", length)
     (tmp_path / "run.wav").write_bytes(content + b"\1")
+    if length == 0:
+        with pytest.raises(ValueError, match=r"run.wav: .* states no samples"):
+            read_recording(tmp_path / "run.wav")
+        return
     signal, rate = read_recording(tmp_path / "run.wav")
     np.testing.assert_allclose(signal * (2**15 if dtype == "<i2" else 1), samples)
     assert rate == RATE

@@ -21,11 +21,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from . import arrow, audio, hdf5, matlab, npy, npz, raw, tdms, text, uff, vallen, wav
+from . import arrow, audio, hdf5, matlab, npy, npz, raw, tdms, text, uff, vallen
 from .contents import ContentError, DamagedError, printable
 
 #: Formats of this package, in the order in which the documentation lists them.
-FORMATS = (matlab, npy, npz, text, wav, audio, arrow, hdf5, tdms, uff, vallen, raw)
+FORMATS = (matlab, npy, npz, text, audio, arrow, hdf5, tdms, uff, vallen, raw)
 #: Group of entry points by which other packages add formats.
 _GROUP = "skarxlag.formats"
 

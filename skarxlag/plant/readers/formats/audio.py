@@ -7,10 +7,13 @@ from pathlib import Path
 from .contents import Channel, Contents, DamagedError, Format, check_unpacked, slices
 
 FORMAT = Format(
-    (".flac", ".w64", ".rf64", ".aif", ".aiff", ".caf", ".au"),
+    (".wav", ".flac", ".w64", ".rf64", ".aif", ".aiff", ".caf", ".au"),
     library="soundfile",
     isolated=True,
 )
+
+#: Lengths from here on are stated by recorders that do not know them.
+_NO_LENGTH = 0x7FFF_0000
 
 
 def contents(path: Path) -> Iterator[Contents]:
@@ -45,6 +48,10 @@ def _check_whole(file):
     if file.format == "RAW":
         raise DamagedError("no header")
     for stated, present in re.findall(r": (\d+) \(should be (\d+)\)", file.extra_info):
-        # Writers to a pipe state the largest length, because they do not know it.
-        if int(present) < int(stated) < 0xFFFF_FFFF:
+        if int(present) < int(stated) < _NO_LENGTH:
             raise DamagedError(f"{present} bytes of {stated}")
+    if file.frames == 0:
+        raise DamagedError(
+            "the header states no samples; was the recorder stopped before it wrote the "
+            "length?"
+        )
