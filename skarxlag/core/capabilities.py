@@ -16,7 +16,7 @@ from sklearn.frozen import FrozenEstimator
 from sklearn.pipeline import Pipeline
 from sklearn.utils.validation import check_is_fitted
 
-from .metadata import consumes
+from .metadata import metadata_router
 from .state import CheckedEstimator, estimators_within, is_fitted
 
 #: Fields that describe the last step; other fields may come from any step.
@@ -171,7 +171,8 @@ def offers(estimator: Any, method: str) -> bool:
 
 def requests(estimator: Any, method: str, name: str) -> bool:
     """Return whether a method of an estimator takes a piece of metadata, by its name."""
-    return consumes(estimator, unfolded_steps(estimator), method, name)
+    router = metadata_router(estimator, unfolded_steps(estimator))
+    return bool(router.consumes(method, [name]))
 
 
 def unfolded_steps(model: Any) -> list[Any]:

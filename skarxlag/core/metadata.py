@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import lru_cache
 from typing import Any
 
 from sklearn import config_context
-from sklearn.utils.metadata_routing import get_routing_for_object, process_routing
+from sklearn.utils.metadata_routing import get_routing_for_object
 
 from .state import CheckedEstimator
 
 
-def consumes(estimator: Any, steps: Sequence[Any], method: str, name: str) -> bool:
-    """Return whether a method of an estimator, made of steps, takes a piece of metadata."""
-    look_up = _for_steps(_consumes, steps)
-    return look_up(estimator, method, name, *_settings(steps))
+def metadata_router(estimator: Any, steps: Sequence[Any]) -> Any:
+    """Return scikit-learn's description of the metadata that an estimator, made of steps, takes.
+
+    Estimators of other packages may hold some whose requests have changed. Only if all
+    steps are of this package is a description used again: scikit-learn takes as long for
+    it as the diagnosis of a row takes.
+    """
+    if not all(isinstance(step, CheckedEstimator) for step in steps):
+        return get_routing_for_object(estimator)
+    settings = [vars(step).get("_metadata_request") for step in steps]
+    return _router(estimator, *steps, *settings)
+
+
+# The further arguments are what the description depends on.
+@lru_cache(maxsize=8)
+def _router(estimator, *_):
+    return get_routing_for_object(estimator)
 
 
 def requested_by_steps(
@@ -24,7 +37,7 @@ def requested_by_steps(
     method: str,
     steps: Sequence[tuple[str, Any]],
     params: Mapping[str, Any],
-) -> list[dict[str, Any]]:
+) -> list[Mapping[str, Any]]:
     """Return the metadata that each step of a pipeline requests, by its own names for them.
 
     Parameters
@@ -40,17 +53,16 @@ def requested_by_steps(
 
     Returns
     -------
-    list of dict of str to object
+    list of mapping of str to object
         One for each step.
     """
-    estimators = [step for _, step in steps]
-    # A step may request a piece of metadata only if it is not None.
-    names = tuple((name, value is not None) for name, value in params.items())
-    route = _for_steps(_routed_names, estimators)
-    routed = route(pipeline, method, names, tuple(steps), *_settings(estimators))
-    return [
-        {name: params[given] for name, given in of_step.items()} for of_step in routed
-    ]
+    if not params:
+        return [{} for _ in steps]
+    router = metadata_router(pipeline, [step for _, step in steps])
+    router.validate_metadata(method=method, params=params)
+    routed = router.route_params(caller=method, params=params)
+    before = [routed[name]["transform"] for name, _ in steps[:-1]]
+    return [*before, routed[steps[-1][0]][method]]
 
 
 def metadata_routing(params: Iterable[str]) -> AbstractContextManager[None]:
@@ -59,31 +71,3 @@ def metadata_routing(params: Iterable[str]) -> AbstractContextManager[None]:
     if names and not any("__" in name for name in names):
         return config_context(enable_metadata_routing=True)
     return nullcontext()
-
-
-def _for_steps(look_up: Any, steps: Sequence[Any]) -> Callable[..., Any]:
-    """Return a cached function for steps of this package, and otherwise the plain one."""
-    # Estimators of other packages may hold some whose requests have changed.
-    is_ours = all(isinstance(step, CheckedEstimator) for step in steps)
-    return look_up if is_ours else look_up.__wrapped__
-
-
-def _settings(steps):
-    """Return what steps were set to request, and the steps."""
-    return *steps, *(vars(step).get("_metadata_request") for step in steps)
-
-
-# scikit-learn's routing takes ten times as long as the diagnosis of a row. The last
-# arguments of these functions are what their results depend on besides the names.
-@lru_cache(maxsize=8)
-def _consumes(estimator, method, name, *_):
-    return bool(get_routing_for_object(estimator).consumes(method, [name]))
-
-
-@lru_cache(maxsize=8)
-def _routed_names(pipeline, method, names, steps, *_):
-    """Return for each step the names of the metadata that it requests: its own, and ours."""
-    given = {name: name if is_given else None for name, is_given in names}
-    routed = process_routing(pipeline, method, **given)
-    before = [routed[name]["transform"] for name, _ in steps[:-1]]
-    return [*before, routed[steps[-1][0]][method]]

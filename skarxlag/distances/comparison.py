@@ -85,7 +85,8 @@ class SpectralDistance(StretchTransformer):
     variances_ : ndarray of shape (n_coefficients,)
         The diagonal of :math:`S_w` in these coordinates.
     references_ : ndarray of shape (n_speeds or 1, n_classes, n_coefficients)
-        Means of the conditions in these coordinates; 0 without a recording.
+        Means of the conditions in these coordinates. At a speed without a recording of
+        a condition, they are interpolated.
     n_features_in_ : int
         Number of groups, or of frequencies if X has two axes.
     feature_names_in_ : ndarray of str
@@ -150,7 +151,10 @@ class SpectralDistance(StretchTransformer):
         self.recorded_: NDArray[Any] = recorded.astype(np.intp)
         self.axes_: NDArray[Any] = to_coefficients @ axes
         self.variances_: NDArray[Any] = variances
-        self.references_: NDArray[Any] = means @ axes
+        references = speed_references.filled_references(
+            train_log_speed, means, recorded
+        )
+        self.references_: NDArray[Any] = references @ axes
 
     @uses_fitted
     def adapt(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
@@ -187,13 +191,14 @@ class SpectralDistance(StretchTransformer):
         expect(np.isin(y, self.classes_), "y", np.unique(y).tolist(), expected)
         self._check_rpm_is_taken(rpm)
         speeds = log_speeds(rpm, len(X))
+        factor = 1.0
         if speeds is None:
             speeds = np.full(len(X), self._known_log_speeds().mean())
+        else:
+            factor = self._drift_factor(speeds)
         target = np.searchsorted(self.classes_, y)
-        weights, factor = self._at(speeds, rpm)
-        expected_rows = np.einsum("wkc,kcf->wcf", weights, self.references_)
         change = drift.along_axes(_flat(X), self.axes_)
-        change -= expected_rows[np.arange(len(X)), target]
+        change -= self._references_at(speeds)[np.arange(len(X)), target]
         share = np.mean(change * factor / (self.variances_ + factor), axis=0)
         # Cosines of one group are orthogonal, and their squares sum to 2 / n_frequencies.
         axes = _coefficients(self.axes_.T.reshape(-1, *X.shape[1:])).T
@@ -205,28 +210,29 @@ class SpectralDistance(StretchTransformer):
     @one_thread
     def _residuals(self, X, rpm):
         if rpm is None:
-            speeds = speed_references.speeds_to_try(self._known_log_speeds())
-            places = np.arange(len(speeds)).repeat(len(X)).reshape(-1, len(X))
+            known = self.references_
+            expected = np.concatenate([known, (known[1:] + known[:-1]) / 2])
+            variances = np.tile(self.variances_ + 1.0, (len(expected), 1))
+            places = np.indices((len(expected), len(X)))[0]
         else:
             speeds, place = np.unique(log_speeds(rpm, len(X)), return_inverse=True)
+            expected = self._references_at(speeds)
+            variances = self.variances_ + self._drift_factor(speeds)
             places = place[np.newaxis]
-        weights, factor = self._at(speeds, rpm)
-        expected = np.einsum("skc,kcf->scf", weights, self.references_, order="C")
-        precisions = 1 / (self.variances_ + factor)
         squared = drift.squared_distances(
-            _flat(X), self.axes_, expected, precisions, places
+            _flat(X), self.axes_, expected, 1 / variances, places
         )
         return np.sqrt(squared.min(axis=0) + _LEAST)
 
-    def _at(self, log_speed, rpm):
-        """Return weights of the references at speeds, and the factor on the drift."""
-        weights, variance = speed_references.reference_weights(
+    def _references_at(self, log_speed):
+        at = speed_references.speed_distance(log_speed, self._known_log_speeds())
+        return at.interpolate(self.references_)
+
+    def _drift_factor(self, log_speed):
+        variance = speed_references.drift_variance(
             log_speed, self._known_log_speeds(), self.recorded_ > 0
         )
-        factor = np.ones(len(variance))
-        if rpm is not None:
-            factor = speed_references.drift_factor(variance)
-        return weights, factor[:, np.newaxis]
+        return speed_references.drift_factor(variance)[:, np.newaxis]
 
     def _known_log_speeds(self):
         return np.log(self.speeds_) if len(self.speeds_) > 0 else np.zeros(1)

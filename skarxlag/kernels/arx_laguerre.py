@@ -7,6 +7,8 @@ then of channel 1, and so on. It is strictly causal: x(k) depends on samples bef
 only.
 """
 
+import math
+
 import numpy as np
 from scipy import linalg
 
@@ -156,13 +158,16 @@ def innovations(
     """
     # Coefficients of zero for models and states that are not there fill the last pass.
     filled = -(-orders // TOGETHER) * TOGETHER
-    is_used = [np.arange(n) < order for n, order in zip(filled, orders, strict=True)]
-    n_filled = -(-len(coef) // _MODELS) * _MODELS
-    padded = np.zeros((n_filled, filled.sum()))
-    # The networks are driven by the signals themselves, so their gain is that of the
-    # coefficients.
-    gains = np.repeat(np.sqrt(1 - poles**2), orders)
-    padded[: len(coef), np.concatenate(is_used)] = coef * gains
+    padded = np.zeros((-(-len(coef) // _MODELS) * _MODELS, filled.sum()))
+    begin = first = 0
+    for channel, order in enumerate(orders.tolist()):
+        # The networks are driven by the signals themselves, so their gain is that of
+        # the coefficients.
+        gain = math.sqrt(1 - poles[channel] ** 2)
+        of_channel = coef[:, begin : begin + order]
+        padded[: len(coef), first : first + order] = gain * of_channel
+        begin += order
+        first += filled[channel]
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
     states = np.zeros((filled.sum(), LANES))
     histories = np.zeros((TOGETHER, (TILE + 1) * LANES))

@@ -178,51 +178,62 @@ def group_means(values: Array, group: Array, weights: Array) -> Array:
     return np.stack(means)
 
 
-def reference_weights(
-    log_speed: Array, known_speeds: Array, recorded: Array
-) -> tuple[Array, Array]:
-    r"""Compute the weights that interpolate the means of each condition at speeds.
+def filled_references(known_speeds: Array, means: Array, recorded: Array) -> Array:
+    """Return means of each condition at all training speeds, also at those without a recording.
 
     The mean of a condition is linear in the logarithm of the speed between two speeds
-    at which the condition was recorded, and constant outside. The variance of its drift
-    is that of :func:`speed_distance`.
+    at which the condition was recorded, and constant outside.
 
     Parameters
     ----------
-    log_speed : ndarray of shape (n_rows,)
-        Logarithms of speeds.
     known_speeds : ndarray of shape (n_speeds,)
         Logarithms of the training speeds, ascending.
+    means : ndarray of shape (n_speeds, n_conditions, ...)
+        Means; those that were not recorded may have any value.
     recorded : ndarray of bool of shape (n_speeds, n_conditions)
         Means that count. Every condition has one.
 
     Returns
     -------
-    weights : ndarray of shape (n_rows, n_speeds, n_conditions)
-        Weight of the mean of each condition at each training speed.
-    variance : ndarray of shape (n_rows,)
-        Largest variance of the drift over the conditions.
+    ndarray of shape (n_speeds, n_conditions, ...)
+        Means. Between two training speeds, they are interpolated.
 
     Examples
     --------
-    >>> recorded = np.array([[True, True], [True, False]])
-    >>> weights, _ = reference_weights(np.array([0.5]), np.array([0.0, 1.0]), recorded)
-    >>> weights
-    array([[[0.5, 1. ],
-            [0.5, 0. ]]])
+    >>> recorded = np.array([[True], [False], [True]])
+    >>> means = np.array([[1.0], [0.0], [2.0]])
+    >>> filled_references(np.array([0.0, 0.5, 1.0]), means, recorded).ravel()
+    array([1. , 1.5, 2. ])
     """
-    weights = np.zeros((len(log_speed), *recorded.shape))
-    variance = np.zeros(len(log_speed))
-    # Conditions that were recorded at the same speeds have the same weights.
-    patterns = {tuple(column) for column in recorded.T.tolist()}
-    for pattern in map(np.array, patterns):
-        has_pattern = (recorded == pattern[:, np.newaxis]).all(axis=0)
-        at = speed_distance(log_speed, known_speeds[pattern])
-        of_speed = np.zeros((len(log_speed), len(known_speeds)))
-        of_speed[:, pattern] = at.interpolate(np.eye(pattern.sum()))
-        weights[..., has_pattern] = of_speed[..., np.newaxis]
-        variance = np.maximum(variance, at.variance)
-    return weights, variance
+    filled = np.empty_like(means)
+    for c, is_known in enumerate(recorded.T):
+        at = speed_distance(known_speeds, known_speeds[is_known])
+        filled[:, c] = at.interpolate(means[is_known, c])
+    return filled
+
+
+def drift_variance(log_speed: Array, known_speeds: Array, recorded: Array) -> Array:
+    """Return the largest variance of :func:`speed_distance` over the conditions.
+
+    Parameters
+    ----------
+    log_speed : ndarray of shape (n_rows,)
+        Logarithms of speeds.
+    known_speeds, recorded
+        As in :func:`filled_references`.
+
+    Returns
+    -------
+    ndarray of shape (n_rows,)
+        Variances.
+    """
+    # Conditions that were recorded at the same speeds have the same variance.
+    patterns = np.unique(recorded, axis=1).T
+    of_patterns = [
+        speed_distance(log_speed, known_speeds[is_known]).variance
+        for is_known in patterns
+    ]
+    return np.max(of_patterns, axis=0)
 
 
 def drift_learned(known_speeds: Array, means: Array, recorded: Array) -> Array:
@@ -235,7 +246,7 @@ def drift_learned(known_speeds: Array, means: Array, recorded: Array) -> Array:
     Parameters
     ----------
     known_speeds, recorded
-        As in :func:`reference_weights`.
+        As in :func:`filled_references`.
     means : ndarray of shape (n_speeds, n_conditions, ...)
         Mean of each condition at each training speed.
 
@@ -261,26 +272,3 @@ def drift_learned(known_speeds: Array, means: Array, recorded: Array) -> Array:
             factor = drift_factor(at.variance)[0]
             differences.append(difference / np.sqrt(factor))
     return np.array(differences).reshape(len(differences), *means.shape[2:])
-
-
-def speeds_to_try(known_speeds: Array) -> Array:
-    """Return the training speeds and the middle of every two neighbours, as logarithms.
-
-    Parameters
-    ----------
-    known_speeds : ndarray of shape (n_speeds,)
-        Logarithms of the training speeds, ascending.
-
-    Returns
-    -------
-    ndarray of shape (2 * n_speeds - 1,)
-        Logarithms of speeds, ascending.
-
-    Examples
-    --------
-    >>> speeds_to_try(np.array([0.0, 1.0]))
-    array([0. , 0.5, 1. ])
-    """
-    indices = np.arange(len(known_speeds))
-    positions = np.arange(0, len(known_speeds) - 0.5, 0.5)
-    return np.interp(positions, indices, known_speeds)

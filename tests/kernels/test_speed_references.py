@@ -1,5 +1,4 @@
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -59,10 +58,6 @@ def test_groups_of_speeds(numbers):
     assert all(
         value in groups[place] for value, place in zip(log_speed, at, strict=True)
     )
-    middles = []
-    for value, after in pairwise(known):
-        middles += [value, (value + after) / 2]
-    assert_allclose(speed_references.speeds_to_try(known), [*middles, known[-1]])
 
 
 @some_examples
@@ -83,7 +78,7 @@ def test_references_at_speeds(rng, known, n_conditions):
     recorded = rng.random((len(known), n_conditions)) < 0.6
     recorded[rng.integers(0, len(known), n_conditions), np.arange(n_conditions)] = True
     log_speed = rng.uniform(-0.5, 2.5, 4)
-    weights, variance = speed_references.reference_weights(log_speed, known, recorded)
+    variance = speed_references.drift_variance(log_speed, known, recorded)
     means = rng.normal(size=(len(known), n_conditions))
     learned = []
     for place, x in enumerate(known):
@@ -95,13 +90,13 @@ def test_references_at_speeds(rng, known, n_conditions):
                 learned.append((means[place, c] - by @ means[rest, c]) / scale)
     found = speed_references.drift_learned(known, means, recorded)
     assert_allclose(found, learned, atol=1e-9)
+    filled = speed_references.filled_references(known, means, recorded)
+    at_speeds = speed_references.speed_distance(log_speed, known).interpolate(filled)
     for row, x in enumerate(log_speed):
         widest = 0.0
         for c in range(n_conditions):
             own = np.flatnonzero(recorded[:, c])
             by, moved, _ = literal_motion(x, known[own])
-            expected = np.zeros(len(known))
-            expected[own] = by
-            assert_allclose(weights[row, :, c], expected, atol=1e-9)
+            assert_allclose(at_speeds[row, c], by @ means[own, c], atol=1e-9)
             widest = max(widest, moved)
         assert variance[row] == pytest.approx(widest, abs=1e-9)
