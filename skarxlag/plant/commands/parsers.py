@@ -244,13 +244,12 @@ def watch(parser: ArgumentParser) -> None:
     SOURCE is - for standard input, a named pipe or a serial device, or a folder into which a
     logger drops recordings. Pipes hold csv lines, or raw samples with --dtype. A pipe has a
     verdict for each window, and a folder one for each recording, as diagnose has. Writes one
-    line of JSON for each verdict to standard output, or fewer with --every, and a summary to
-    standard error. The alarm takes the healthy limits that `fit` saved in the model. Ends
-    with the input, or on Ctrl-C. Instead of MODEL.skops and SOURCE, a csv table names
-    several sensors in the columns name, source and model, and optionally channel and rpm. A
-    sensor of a table that cannot be watched is reported and tried again. Several channels
-    are separated by ; with the output first. With --state, a later run continues from
-    there.
+    line of JSON for each verdict to standard output. The alarm takes the healthy limits that
+    `fit` saved in the model. Ends with the input, or on Ctrl-C. Instead of MODEL.skops and
+    SOURCE, a csv table names several sensors in the columns name, source and model, and
+    optionally channel and rpm. A sensor of a table that cannot be watched is reported and
+    tried again. Several channels are separated by ; with the output first. With --state, a
+    later run continues from there.
     """
     parser.add_argument(
         "model", type=Path, metavar="MODEL.skops", help="or a csv table"
@@ -280,8 +279,8 @@ def watch(parser: ArgumentParser) -> None:
         "--idle": "end after so long without anything new; default: never",
         "--retry": "between attempts to watch a sensor; default: 60",
         "--settle": "pause after which a file in a folder is finished; default: 2",
-        "--every": "between lines of JSON, unless the verdict changes; heartbeats while "
-        "there is no verdict; default: a line for each verdict",
+        "--heartbeat": "without a verdict after which a line of JSON says that the command "
+        "runs; default: none does",
     }
     for name, text in texts.items():
         _option(parser, name, text, positive_number, "SECONDS")

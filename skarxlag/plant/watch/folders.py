@@ -23,9 +23,6 @@ _PAUSE = 20
 #: Probability that a healthy snapshot exceeds the limits after one that did, if load or
 #: speed last longer than the time between snapshots.
 _PERSISTENCE = 0.5
-_HOURS_A_YEAR = 8766
-#: Seconds between snapshots, at least. Files that were copied are closer.
-_SHORTEST_INTERVAL = 1.0
 
 
 class FolderFollower:
@@ -78,8 +75,6 @@ class FolderFollower:
         self._waiting: dict[str, tuple[Any, float]] = {}
         self._finished: list[str] = []
         self._look_at = 0.0
-        self._n_diagnosed = 0
-        self._n_skipped = 0
 
     def _new_alarm(self, persistence):
         # The interval between false alarms has no influence, because the delay is stated.
@@ -97,8 +92,19 @@ class FolderFollower:
         """State of the alarm, see `MonitorVerdict`."""
         return self.monitor.alarm_state if self._has_alarm else "none"
 
-    def open(self) -> None:
-        """Do nothing: each look opens the folder."""
+    @property
+    def heading(self) -> str:
+        """Delay of the alarm and rate of false alarms."""
+        if not self._has_alarm:
+            return "No alarm: the model has no healthy limits."
+        n = self._options.alarm_delay or 1
+        # Whether snapshots exceed by chance, each for itself, is not known.
+        alarms = map(self._new_alarm, (_PERSISTENCE, self._rate))
+        run_length = min(alarm.run_length() for alarm in alarms)
+        return (
+            f"Alarm: after {counted(n, 'consecutive snapshot')} beyond the healthy limits. "
+            f"Expected false alarms: at most one in {run_length:.3g} snapshots."
+        )
 
     def step(self) -> list[dict[str, Any]] | None:
         """Diagnose the next file that is finished: its verdict, or None if there was none."""
@@ -148,10 +154,8 @@ class FolderFollower:
         )
         diagnosis = diagnose_file(recording, lambda: self._model)
         if diagnosis.error is not None:
-            self._n_skipped += 1
             say(f"skipped: {path}: {diagnosis.error}")
             return []
-        self._n_diagnosed += 1
         for remark in diagnosis.remarks:
             self._remark(remark)
         start = recording_start(path, channel=recording.channel, dtype=recording.dtype)
@@ -182,9 +186,7 @@ class FolderFollower:
             "alarm_state": self.alarm_state,
         }
 
-    def restore(
-        self, state: dict[str, Any], facts: dict[str, Any], pause: float
-    ) -> None:
+    def restore(self, state: dict[str, Any], facts: dict[str, Any]) -> None:
         """Continue from a state; files whose names it has are not diagnosed again."""
         self._names = set(map(str, facts.get("names", ())))
         self.monitor.restore(state)
@@ -192,42 +194,6 @@ class FolderFollower:
     def facts(self) -> dict[str, Any]:
         """Return what is saved with the state."""
         return {"names": sorted(self._names)}
-
-    def alarm(self) -> str | None:
-        """Describe the delay of the alarm and the rate of false alarms; None without limits."""
-        if not self._has_alarm:
-            return None
-        n = self._options.alarm_delay or 1
-        delay = "the first snapshot that exceeds"
-        if n > 1:
-            delay = f"the last of {n} snapshots in a row that exceed"
-        # Whether snapshots exceed by chance, each for itself, is not known.
-        alarms = map(self._new_alarm, (_PERSISTENCE, self._rate))
-        run_length = min(alarm.run_length() for alarm in alarms)
-        expected = f"at most one in {run_length:.3g} snapshots"
-        seconds = self._interval()
-        if seconds >= _SHORTEST_INTERVAL:
-            an_hour = 3600 / seconds / run_length
-            expected = (
-                f"at most {an_hour:.2g} an hour and {an_hour * _HOURS_A_YEAR:.2g} a year, "
-                f"with a snapshot every {seconds:.3g} s"
-            )
-        return (
-            f"Alarm: at {delay} the healthy limits. Expected false alarms: {expected}."
-        )
-
-    def _interval(self):
-        """Return the usual seconds between the files of the folder; 0 if they are too few."""
-        files = filter(Path.is_file, self._folder.glob("[!.]*"))
-        times = np.sort([path.stat().st_mtime for path in files])
-        return np.median(np.diff(times)) if len(times) > 2 else 0.0
-
-    def summary(self) -> str:
-        """Return the counts of the run."""
-        return (
-            f"{counted(self._n_diagnosed, 'snapshot')}, {self._n_skipped} skipped, "
-            f"{counted(self.monitor.n_raised, 'alarm')}"
-        )
 
     def close(self) -> None:
         """Do nothing: no file stays open."""

@@ -22,7 +22,7 @@ class SensorOptions:
     rpm : dict, default={}
         Speed, or its source, as facts of a recording.
     rpm_column, channel, dtype, sampling_rate, pulses_per_revolution, \
-false_alarm_interval, alarm_delay, latch, half_life, idle, retry, settle, every
+false_alarm_interval, alarm_delay, latch, half_life, idle, retry, settle, heartbeat
         As in ``skarxlag watch``.
     """
 
@@ -43,4 +43,4 @@ false_alarm_interval, alarm_delay, latch, half_life, idle, retry, settle, every
     idle: float | None = None
     retry: float = 60.0
     settle: float = 2.0
-    every: float | None = None
+    heartbeat: float | None = None

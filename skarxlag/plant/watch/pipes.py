@@ -1,6 +1,5 @@
 """Follow a pipe, a device or standard input with a monitor."""
 
-import math
 import queue
 import sys
 import threading
@@ -31,9 +30,6 @@ _BYTES_AT_A_TIME = 2**18
 _READ_AHEAD = 4
 #: Hours of signal between false alarms, at least.
 _INTERVAL = 1000.0
-#: Seconds in which samples are counted, and the share by which they may be wrong.
-_COUNTED_FOR = 600.0
-_CLOCK_TOLERANCE = 0.02
 
 
 class Pipe:
@@ -101,6 +97,8 @@ class PipeFollower:
     """
 
     is_waiting = False
+    has_ended = False
+    is_readable = False
 
     def __init__(
         self,
@@ -126,7 +124,6 @@ class PipeFollower:
         self._options = options
         self._model = model
         self._remark = remark
-        self._rate = rate
         self._rpm = options.rpm.get("rpm")
         self.monitor = ConditionMonitor(
             model.diagnoser,
@@ -140,45 +137,44 @@ class PipeFollower:
             half_life=options.half_life,
             latch=options.latch,
         )
+        self._window_seconds = model.window_length / rate
         if model.capabilities.compares_orders:
             remark(why_no_orders(model.window_length, rate, self._rpm))
-        self._closed_at: float | None = None
+        choose = partial(
+            chosen_names,
+            channel=options.channel,
+            speed=options.rpm_column,
+            usual=model.usual_channels,
+        )
+        if options.dtype is None:
+            self._parser = TextParser(choose)
+        else:
+            self._parser = RawParser(options.dtype, choose)
+        self._pipe: Pipe | None = None
+        self.cut: CutBlock | None = None
 
     @property
     def alarm_state(self) -> str:
         """State of the alarm, see `MonitorVerdict`."""
         return self.monitor.alarm_state
 
-    def open(self) -> None:
-        """Open the pipe, also after it has ended: windows start again."""
-        options = self._options
-        self.cut: CutBlock | None = None
-        self.has_ended = self.is_readable = False
-        # Time and samples from which arrivals are counted.
-        self._counted_from = -math.inf, 0
-        choose = partial(
-            chosen_names,
-            channel=options.channel,
-            speed=options.rpm_column,
-            usual=self._model.usual_channels,
+    @property
+    def heading(self) -> str:
+        """Delay of the alarm and rate of false alarms."""
+        n = self.monitor.alarm_delay
+        if n is None:
+            return "No alarm: the model has no healthy limits."
+        return (
+            f"Alarm: after {counted(n, 'consecutive window')} beyond the healthy limits "
+            f"({n * self._window_seconds:.3g} s of signal). Expected false alarms: at "
+            f"most one in {self.monitor.false_alarm_interval:.3g} h of signal."
         )
-        if options.dtype is None:
-            self._parser = TextParser(choose)
-        else:
-            self._parser = RawParser(options.dtype, choose)
-        if self._closed_at is not None:
-            pause = time.monotonic() - self._closed_at
-            self.monitor.restore(self.monitor.state(), pause=pause)
-        opener = partial(Path(options.source).open, "rb", buffering=0)
-        if options.source == "-":
-            if sys.stdin is None:
-                raise CommandError("-: there is no standard input")
-            opener = partial(nullcontext, sys.stdin.buffer.raw)
-        self._pipe = Pipe(opener)
 
     def step(self) -> list[dict[str, Any]] | None:
         """Cut what has arrived into windows: no verdict yet, or None if nothing has."""
         self.cut = None
+        if self._pipe is None:
+            self._pipe = Pipe(self._opener())
         data = [*self._pipe.arrived()]
         self.has_ended = b"" in data
         try:
@@ -189,6 +185,13 @@ class PipeFollower:
         except (ValueError, CommandError) as error:
             raise CommandError(f"{self._options.source}: {error}") from error
         return [] if data else None
+
+    def _opener(self):
+        if self._options.source != "-":
+            return partial(Path(self._options.source).open, "rb", buffering=0)
+        if sys.stdin is None:
+            raise CommandError("-: there is no standard input")
+        return partial(nullcontext, sys.stdin.buffer.raw)
 
     def _cut(self, samples):
         rpm = self._rpm
@@ -206,61 +209,18 @@ class PipeFollower:
         )
         if difference:
             self._remark(f"Limits may not hold: {difference}.")
-        cut = self.monitor.cut(samples, rpm=rpm)
-        self._compare_with_clock()
-        return cut
+        return self.monitor.cut(samples, rpm=rpm)
 
-    def _compare_with_clock(self):
-        """Compare the samples of some minutes with the clock of the computer."""
-        now = time.monotonic()
-        n_samples = self.monitor.counts["samples"]
-        seconds = now - self._counted_from[0]
-        if seconds < _COUNTED_FOR:
-            return
-        share = (n_samples - self._counted_from[1]) / (seconds * self._rate)
-        # Other shares are those of a file that is replayed, or of a pause.
-        if _CLOCK_TOLERANCE < abs(share - 1) < 0.5:
-            self._remark(
-                f"The pipe delivers {share:.0%} of the samples that {self._rate:g} Hz "
-                "would give: its sampling rate is another, or samples are lost."
-            )
-        self._counted_from = now, n_samples
-
-    def restore(
-        self, state: dict[str, Any], facts: dict[str, Any], pause: float
-    ) -> None:
-        """Continue from a state that was saved some seconds ago."""
+    def restore(self, state: dict[str, Any], facts: dict[str, Any]) -> None:
+        """Continue from a state, after the pause since it was saved."""
+        pause = max(time.time() - facts["saved"], 0.0)
         self.monitor.restore(state, pause=pause)
 
     def facts(self) -> dict[str, Any]:
         """Return what is saved with the state."""
         return {}
 
-    def alarm(self) -> str | None:
-        """Describe the delay of the alarm and the rate of false alarms; None without limits."""
-        n = self.monitor.alarm_delay
-        if n is None:
-            return None
-        rate = 1 / self.monitor.false_alarm_interval
-        seconds = n * self._model.window_length / self._rate
-        return (
-            f"Alarm: after {counted(n, 'window')} in a row that "
-            f"{'exceeds' if n == 1 else 'exceed'} the healthy limits ({seconds:.3g} s of "
-            f"signal). Expected false alarms: {rate:.2g} an hour and {rate * 8766:.2g} a "
-            "year of signal."
-        )
-
-    def summary(self) -> str:
-        """Return the counts of the run."""
-        counts = self.monitor.counts
-        windows = [f"{n} {quality}" for quality, n in sorted(counts["windows"].items())]
-        return (
-            f"{counted(counts['samples'], 'sample')}; windows: "
-            f"{', '.join(windows) or 'none'}; {counted(counts['gaps'], 'gap')}; "
-            f"{counted(counts['alarms'], 'alarm')}"
-        )
-
     def close(self) -> None:
         """Close the pipe."""
-        self._closed_at = time.monotonic()
-        self._pipe.close()
+        if self._pipe is not None:
+            self._pipe.close()

@@ -1,6 +1,5 @@
 """Sensors that one ``skarxlag watch`` follows, and the loop that follows them."""
 
-import math
 import os
 import time
 from collections import deque
@@ -10,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from ...monitoring.together import CutBlock, diagnose_together
+from ...monitoring.together import diagnose_together
 from ...monitoring.verdict import MonitorVerdict
 from ...persistence.monitor_states import load_monitor_state, save_monitor_state
 from ...verdicts.windows import HOLD
@@ -97,6 +96,11 @@ class Sensor:
         Returns the model in a file.
     is_alone : bool
         Whether an error ends the command. Otherwise the sensor is tried again.
+
+    Attributes
+    ----------
+    follower : FolderFollower, PipeFollower or None
+        What reads the source; None while that is not possible.
     """
 
     def __init__(
@@ -111,20 +115,15 @@ class Sensor:
         path = options.model if options.source == "-" else options.source
         # The path of a folder may be a dot.
         name = options.name or Path(os.path.abspath(path)).stem
-        self._lines = SensorLines(name, options.every)
-        # What reads the source; None until that is possible.
-        self._follower: Any = None
-        # Why the sensor is not watched, and why its state is not saved.
+        self._lines = SensorLines(name, options.heartbeat)
+        self.follower: Any = None
+        # Latest state, and facts about it.
+        self._saved: tuple[dict[str, Any], dict[str, Any]] | None = None
+        # Why the sensor is not watched, and why its state is not on disk.
         self._problem: str | None = None
         self._unsaved: str | None = None
-        self._is_open = self._is_saved_latched = False
         self._retry_at = self._save_at = 0.0
         self._remarks: deque[str] = deque(maxlen=_MOST_REMARKS)
-
-    @property
-    def has_ended(self) -> bool:
-        """Whether the source has ended."""
-        return self._follower.has_ended
 
     def _say(self, text):
         """Print a line to standard error, after the name of a sensor of a table."""
@@ -138,35 +137,25 @@ class Sensor:
     def step(self) -> bool:
         """Take what is new, and return whether there was something."""
         verdicts = None
-        now = time.monotonic()
         try:
             with as_command_error():
-                if not self._is_open and now >= self._retry_at:
-                    self._open()
-                if self._is_open:
+                if self.follower is None and time.monotonic() >= self._retry_at:
+                    self.follower = self._started()
+                if self.follower is not None:
                     verdicts = self._new_verdicts()
         except (CommandError, UsageError) as error:
             self._fail(error)
         for fields in verdicts or ():
             self._add(fields)
-        if self._is_open:
+        if self.follower is not None:
             self._acknowledge()
-            latched = self._follower.monitor.latched
-            if now >= self._save_at or latched != self._is_saved_latched:
+            self._lines.alarm_state = self.follower.alarm_state
+            is_latched = self.follower.monitor.latched
+            is_due = time.monotonic() >= self._save_at
+            if is_due or is_latched != self._saved[1]["latched"]:
                 self._save()
-        state = self._follower.alarm_state if self._follower else "none"
-        self._lines.beat(state, self._problem)
+        self._lines.beat(self._problem)
         return verdicts is not None
-
-    @property
-    def is_waiting(self) -> bool:
-        """Whether something has come that is not finished yet."""
-        return self._is_open and self._follower.is_waiting
-
-    @property
-    def cut(self) -> CutBlock | None:
-        """Windows of what was new; None if there are none."""
-        return self._follower.cut if self._is_open else None
 
     def report(self, verdicts: Iterable[MonitorVerdict]) -> None:
         """Write the verdicts on the windows of what was new."""
@@ -178,12 +167,6 @@ class Sensor:
         self._lines.add(fields)
         if fields["limits"] != HOLD:
             self._remark(f"No alarm: {fields['limits']}.")
-
-    def _open(self):
-        if self._follower is None:
-            self._follower = self._started()
-        self._follower.open()
-        self._is_open = True
 
     def _started(self):
         """Return a follower of the source that continues from the state."""
@@ -201,37 +184,34 @@ class Sensor:
         kind = FolderFollower if path.is_dir() else PipeFollower
         follower = kind(options, model, self._remark)
         self._facts = {"source": options.source, "model": model.identity}
-        if options.state is not None and options.state.exists():
+        if self._saved is None and options.state is not None and options.state.exists():
+            self._saved = load_monitor_state(options.state)
+        if self._saved is not None:
             self._restore(follower)
         self._lines.begin(model)
-        self._say(model.heading)
-        self._say(follower.alarm() or "No alarm: the model has no healthy limits.")
-        if model.error_rates is not None:
-            self._say(model.error_rates.missed(model.rows))
+        self._remark(model.heading)
+        self._remark(follower.heading)
         return follower
 
     def _restore(self, follower):
-        path = self._options.state
-        state, facts = load_monitor_state(path)
-        source = self._options.source
-        if facts.get("source", source) != source:
+        state, facts = self._saved
+        if facts["source"] != self._options.source:
             raise CommandError(
-                f"{path}: a state of {facts['source']}, expected {source}; name another "
-                "--state or delete it"
+                f"{self._options.state}: a state of {facts['source']}, expected "
+                f"{self._options.source}; name another --state or delete it"
             )
-        is_of_model = facts.get("model") == self._facts["model"]
-        pause = max(time.time() - facts.get("saved", math.inf), 0.0)
+        is_of_model = facts["model"] == self._facts["model"]
         try:
-            follower.restore(state if is_of_model else {}, facts, pause)
+            follower.restore(state if is_of_model else {}, facts)
         except (ValueError, KeyError) as error:
             reason = error if is_of_model else "the state is of another model"
             self._say(f"Verdicts and the alarm start afresh: {reason}")
             # Somebody has to acknowledge the alarm, whatever the model is.
-            follower.monitor.latched = self._options.latch and facts.get("latched")
+            follower.monitor.latched = self._options.latch and facts["latched"]
 
     def _new_verdicts(self):
         """Return the fields of new verdicts, or None if nothing new has come."""
-        follower = self._follower
+        follower = self.follower
         if follower.has_ended:
             raise CommandError(f"{self._options.source}: the pipe has ended")
         verdicts = follower.step()
@@ -244,10 +224,7 @@ class Sensor:
         """Stop to watch until the next attempt; print a problem when it begins."""
         if self._is_alone:
             raise error
-        if self._is_open:
-            self._save()
-            self._follower.close()
-            self._is_open = self._is_saved_latched = False
+        self._close()
         self._retry_at = time.monotonic() + self._options.retry
         if str(error) != self._problem:
             self._problem = str(error)
@@ -260,43 +237,40 @@ class Sensor:
         note = acknowledgement(self._options.state)
         if not note.exists():
             return
-        if self._follower.monitor.latched:
-            self._follower.monitor.latched = False
-            state = self._follower.alarm_state
-            self._lines.write("acknowledged", state)
-            self._say(f"The alarm was acknowledged, and is {state}.")
+        if self.follower.monitor.latched:
+            self.follower.monitor.latched = False
+            self._lines.alarm_state = self.follower.alarm_state
+            self._lines.write("acknowledged")
+            self._say(f"The alarm was acknowledged, and is {self._lines.alarm_state}.")
         note.unlink()
 
     def _save(self):
         """Save the state. If it cannot be written, verdicts go on, and it is tried again."""
         self._save_at = time.monotonic() + _SAVE_EVERY
-        path = self._options.state
-        if path is None:
-            return
-        monitor = self._follower.monitor
-        self._is_saved_latched = monitor.latched
-        facts = self._facts | self._follower.facts()
+        monitor = self.follower.monitor
+        facts = self._facts | self.follower.facts()
         facts |= {"saved": time.time(), "latched": monitor.latched}
-        was_unsaved = self._unsaved is not None
+        self._saved = monitor.state(), facts
+        if self._options.state is None:
+            return
         try:
-            save_monitor_state(monitor, path, **facts)
+            save_monitor_state(monitor, self._options.state, **facts)
             self._unsaved = None
         except OSError as error:
             self._unsaved = str(error)
-        if self._unsaved and not was_unsaved:
-            self._say(
-                f"error: the state is not saved, tried every minute: {self._unsaved}"
-            )
-        elif was_unsaved and not self._unsaved:
-            self._say("the state is saved again")
+            self._remark(f"error: the state is not saved, tried every minute: {error}")
+
+    def _close(self):
+        """Save the state, and close the source."""
+        if self.follower is not None:
+            self._save()
+            self.follower.close()
+            self.follower = None
 
     def finish(self) -> bool:
         """Save the state, print the summary, and return whether a problem remains."""
-        if self._is_open:
-            self._save()
-            self._follower.close()
-        if self._follower is not None:
-            self._say(self._follower.summary() + self._lines.summary())
+        self._close()
+        self._say(f"last: {self._lines.verdict}; alarm: {self._lines.alarm_state}")
         return self._problem is not None or self._unsaved is not None
 
 
@@ -324,22 +298,22 @@ def follow(options: SensorOptions, signals: Sequence[Any] = ()) -> bool:
     # Each model is loaded once.
     load = cache(SavedModel)
     sensors = [Sensor(one, load, is_alone) for one in listed]
+    news_at = time.monotonic()
     try:
-        # The first pass loads the models.
-        since = None
         while not signals:
             is_news = any([sensor.step() for sensor in sensors])
+            followed = [one for one in sensors if one.follower is not None]
             # Windows of several sensors are diagnosed together, which takes a ninth.
-            cut = [sensor for sensor in sensors if sensor.cut is not None]
-            verdicts = diagnose_together([sensor.cut for sensor in cut])
+            cut = [one for one in followed if one.follower.cut is not None]
+            verdicts = diagnose_together([one.follower.cut for one in cut])
             for sensor, of_sensor in zip(cut, verdicts, strict=True):
                 sensor.report(of_sensor)
-            if is_alone and sensors[0].has_ended:
+            if is_alone and sensors[0].follower.has_ended:
                 break
             now = time.monotonic()
-            if is_news or since is None or any(one.is_waiting for one in sensors):
-                since = now
-            if options.idle is not None and now - since >= options.idle:
+            if is_news or any(one.follower.is_waiting for one in followed):
+                news_at = now
+            if options.idle is not None and now - news_at >= options.idle:
                 break
             if not is_news:
                 time.sleep(_PAUSE)

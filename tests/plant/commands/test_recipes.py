@@ -88,7 +88,7 @@ def shell(tmp_path):
     """
     bin_ = tmp_path / "bin"
     bin_.mkdir()
-    ending = "--idle 0.8 --settle 0.05 --every 1e-3"
+    ending = "--idle 0.8 --settle 0.05 --heartbeat 1e-3"
     programs = {
         "python": f'exec {sys.executable} "$@"',
         "skarxlag": f'[ "$1" = watch ] && set -- "$@" {ending}\n'
@@ -288,7 +288,7 @@ def test_influx(run, plant, monkeypatch):
     with (plant / "plant.csv").open("a") as table:
         table.write("gone,data/gone,pump-7.skops,1480\n")
     monkeypatch.chdir(plant)
-    ending = ("--idle", 0.3, "--settle", 0.02, "--every", 1e-3)
+    ending = ("--idle", 0.3, "--settle", 0.02, "--heartbeat", 1e-3)
     code, out, err = run("watch", "plant.csv", *ending)
     # One sensor has a problem, which is the last field of its heartbeats.
     assert code == 1, err
@@ -328,7 +328,6 @@ def test_sound_card(run_lines, piped, tmp_path):
     assert source == "arecord -f S16_LE -r 48000 -t raw"
     (printed,) = run_lines(command)
     assert printed.count('"kind": "verdict"') == 9
-    assert f"{9 * WINDOW} samples" in printed
 
 
 def test_table(run_lines, tmp_path):

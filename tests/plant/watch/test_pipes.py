@@ -1,22 +1,17 @@
 """Verdicts on a pipe or standard input, in ``watch``."""
 
 import io
-import itertools
 import json
 import os
 import signal
 import sys
 from datetime import UTC, datetime, timedelta
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from skarxlag import load_monitor_state, make_detector, make_windows, save_diagnoser
 from skarxlag.plant.commands import main
-from skarxlag.plant.commands.models import SavedModel
-from skarxlag.plant.watch import pipes
-from skarxlag.plant.watch.options import SensorOptions
 from tests.plant.watch.watching import (
     RATE,
     WINDOW,
@@ -37,9 +32,8 @@ def test_csv_lines_on_standard_input(run, models, fitted, piped):
     assert verdicts_of(out) == expected(fitted, signal, half_life=0.5)
     heading, alarm, summary = err.splitlines()
     assert heading.endswith("Healthy: good")
-    assert alarm.startswith("Alarm: after ") and alarm.endswith(" a year of signal.")
-    counts = "2050 samples; windows: 10 good; 0 gaps; 0 alarms"
-    assert summary == f"{counts}; last: worn, alarm: off"
+    assert alarm.startswith("Alarm: after ") and alarm.endswith(" h of signal.")
+    assert summary == "last: worn; alarm: off"
 
 
 @pytest.mark.parametrize(
@@ -56,10 +50,10 @@ def test_columns_are_chosen_and_bad_lines_are_missing_samples(watch, fitted):
     lines = lines_of(np.stack([np.zeros(600), signal]), ";").splitlines()
     lines[250] = b"sensor lost"
     lines[251] = b"1.0"
-    code, verdicts, err = watch(b"a;b\n" + b"\n".join(lines), "--channel", 1)
+    code, verdicts, _ = watch(b"a;b\n" + b"\n".join(lines), "--channel", 1)
     signal[250:252] = np.nan
     assert code == 0 and verdicts == expected(fitted, signal)
-    assert "1 not finite" in err
+    assert "not finite" in {v["quality"] for v in verdicts}
 
 
 def test_each_line_states_sensor_date_and_speed(run, models, piped):
@@ -73,43 +67,6 @@ def test_each_line_states_sensor_date_and_speed(run, models, piped):
     assert not any(" " in name for line in lines for name in line)
     for line in lines:
         assert before < datetime.fromisoformat(line["time"]) <= datetime.now(UTC)
-
-
-def test_fewer_lines(watch, fitted):
-    signal = np.concatenate([sound("good", 3000, 3), sound("worn", 3000, 4)])
-    signal[1500] = np.nan
-    found = watch(lines_of(signal), "--half-life", 0.5, "--every", 1)[1]
-    every = expected(fitted, signal, half_life=0.5)
-    kept = every[:1]
-    for verdict in every:
-        is_new = any(
-            verdict[name] != kept[-1][name] for name in ("verdict", "alarm", "quality")
-        )
-        if is_new or verdict["time"] - kept[-1]["time"] > 0.999:
-            kept.append(verdict)
-    assert found == kept and len(found) < 13
-    assert {v["quality"] for v in found} == {"good", "not finite"}
-
-
-@pytest.mark.parametrize(
-    ("rate", "is_told"), [(1000, False), (950, True), (1060, True), (9000, False)]
-)
-def test_samples_are_compared_with_the_clock(models, piped, monkeypatch, rate, is_told):
-    """A board whose clock is wrong, and a file that is replayed."""
-    said, moments = [], itertools.count()
-    clock = SimpleNamespace(monotonic=lambda: next(moments))
-    monkeypatch.setattr(pipes, "time", clock)
-    monkeypatch.setattr(pipes, "_COUNTED_FOR", 6.0)
-    piped(b"")
-    model = SavedModel(models[0])
-    options = SensorOptions(models[0], "-", dtype="<f4")
-    one = pipes.PipeFollower(options, model, said.append)
-    one.open()
-    one._pipe = SimpleNamespace(arrived=lambda: [bytes(4 * rate)])
-    for _ in range(13):
-        one.step()
-    share = f"delivers {rate / 1000:.0%} of the samples that 1000 Hz would give"
-    assert sum(share in text for text in said) == 2 * is_told
 
 
 def test_nobody_reads_the_output(models, piped, monkeypatch, capsys):
@@ -147,7 +104,7 @@ def test_ctrl_c_and_termination_end_cleanly(run, models, monkeypatch, number, tm
         state = tmp_path / "state.json"
         code, _, err = run("watch", models[0], "-", "--state", state)
     assert code == 0
-    assert err.splitlines()[-1].startswith("450 samples; windows: 2 good; 0 gaps;")
+    assert err.splitlines()[-1] == "last: good; alarm: off"
     assert load_monitor_state(state)[0]["stream"]["n_samples"] == 450
 
 
@@ -155,7 +112,7 @@ def test_ctrl_c_and_termination_end_cleanly(run, models, monkeypatch, number, tm
     ("arguments", "code", "message"),
     [
         ("gone.csv", 1, "gone.csv: no such file or folder"),
-        ("- --sampling-rate 999", 0, "2 samples"),
+        ("- --sampling-rate 999", 0, "last: None"),
         ("- --sampling-rate 900", 2, "--sampling-rate: 900.0 Hz, but"),
         ("- --alarm-delay 1001", 1, "alarm_delay == 1001, expected at most 1000"),
         ("- --latch", 2, "argument --latch: needs --state"),

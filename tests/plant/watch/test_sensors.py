@@ -114,7 +114,7 @@ def test_each_sensor_has_its_verdicts_and_a_model_is_loaded_once(
     }  # fmt: skip
     assert len({lines[0]["probability"] for lines in found.values()}) == 3
     for name in "abc":
-        assert f"{name}: 1 snapshot, 0 skipped, 0 alarms; last: good, " in err
+        assert f"{name}: last: good; alarm: off" in err
 
 
 def test_pipes_of_one_model_have_the_verdicts_of_each_alone(run, plant, during):
@@ -178,7 +178,7 @@ def test_a_sensor_that_cannot_be_watched_does_not_keep_the_others_from_it(
 ):
     cells = pd.read_csv(plant, sep=";")[column].tolist()
     change(plant, **{column: [cells[0], cell, cells[2]]})
-    code, out, err = run("watch", plant, *LOOK, "--every", 0.01)
+    code, out, err = run("watch", plant, *LOOK, "--heartbeat", 0.01)
     assert code == 1 and "Traceback" not in err
     assert of_kind(out).keys() == {"a", "c"}
     # It is tried again in each pass, and reported once.
@@ -259,12 +259,11 @@ def test_a_pipe_continues_after_the_pause(run, model, piped, tmp_path, monkeypat
     state = tmp_path / "state.json"
     for seed, n_samples in enumerate((550, 450)):
         piped(lines_of(sound("good", n_samples, seed)))
-        code, out, err = run("watch", model, "-", "--state", state)
+        code, out, _ = run("watch", model, "-", "--state", state)
         assert code == 0
         # The incomplete window of the run before is left out.
         starts = [line["start"] for line in of_kind(out)["m"]]
         assert starts == [[0, 200], [550, 750]][seed]
-        assert f"{seed} gap" in err
         later = time.time() + 60
         monkeypatch.setattr(sensors.time, "time", lambda later=later: later)
 
@@ -347,14 +346,13 @@ def test_an_alarm_is_acknowledged_while_it_is_watched(run, plant, during):
     codes = []
     during(*[lambda: None] * 4, lambda: codes.append(run("acknowledge", state)[0]))
     options = ("--latch", "--settle", 0.01, "--state", state.parent)
-    code, out, err = run("watch", plant, *options, "--every", 1e-3)
+    code, out, err = run("watch", plant, *options, "--heartbeat", 1e-3)
     assert codes == [0] and code == 0
     assert err.count("a: The alarm was acknowledged, and is off.") == 1
     (line,) = of_kind(out, "acknowledged")["a"]
     assert (line["alarm"], line["alarm_state"]) == (False, "off")
     later = of_kind(out, "heartbeat")["a"][-1]
     assert later["alarm"] is False and later["verdict"] == "good"
-    assert 0 < later["seconds_without_verdict"] < 60
 
 
 def test_a_note_of_an_acknowledgement_does_not_follow_a_link(run, plant):
@@ -369,7 +367,7 @@ def test_a_note_of_an_acknowledgement_does_not_follow_a_link(run, plant):
 def test_verdicts_go_on_while_the_state_cannot_be_saved(
     run, plant, during, monkeypatch
 ):
-    """A full disk is reported once, tried again, and reported to be over."""
+    """A full disk is reported once, and tried again."""
     monkeypatch.setattr(sensors, "_SAVE_EVERY", 0.0)
     is_full = [False]
 
@@ -385,7 +383,7 @@ def test_verdicts_go_on_while_the_state_cannot_be_saved(
     code, out, err = run("watch", plant, *options)
     assert code == 0 and len(of_kind(out)["a"]) == 2
     message = "a: error: the state is not saved, tried every minute: [Errno 28]"
-    assert err.count(message) == err.count("a: the state is saved again") == 1
+    assert err.count(message) == 1
     names = load_monitor_state(plant.parent / "states" / "a.json")[1]["names"]
     assert names == ["0.npy", "1.npy"]
     is_full.append(True)
@@ -408,11 +406,13 @@ def test_the_delay_of_a_pipe_follows_from_the_interval(run, model, piped):
         _, out, err = run("watch", model, "-", option, value)
         delay = [line["alarm"] for line in of_kind(out)["m"]].index(True) + 1
         delays[value] = delay
-        assert f"Alarm: after {delay} windows in a row" in err
+        assert (
+            f"Alarm: after {delay} consecutive windows beyond the healthy limits" in err
+        )
         assert f"({0.2 * delay:.3g} s of signal)" in err
-        stated = float(err.split("Expected false alarms: ")[1].split()[0])
+        stated = float(err.split("at most one in ")[1].split()[0])
         if option != "--alarm-delay":
-            assert stated <= 1 / value
+            assert stated >= value
     assert 1 < delays[1] < delays[1000] and delays[5] == 5
     options = ("--alarm-delay", 3, "--false-alarm-interval", 9)
     code, _, err = run("watch", model, "-", *options)
