@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..core.capabilities import offers
 from ..core.state import check_state, expect
 from ..core.validation import check_count, check_rate
 from ..kernels.speed_references import group_speeds
@@ -203,13 +204,9 @@ class KnownConditions(RowOutlierDetector):
     def _check_relations(self):
         detectors = getattr(self, "detectors_", None)
         n_classes = len(self.classes_)
-        expected = f"{n_classes} of FaultDetector by classes_"
-        fits = (
-            isinstance(detectors, list)
-            and len(detectors) == n_classes
-            and all(isinstance(detector, FaultDetector) for detector in detectors)
-        )
-        expect(fits, "detectors_", detectors, expected)
+        is_list = isinstance(detectors, list) and len(detectors) == n_classes
+        fits = is_list and all(offers(detector, "p_values") for detector in detectors)
+        expect(fits, "detectors_", detectors, f"{n_classes} detectors by classes_")
         for detector in detectors:
             check_state(detector)
         rows = [

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from sklearn.pipeline import Pipeline
 
+from ..core.capabilities import capabilities, offers
+from ..core.pipelines import as_diagnosis_pipeline
 from ..distances.orders import OrderResidual
-from ..distances.stretches import StretchResidual
-from .condition_classifier import ConditionClassifier
-from .fault_orders import FaultOrderClassifier
+
+#: Attributes of the parts in which a decision, and a residual, compare orders.
+_PARTS = ("conditions_", "residual_", "order_residual_")
 
 
-def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidual]:
+def order_comparison(diagnoser: Any) -> tuple[Pipeline | None, OrderResidual]:
     """Return the residual of order spectra in a fitted pipeline, and the steps before it.
 
     Parameters
     ----------
-    diagnoser : Pipeline
-        Fitted.
+    diagnoser : estimator
+        Fitted pipeline, or one step.
 
     Returns
     -------
@@ -30,21 +34,13 @@ def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidua
     ValueError
         If no step compares order spectra.
     """
-    is_pipeline = isinstance(diagnoser, Pipeline)
-    steps = [step for _, step in diagnoser.steps] if is_pipeline else [diagnoser]
-    if (
-        isinstance(steps[-1], FaultOrderClassifier)
-        and steps[-1].conditions_ is not None
-    ):
-        steps[-1] = steps[-1].conditions_
-    if isinstance(steps[-1], ConditionClassifier):
-        steps[-1] = steps[-1].residual_
-    for n_before, residual in enumerate(steps):
-        if isinstance(residual, StretchResidual):
-            residual = residual.order_residual_
-        if isinstance(residual, OrderResidual):
-            return diagnoser[:n_before] if n_before > 0 else None, residual
+    pipeline = as_diagnosis_pipeline(diagnoser)
+    for n_before, (_, part) in enumerate(pipeline.steps):
+        for name in _PARTS:
+            part = getattr(part, name, None) or part
+        if offers(part, "match") and capabilities(part).compares_orders:
+            return pipeline[:n_before] if n_before > 0 else None, part
     raise ValueError(
         "No step compares order spectra; expected a StretchResidual or an OrderResidual among "
-        f"{[type(step).__name__ for step in steps]}."
+        f"{[type(step).__name__ for _, step in pipeline.steps]}."
     )
