@@ -19,7 +19,7 @@ HEALTHY_SHARE = 0.1
 FALSE_ALARM_RATE = 0.05
 #: Hours of signal. With a tenth of a second in ten seconds, 100 hours of a run.
 FALSE_ALARM_INTERVAL = 1.0
-#: Seconds over which the combs of snapshots are gathered.
+#: Seconds in which the weight of the combs of a snapshot halves.
 HALF_LIFE = 100.0
 #: Numbers of healthy snapshots of the fit; None is all.
 HEALTHY_SNAPSHOTS = (None, 5, 10)

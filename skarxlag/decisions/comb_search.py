@@ -230,20 +230,6 @@ class CombSearch:
         fields["speed_errors"] = np.exp(error)
         return contrast, fields
 
-    def match_gathered(
-        self, contrast: NDArray[Any], n_samples: int, rpm: float
-    ) -> Bunch:
-        """Match the mean contrast of several rows of n_samples samples each."""
-        turns = n_samples * rpm * self.gear_ratio / (60 * self.sampling_rate)
-        combs = self.combs(contrast, turns, rpm)
-        fields = {name: np.asarray(value)[np.newaxis] for name, value in combs.items()}
-        return Bunch(
-            **fields,
-            rpm=np.array([rpm]),
-            n_revolutions=np.array([turns]),
-            speed_errors=np.ones(1),
-        )
-
     @property
     def impacts(self) -> NDArray[Any]:
         """Orders of impacts of ball, inner and outer race of each bearing."""

@@ -283,7 +283,7 @@ class FaultOrderClassifier(SignalClassifier):
         )
 
     def _diagnosed(self, X, rpm, bearing=None):
-        matches = self._match(X, rpm, bearing)
+        matches = self._match(X, rpm, bearing, with_contrasts=False)
         if self.conditions_ is None:
             judged = self._judge(matches, bearing=bearing)
             judged.refusal = refusals(matches)
@@ -296,9 +296,7 @@ class FaultOrderClassifier(SignalClassifier):
             judged.row_evidence = np.hstack([learned.row_evidence, by_combs])
             if "alarm" in learned:
                 judged.alarm = learned.alarm
-        judged.update(
-            contrasts=matches.contrasts, rpm=matches.rpm, comb_scores=matches.scores
-        )
+        judged.update(rpm=matches.rpm, comb_scores=matches.scores)
         return judged
 
     def _joined(self, evidence, n_rows):
@@ -310,48 +308,6 @@ class FaultOrderClassifier(SignalClassifier):
         weights = effective_number(n_rows).reshape(-1, 1)
         scores = learned.log_probability + weights * by_combs
         return Bunch(recorded=learned.recorded, **self._decided(scores))
-
-    @uses_fitted
-    def diagnose_gathered(
-        self,
-        contrast: NDArray[Any],
-        n_rows: float,
-        rpm: float,
-        evidence: NDArray[Any] | None = None,
-        n_joined: float = 1.0,
-    ) -> Bunch:
-        """Diagnose the mean contrast of several rows of a machine.
-
-        The mean has less noise than one contrast, so fainter combs stand out. At the
-        speeds of healthy rows, the limit of one row is divided by the root of the
-        effective number of rows (`skarxlag.kernels.evidence.effective_number`).
-
-        Parameters
-        ----------
-        contrast : ndarray of shape (4001,)
-            Mean of ``contrasts``, which `diagnose` returns, over rows as long as those
-            of `fit`.
-        n_rows : float
-            Number of rows, or the sum of their weights.
-        rpm : float
-            Their speed. NaN: combs are not used.
-        evidence : ndarray of shape (2 * n_classes + 1,) or None, default=None
-            Mean of ``row_evidence``. It is required with `conditions`.
-        n_joined : float, default=1.0
-            Number of rows of `evidence`, or the sum of their weights, above 0.
-
-        Returns
-        -------
-        Bunch
-            As `diagnose` returns it, for one row, without ``contrasts``.
-        """
-        n_samples = self.window_shape_[-1]
-        matches = self._search().match_gathered(contrast, n_samples, rpm)
-        if self.conditions_ is None:
-            return self._judge(matches, None, n_rows)
-        by_spectra = np.asarray(evidence)[: len(self.classes_)]
-        learned = self.conditions_.join(by_spectra[np.newaxis], n_joined)
-        return self._judge(matches, learned.log_probability, n_rows)
 
     def _adaptive_part(self):
         return getattr(self, "conditions_", self.conditions)

@@ -112,8 +112,8 @@ class SignalClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
 
             `FaultOrderClassifier` adds ``has_comb``, whether the comb of a fault
             exceeds its limit; ``comb_limit``, that limit in nepers; ``p_value``, the
-            probability that a healthy row has a comb as strong; ``contrasts`` and
-            ``rpm``, as its `match` returns them; and ``evidence``, a sentence with the
+            probability that a healthy row has a comb as strong; ``rpm``, as its `match`
+            returns it; ``comb_scores``, its ``scores``; and ``evidence``, a sentence with the
             order and the location of the best comb, its contrast in dB, and the
             difference from the nominal order. With `conditions`, ``comb`` is the
             probability of a fault by combs alone, NaN for rows whose combs are not

@@ -32,12 +32,11 @@ class ConditionMonitor:
 
     Blocks of any length are cut into windows across their borders. Each window that
     carries a signal is diagnosed by itself. The verdict follows from the fading mean of
-    the evidence of the windows. With a bearing, it follows from the combs of their mean
-    contrast, together with spectra if the model learned several conditions. Page's
-    cumulative sum turns windows that exceed the healthy limits into an alarm with a
-    stated rate of false alarms. Windows without a signal (NaN, a dead channel,
-    dropouts), windows at an implausible speed and gaps between blocks are counted.
-    Meanwhile the evidence grows older, and the cumulative sum stays.
+    the evidence of the windows. Page's cumulative sum turns windows that exceed the
+    healthy limits into an alarm with a stated rate of false alarms. Windows without a
+    signal (NaN, a dead channel, dropouts), windows at an implausible speed and gaps
+    between blocks are counted. Meanwhile the evidence grows older, and the cumulative
+    sum stays.
 
     The same samples in other blocks give the same verdicts, to the last bit. Use
     :func:`window_verdicts` or :func:`recording_verdicts` for a complete recording.
@@ -198,7 +197,7 @@ class ConditionMonitor:
         n_rows = settings["n_channels"] + 1
         tolerance = settings["gap_tolerance"]
         self._stream = WindowStream(n_rows, length, hop, rate, tolerance)
-        self._recent = RecentWindows(self._judge, settings["half_life"])
+        self._recent = RecentWindows(self._judge.n_evidence, settings["half_life"])
         self._windows_an_hour = 3600 * rate / hop
         self._alarm: CumulativeSumAlarm | None = None
         if self._judge.limits.exist:
@@ -326,7 +325,7 @@ class ConditionMonitor:
         return speeds
 
     def _count(self, cut, row, result):
-        """Count a window, and return the fields of its verdict, and means of recent windows."""
+        """Count a window, and return the fields of its verdict, and the mean of recent ones."""
         settings = self._settings
         start = cut.start + row * settings["hop"]
         end = self._stream.time_of(start + settings["window_length"])
@@ -338,15 +337,15 @@ class ConditionMonitor:
             exceeds = bool(result.alarm)
             alarm.add(exceeds)
         quality = result.quality
-        window_verdict = verdict = means = None
+        window_verdict = verdict = mean = None
         if quality == "good" and result.refusal != "":
             quality = NO_VERDICT
             window_verdict = verdict = result.verdict
         else:
             if quality == "good":
-                self._recent.add(*result.evidence)
+                self._recent.add(result.evidence)
                 window_verdict = result.verdict if self.conditions else None
-            means = self._recent.means()
+            mean = self._recent.mean()
         self._qualities[quality] += 1
         fields = {
             "start": start,
@@ -368,7 +367,7 @@ class ConditionMonitor:
             "alarm_state": self.alarm_state,
         }
         # A latched alarm is of earlier windows.
-        return fields, means, bool(alarm and alarm.active)
+        return fields, mean, bool(alarm and alarm.active)
 
     def _named(self, fields, is_active, named):
         """Set the verdict by recent windows, which is not healthy if they exceed the limits."""

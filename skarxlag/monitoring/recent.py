@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.state import expect
 from ..kernels.evidence import combined_score, p_value_score
-from ..kernels.fault_orders import N_ORDERS
-from ..verdicts.judge import Judge
 
 
 class FadingEvidence:
@@ -83,44 +81,22 @@ class FadingEvidence:
         expect(fits and is_past, "evidence", state, f"{n_values} finite sums")
 
 
-class RecentMeans(NamedTuple):
-    """Means over the recent windows of a sensor at one time.
-
-    Parameters
-    ----------
-    evidence : ndarray of shape (n_evidence,)
-        Mean of the evidence.
-    n_windows : float
-        Sum of the weights.
-    contrast : tuple
-        With a bearing: mean contrast over orders, sum of weights and speed.
-    """
-
-    evidence: np.ndarray
-    n_windows: float
-    contrast: tuple[Any, ...]
-
-
 class RecentWindows:
-    """Fading evidence, combs and p-values of the windows of a sensor.
+    """Fading evidence and p-values of the windows of a sensor.
 
     Parameters
     ----------
-    judge : Judge
-        Judge of the windows.
+    n_evidence : int
+        Number of values of the evidence of a window.
     half_life : float
         Seconds in which the weight of a window halves.
     """
 
-    def __init__(self, judge: Judge, half_life: float) -> None:
+    def __init__(self, n_evidence: int, half_life: float) -> None:
         self._time = 0.0
-        # The speed of the windows is one more value of the combs.
-        sizes = {"evidence": judge.n_evidence, "p_values": 1}
-        if judge.gathers_combs:
-            sizes["contrasts"] = N_ORDERS + 1
-        self._parts = {
-            name: FadingEvidence(size, half_life) for name, size in sizes.items()
-        }
+        self._evidence = FadingEvidence(n_evidence, half_life)
+        self._scores = FadingEvidence(1, half_life)
+        self._parts = {"evidence": self._evidence, "p_values": self._scores}
 
     def move_to(self, time: float) -> None:
         """Reduce the weights of all windows to those at a time; a clock may be set back."""
@@ -128,38 +104,26 @@ class RecentWindows:
             part.fade(max(time - self._time, 0.0))
         self._time = time
 
-    def add(self, evidence: NDArray[Any], gathered: dict[str, Any], row: int) -> None:
-        """Add the evidence of a window that was diagnosed, and its combs at a known speed."""
-        self._parts["evidence"].add(evidence[row])
-        if "contrasts" in self._parts and not np.isnan(gathered["rpm"][row]):
-            values = [*gathered["contrasts"][row], gathered["rpm"][row]]
-            self._parts["contrasts"].add(values)
+    def add(self, evidence: NDArray[Any]) -> None:
+        """Add the evidence of a window that was diagnosed."""
+        self._evidence.add(evidence)
 
     def add_p_value(self, p_value: float) -> None:
         """Add the p-value of a window, if it is known."""
         if not math.isnan(p_value):
-            self._parts["p_values"].add(p_value_score(p_value))
+            self._scores.add(p_value_score(p_value))
 
-    def means(self) -> RecentMeans | None:
-        """Return the means over all recent windows, None if there are none."""
-        evidence = self._parts["evidence"]
-        mean = evidence.mean()
-        if mean is None:
-            return None
-        contrast: tuple[Any, ...] = ()
-        if "contrasts" in self._parts:
-            combs = self._parts["contrasts"]
-            values = combs.mean()
-            if values is None:
-                values = np.append(np.zeros(N_ORDERS), np.nan)
-            contrast = values[:-1], combs.weight, values[-1]
-        return RecentMeans(mean, evidence.weight, contrast)
+    def mean(self) -> tuple[NDArray[Any], float] | None:
+        """Return mean evidence and sum of weights; None if there are no recent windows."""
+        mean = self._evidence.mean()
+        return None if mean is None else (mean, self._evidence.weight)
 
     def p_value(self) -> float:
         """Return the p-value of recent windows; NaN if there are none."""
-        scores = self._parts["p_values"]
-        mean = scores.mean()
-        return np.nan if mean is None else combined_score(float(mean[0]), scores.weight)
+        mean = self._scores.mean()
+        if mean is None:
+            return np.nan
+        return combined_score(float(mean[0]), self._scores.weight)
 
     def state(self) -> dict[str, Any]:
         """Return the state in plain values."""

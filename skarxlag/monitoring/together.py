@@ -90,13 +90,12 @@ def _of_batch(cuts, owners):
     counted = []
     for (i, row), result in zip(owners, _results(judge, rows, rpm), strict=True):
         counted.append(cuts[i].monitor._count(cuts[i], row, result))
-    with_means = [means for _, means, _ in counted if means is not None]
+    means = [mean for _, mean, _ in counted if mean is not None]
     named = iter(())
-    if with_means:
-        evidence, n_windows, contrasts = zip(*with_means, strict=True)
-        named = iter(judge.named(np.array(evidence), np.array(n_windows), contrasts))
-    for (i, _), (fields, means, is_active) in zip(owners, counted, strict=True):
-        if means is not None:
+    if means:
+        named = iter(judge.named(*map(np.array, zip(*means, strict=True))))
+    for (i, _), (fields, mean, is_active) in zip(owners, counted, strict=True):
+        if mean is not None:
             cuts[i].monitor._named(fields, is_active, next(named))
         yield i, MonitorVerdict(**fields)
 
@@ -114,7 +113,7 @@ class _Result(NamedTuple):
     rms: float
     peak: float
     crest_factor: float
-    evidence: tuple[Any, ...]
+    evidence: NDArray[Any]
 
 
 def _results(judge, rows, rpm):
@@ -125,5 +124,5 @@ def _results(judge, rows, rpm):
     columns = [results.columns.get(name, unknown).tolist() for name in names]
     levels = signal_levels(rows if rows.ndim == 2 else rows[:, 0])
     columns += [results.refusal.tolist(), *(level.tolist() for level in levels)]
-    for row, values in enumerate(zip(*columns, strict=True)):
-        yield _Result(*values, (results.evidence, results.gathered, row))
+    for values in zip(*columns, results.evidence, strict=True):
+        yield _Result(*values)

@@ -60,8 +60,6 @@ class Judge:
         The healthy limits.
     n_evidence : int
         Values of the evidence of a window; 0 without a classifier.
-    gathers_combs : bool
-        Whether combs of several windows are gathered.
     outputs : list of str
         Names of the outputs.
     train_rpm : list of float
@@ -144,10 +142,8 @@ class Judge:
         numbered = [f"output {number}" for number in range(1, n_outputs + 1)]
         self.outputs: list[str] = list(outputs or numbered)[:n_outputs]
         self.n_evidence: int = 0
-        self.gathers_combs: bool = False
         if self._classifier is not None:
             self.n_evidence = self._classifier.n_evidence
-            self.gathers_combs = self._classifier.gathers_combs
 
     def window_results(
         self, X: NDArray[Any], rpm: ArrayLike | None = None
@@ -164,7 +160,7 @@ class Judge:
         Returns
         -------
         WindowResults
-            Columns of the table, evidence and gathered combs.
+            Columns of the table, and evidence.
         """
         status = self._status(X, rpm)
         diagnosed = None
@@ -261,7 +257,6 @@ class Judge:
         self,
         evidence: NDArray[Any],
         n_windows: NDArray[np.float64],
-        contrasts: Sequence[tuple[Any, ...]] = (),
     ) -> list[Named]:
         """Return the verdicts by means of the evidence of windows.
 
@@ -271,9 +266,6 @@ class Judge:
             Means of the evidence of windows.
         n_windows : ndarray of shape (n_means,)
             Number of windows of each mean, or the sum of their weights.
-        contrasts : sequence of tuple, default=()
-            With a bearing, for each mean: mean contrast over orders, sum of weights and
-            speed, as `FaultOrderClassifier.diagnose_gathered` takes them.
 
         Returns
         -------
@@ -282,11 +274,4 @@ class Judge:
         """
         if self._classifier is None:
             return [Named(self.healthy, np.nan, None)] * len(evidence)
-        if not self.gathers_combs:
-            return self._classifier.named(evidence, n_windows)
-        return [
-            self._classifier.gathered(*contrast, evidence=mean, n_windows=weight)
-            for contrast, mean, weight in zip(
-                contrasts, evidence, n_windows.tolist(), strict=True
-            )
-        ]
+        return self._classifier.named(evidence, n_windows)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import log_softmax
 from sklearn.utils import Bunch
 
-from ..core.capabilities import Capabilities, capabilities, offers
+from ..core.capabilities import Capabilities, capabilities
 from ..core.pipelines import as_diagnosis_pipeline
 from ..core.state import expect
 from ..kernels.evidence import (
@@ -38,8 +38,6 @@ NEAREST = "p-value of nearest"
 MOST_LIKE = "most like"
 #: Columns for results that only some classifiers return.
 _COLUMNS = {"recorded": RECORDED, "comb": COMB, "evidence": "evidence"}
-#: Results of a bearing's combs that a monitor gathers.
-_GATHERED = ("contrasts", "rpm")
 
 
 def for_all_windows(values: NDArray[Any], rows: NDArray[np.bool_]) -> NDArray[Any]:
@@ -146,8 +144,6 @@ class Classifier(Member):
         Names of its verdicts.
     n_evidence : int
         Values of the evidence of a window.
-    gathers_combs : bool
-        Whether it is a classifier by combs, which `gathered` takes the mean of.
     """
 
     def __init__(
@@ -162,8 +158,6 @@ class Classifier(Member):
         #: Columns of its log probabilities, of which that of an unknown one is the last.
         self._order = [*order, -1]
         self.n_evidence: int = self.described.n_evidence or len(self.possible)
-        decide = self._pipeline.steps[-1][1]
-        self.gathers_combs: bool = offers(decide, "diagnose_gathered")
 
     def diagnose(self, X: NDArray[Any], status: WindowStatus) -> Bunch | None:
         """Return the results for the usable windows, and refuse those that it refuses.
@@ -241,17 +235,12 @@ class Classifier(Member):
                 columns[f"verdict of {name}"] = verdict
 
     def _fill_evidence(self, results, diagnosed, logs, usable):
-        """Fill the evidence for the conditions, and gathered combs."""
+        """Fill the evidence for the conditions."""
         floor = np.log(SMALLEST_PROBABILITY)
         evidence = np.maximum(logs[:, : len(self.possible)], floor)
         if self.described.n_evidence:
             evidence = diagnosed.get("row_evidence", np.empty((0, self.n_evidence)))
         results.evidence = for_all_windows(evidence, usable)
-        results.gathered = {
-            name: for_all_windows(diagnosed[name], usable)
-            for name in _GATHERED
-            if name in diagnosed
-        }
 
     def _in_order(self, diagnosed):
         """Return log probabilities of conditions in their order, and of an unknown one."""
@@ -302,28 +291,6 @@ class Classifier(Member):
             self.names.name(*of_mean)
             for of_mean in zip(probability, unknown, strict=True)
         ]
-
-    def gathered(self, *contrast: Any, evidence: Any, n_windows: float) -> Named:
-        """Return the verdict by the gathered combs and the mean evidence of windows.
-
-        Parameters
-        ----------
-        *contrast
-            Mean contrast, sum of weights and speed, as
-            `FaultOrderClassifier.diagnose_gathered` takes them.
-        evidence : ndarray of shape (n_evidence,)
-            Mean of the evidence of windows.
-        n_windows : float
-            Number of windows, or the sum of their weights.
-
-        Returns
-        -------
-        Named
-            The verdict.
-        """
-        decide = self._pipeline.steps[-1][1]
-        diagnosed = decide.diagnose_gathered(*contrast, evidence, n_windows)
-        return self._names_of(diagnosed)[0]
 
     def _names_of(self, diagnosed):
         """Return the verdicts of a classifier, as it names them itself if it does."""

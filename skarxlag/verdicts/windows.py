@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -77,15 +77,11 @@ class WindowResults:
     evidence : ndarray of shape (n_windows, n_values)
         Evidence of each window for the conditions, of which a recording has the mean.
         NaN for windows that cannot be diagnosed.
-    gathered : dict of str to ndarray
-        With a bearing, ``contrasts`` over orders, of shape (n_windows, 4001), and
-        ``rpm``, as `FaultOrderClassifier.diagnose` returns them.
     """
 
     columns: dict[str, NDArray[Any]]
     refusal: NDArray[Any]
     evidence: NDArray[Any]
-    gathered: dict[str, NDArray[Any]] = field(default_factory=dict)
 
     @classmethod
     def of_status(cls, status: WindowStatus) -> Self:

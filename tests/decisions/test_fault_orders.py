@@ -18,21 +18,18 @@ from skarxlag import (
 )
 from skarxlag.core.capabilities import capabilities
 from skarxlag.core.fault_locations import NO_FINDING, NOT_IDENTIFIABLE
-from skarxlag.decisions.comb_limits import limit_elsewhere
+from skarxlag.decisions.comb_limits import (
+    compare_combs,
+    limit_elsewhere,
+    p_values_of_healthy,
+    without_healthy,
+)
+from skarxlag.decisions.comb_sentences import comb_sentences
 
 from ..bearing_rows import ORDERS, RATE, classifier, row
 
 NAMES = ["healthy", "outer", "inner"]
 GEOMETRY = BearingGeometry(9, 7.94, 39.04)
-
-
-def contrast(**heights):
-    """Contrast whose combs have the scores of these heights, in nepers."""
-    lines = np.zeros(4001)
-    for location, height in heights.items():
-        orders = 100 * ORDERS[location] * np.arange(1, 5)
-        lines[np.r_[np.floor(orders), np.ceil(orders)].astype(int)] = height
-    return lines
 
 
 @pytest.fixture(scope="module")
@@ -68,9 +65,7 @@ def test_locations_without_any_recording_of_a_fault(fitted, rows):
 @pytest.mark.parametrize("rpm", [900.0, 1200.0])
 def test_the_limit_is_the_score_with_the_stated_p_value(healthy, has_healthy_rows, rpm):
     y = ["healthy"] * 40 if has_healthy_rows else None
-    # Without an error of the speed, scores are the heights.
-    settings = {"false_alarm_rate": 0.01, "speed_tolerance": 0.0}
-    fitted = classifier(**settings).fit(healthy, y, rpm=900)
+    fitted = classifier(false_alarm_rate=0.01).fit(healthy, y, rpm=900)
     limit = fitted.limit_
     if rpm != 900.0 or not has_healthy_rows:
         # Healthy rows state less about another speed.
@@ -80,10 +75,10 @@ def test_the_limit_is_the_score_with_the_stated_p_value(healthy, has_healthy_row
     if not has_healthy_rows:
         # A second has fewer than 100 revolutions.
         score += 0.5 * np.log(rpm / 60 / 100)
-    at_limit, above = (
-        fitted.diagnose_gathered(contrast(outer=height), 1.0, rpm).p_value[0]
-        for height in (score, score + 0.1)
-    )
+    near = [[0.0, 0.0, score + step, 0.0, rpm, rpm / 60] for step in (-1e-9, 1e-9)]
+    assert fitted.join(np.array(near)).alarm.tolist() == [False, True]
+    best, is_far = np.array([limit, limit + 0.1]), np.full(2, rpm != 900.0)
+    at_limit, above = p_values_of_healthy(best, fitted.healthy_scores_, is_far)
     assert at_limit == pytest.approx(0.01, rel=1e-6) and above < 0.01
 
 
@@ -224,8 +219,7 @@ def test_stated_false_alarm_rate_holds_for_rows_like_the_reference():
     ],
 )
 def test_a_location_is_named_if_no_other_is_close(fitted, inner, outer, named):
-    lines = contrast(inner=inner, outer=outer)
-    found = fitted.diagnose_gathered(lines, 1.0, 900.0)
+    found = fitted.join(np.array([[0.0, inner, outer, 0.0, 900.0, 15.0]]))
     assert found.named.tolist() == [named]
     assert found.verdict.tolist() == ["healthy" if named == NO_FINDING else "inner"]
 
@@ -270,23 +264,9 @@ def test_rows_of_a_recording_join_by_their_scores(rows, healthy, with_healthy):
 @pytest.mark.parametrize(("other", "named"), [(3.2, 1.0), (4.2, 0.73)])
 def test_stronger_impacts_at_no_order_of_the_bearing_are_a_doubt(rows, other, named):
     fitted = classifier().fit(rows)
-    lines = contrast(outer=3.5)
-    for multiple in range(1, 5):
-        lines[round(258 * multiple)] = other
-    found = fitted.diagnose_gathered(lines, 10, 900.0)
-    assert found.named.tolist() == ["outer"]
-    assert found.probability.max() == pytest.approx(named, abs=0.02)
-    # Rows that join are doubted alike.
     joined = fitted.join(np.array([[0.0, 0.0, 3.5, other, 900.0, 15.0]]))
+    assert joined.named.tolist() == ["outer"]
     assert joined.probability.max() == pytest.approx(named, abs=0.02)
-
-
-def test_gathered_combs_of_another_bearing(fitted, rows):
-    lines = contrast(outer=3.5)
-    assert fitted.diagnose_gathered(lines, 10, 900.0).named.tolist() == ["outer"]
-    other = classifier(bearing="6203").fit(rows).diagnose_gathered(lines, 10, 900.0)
-    assert other.named.tolist() == [NO_FINDING]
-    assert "at 3.58 orders, which is no order of this bearing" in other.evidence[0]
 
 
 def test_several_bearings(rows):
@@ -302,9 +282,12 @@ def test_evidence_names_order_location_size_and_error(fitted, rows):
     assert outer.startswith("impacts at 3.5") and "(BPFO), the outer race of 6" in outer
     assert inner.startswith("impacts at 5.4") and "(BPFI), the inner race of 6" in inner
     assert inner.endswith("% from the nominal order")
-    close = fitted.diagnose_gathered(contrast(inner=4.0, outer=4.0), 1.0, 900.0)
-    assert close.evidence[0].startswith("impacts of 17 dB fit the ")
-    assert close.evidence[0].endswith(" race nearly as well")
+    matches = fitted.match(rows[1:2], rpm=900)
+    matches.scores = np.array([[0.0, 4.0, 4.0]])
+    compared = compare_combs(matches, without_healthy(0.02), 1, 0.02)
+    (close,) = comb_sentences(matches, compared, ["6205"], fitted.orders_)
+    assert close.startswith("impacts of 17 dB fit the outer race of 6205 and the inner")
+    assert close.endswith(" race nearly as well")
 
 
 def test_evidence_states_impacts_at_no_order_of_the_bearing(rows):

@@ -136,7 +136,6 @@ def diagnose_recording(
         output = output_of_windows(X)
         if judge is None:
             judge = model.judge_of(X[0], rpm, rate)
-        # Results hold contrasts over orders, which would fill the memory.
         results = judge.window_results(X, rpm)
         evidence.append(results.evidence)
         table = results.table().assign(**signal_levels(output)._asdict())
