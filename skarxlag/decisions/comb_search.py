@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from operator import itemgetter
 from typing import Any
 
@@ -118,7 +119,7 @@ class CombSearch:
             check_real(high, "speed_range[1]", **ABOVE_0)
             check_real(low, "speed_range[0]", **ABOVE_0 | {"max_val": high})
 
-    @property
+    @cached_property
     def orders(self) -> NDArray[Any]:
         """Orders of the bearings, see `orders_of_bearings`."""
         return orders_of_bearings(self.bearings)
@@ -178,22 +179,28 @@ class CombSearch:
         def match_row(index, samples):
             period = periods[index] / self.gear_ratio
             mean_period = np.mean(period)
-            contrasts = np.zeros((3, N_ORDERS))
-            # Revolutions of less than two samples, which a large ratio of gears gives,
-            # show no order.
-            if mean_period >= 2:
-                contrasts = order_contrast(samples, period)
-            contrast, fields = self.match_contrasts(
-                contrasts, len(samples), mean_period
-            )
-            if with_contrasts:
-                fields["contrasts"] = contrast
-            return fields
+            if np.isnan(mean_period):
+                contrast, fields = self._unmatched
+            else:
+                contrasts = np.zeros((3, N_ORDERS))
+                # Revolutions of less than two samples, which a large ratio of gears gives,
+                # show no order.
+                if mean_period >= 2:
+                    contrasts = order_contrast(samples, period)
+                contrast, fields = self.match_contrasts(
+                    contrasts, len(samples), mean_period
+                )
+            return fields | {"contrasts": contrast} if with_contrasts else fields
 
         rows = map_rows(match_row, X, n_jobs)
         return Bunch(
             **{name: np.stack([row[name] for row in rows]) for name in rows[0]}
         )
+
+    @cached_property
+    def _unmatched(self) -> tuple[NDArray[Any], dict[str, Any]]:
+        """Contrast and match of a row without a plausible speed."""
+        return self.match_contrasts(np.zeros((3, N_ORDERS)), 0, np.nan)
 
     def match_contrasts(
         self, contrasts: NDArray[Any], n_samples: int, mean_period: float
@@ -230,7 +237,7 @@ class CombSearch:
         fields["speed_errors"] = np.exp(error)
         return contrast, fields
 
-    @property
+    @cached_property
     def impacts(self) -> NDArray[Any]:
         """Orders of impacts of ball, inner and outer race of each bearing."""
         return impact_orders(self.orders)

@@ -15,6 +15,7 @@ from ..core.capabilities import requests
 from ..core.pipelines import DiagnosisPipeline
 from ..core.speeds import REVOLUTIONS_LEFT, log_speeds, speeds_of_rows
 from ..core.validation import check_count, check_real
+from ..kernels.order_spectra import LEAST_SAMPLES
 from ..measures.spectra import LogSpectra
 from .comparison import SpectralDistance
 from .orders import OrderResidual
@@ -58,9 +59,9 @@ class StretchResidual(StretchTransformer):
         r_c = \Bigl(\prod_{w=1}^{m} r_{c,w}\Bigr)^{1/m} (r_c^{\mathrm{orders}})^q
 
     with :math:`r_{c,w}` the residual of window w of the m windows that fit into the
-    row. Rows of less than three revolutions of the shaft have no order spectra, and q is 0
-    for them. If `fit` is not given speeds, these are rows of less than 0.3 s, three
-    revolutions at 600 rpm.
+    row. Rows of less than three revolutions of the shaft, or of less than 32 samples, have
+    no order spectra, and q is 0 for them. If `fit` is not given speeds, three revolutions
+    are those at 600 rpm, 0.3 s.
 
     The speed of each row comes as the metadata `rpm`, which this estimator requests;
     see `SpectralDistance` and `OrderResidual` for what happens without it. Use
@@ -224,9 +225,10 @@ class StretchResidual(StretchTransformer):
 def _long_rows(X, rpm, sampling_rate):
     """Return the rows of at least three revolutions, and their speeds.
 
-    These are all rows if nothing is known.
+    These are all rows that show envelopes if nothing is known.
     """
-    n_revolutions = np.inf if rpm is None else 0.0
+    shows_orders = rpm is None and X.shape[-1] >= LEAST_SAMPLES
+    n_revolutions = np.inf if shows_orders else 0.0
     if sampling_rate is not None:
         speed = (
             _SUPPOSED_RPM

@@ -10,6 +10,8 @@ from .arrays import Array
 from .scaling import centred
 from .short_time import hann_window, windowed_segments
 
+#: Samples of the shortest signal that has envelopes.
+LEAST_SAMPLES = 32
 #: Share of a signal's power that is added to the power of each of its frequencies, so
 #: that frequencies which hold nothing but rounding errors do not count.
 _FLOOR = 1e-14
@@ -109,9 +111,9 @@ def envelopes_over_angle(
     step : float
         Revolutions from one value to the next.
     """
-    frame = min(frame, len(samples) // 8)
-    if frame < 4:
+    if len(samples) < LEAST_SAMPLES:
         return np.zeros((n_bands, 1)), 1.0
+    frame = min(frame, len(samples) // 8)
     hop = frame // 2
     shortest_hop = max(frame // _MOST_OVERLAP, 1)
     # The highest frequency of the envelope is half a cycle a hop.
