@@ -14,7 +14,7 @@ from scipy import linalg
 
 from .arrays import Array
 from .compiled import compiled, inlined
-from .laguerre import TOGETHER, advance, advance_block, network_matrices
+from .laguerre import TOGETHER, advance_block, impulse_responses, network_matrices
 from .lanes import LANES, TILE, deinterleave, interleave
 
 #: Models whose predictions one pass over a block takes together.
@@ -51,38 +51,51 @@ def accumulate_sums(
     moved : ndarray of shape (n_states, n_states)
         Change of the sum w x x' if the sum began and ended one sample later.
     """
-    n_windows, n_channels, _ = windows.shape
-    windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
-    signals = windows[..., n_transient:]
-    power = np.tensordot(weights, signals @ signals.transpose(0, 2, 1), axes=1)
-    n_states = orders.sum()
-    states = np.zeros((n_windows, n_states))
-    driven = np.zeros((n_channels, n_states))
+    windows = np.asarray(windows, dtype=np.float64)
+    n_channels, n_samples = windows.shape[1:]
+    responses = [
+        impulse_responses(order, pole, n_samples)
+        for order, pole in zip(orders, poles, strict=True)
+    ]
     transient = windows[..., :n_transient]
-    _sum_driven_states(transient, weights, orders, poles, driven, states)
-    driven[:] = 0.0
-    first = states.copy()
-    _sum_driven_states(signals, weights, orders, poles, driven, states)
-    moved = (states.T * weights) @ states - (first.T * weights) @ first
+    counted = windows[..., n_transient:]
+    power = np.tensordot(weights, counted @ counted.transpose(0, 2, 1), axes=1)
+    lagged = _lagged_products(windows, weights)
+    if n_transient > 0:
+        lagged[..., :n_transient] -= _lagged_products(transient, weights)
+    driven = np.concatenate(
+        [
+            lagged[:, channel, 1:] @ responses[channel][:, :-1].T
+            for channel in range(n_channels)
+        ],
+        axis=1,
+    )
+    first = _states_after(transient, responses)
+    last = _states_after(windows, responses)
+    moved = (last.T * weights) @ last - (first.T * weights) @ first
     return power, driven, moved
 
 
-@compiled
-def _sum_driven_states(windows, weights, orders, poles, driven, states):
-    """Add each state times each channel's signal to `driven`, and advance the states."""
-    n_windows, n_channels, n_samples = windows.shape
-    _, n_states = driven.shape
-    for w in range(n_windows):
-        for k in range(n_samples):
-            for channel in range(n_channels):
-                sample = weights[w] * windows[w, channel, k]
-                for n in range(n_states):
-                    driven[channel, n] += sample * states[w, n]
-            begin = 0
-            for channel in range(n_channels):
-                end = begin + orders[channel]
-                advance(states[w, begin:end], windows[w, channel, k], poles[channel])
-                begin = end
+def _lagged_products(signals, weights):
+    """Return the sums over windows and k of w s_a(k) s_b(k - lag), by channels a and b and lag."""
+    n_samples = signals.shape[2]
+    # SciPy's transform of long rows takes twice as long.
+    spectra = np.fft.rfft(signals, 2 * n_samples)
+    weighted = spectra * weights[:, np.newaxis, np.newaxis]
+    # A new array would take as long as the sum.
+    conjugates = np.conjugate(spectra, out=spectra)
+    sums = np.einsum("waf,wbf->abf", weighted, conjugates)
+    return np.fft.irfft(sums, 2 * n_samples)[..., :n_samples]
+
+
+def _states_after(signals, responses):
+    """Return the states after the last sample of signals."""
+    n_samples = signals.shape[2]
+    of_channels = [
+        signals[:, channel] @ np.flip(response[:, :n_samples].T, axis=0).copy()
+        for channel, response in enumerate(responses)
+    ]
+    return np.concatenate(of_channels, axis=1)
 
 
 def sums_of_products(

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 from scipy import linalg
+from scipy.spatial.distance import cdist
 
 from .arrays import Array
-from .compiled import compiled
 
 #: Drift of log spectra in squared nepers of power, as `smooth_variance` has it.
 SMOOTH = 0.3
@@ -150,25 +150,17 @@ def squared_distances(
     >>> squared_distances(rows, np.eye(2), references, precisions, index)
     array([[[6.]]])
     """
-    squares = np.empty((*indices.shape, references.shape[1]))
-    along = np.empty(axes.shape[1])
-    _fill_squares(rows, axes, references, precisions, indices, along, squares)
-    return squares
-
-
-@compiled
-def _fill_squares(rows, axes, references, precisions, indices, along, squares):
-    n_features, n_axes = axes.shape
-    for w in range(len(rows)):
-        along[:] = 0.0
-        for f in range(n_features):
-            for k in range(n_axes):
-                along[k] += rows[w, f] * axes[f, k]
-        for tried in range(len(indices)):
-            index = indices[tried, w]
-            for c in range(references.shape[1]):
-                total = 0.0
-                for k in range(n_axes):
-                    change = along[k] - references[index, c, k]
-                    total += precisions[index, k] * (change * change)
-                squares[tried, w, c] = total / max(n_axes, 1)
+    along = along_axes(rows, axes)
+    squares = np.zeros((*indices.shape, references.shape[1]))
+    if axes.shape[1] == 0:
+        return squares
+    for of_tried, tried in zip(squares, indices, strict=True):
+        for index in np.unique(tried):
+            is_compared = tried == index
+            of_tried[is_compared] = cdist(
+                along[is_compared],
+                references[index],
+                "sqeuclidean",
+                w=precisions[index],
+            )
+    return squares / axes.shape[1]

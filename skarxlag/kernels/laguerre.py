@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy import signal
 from scipy.linalg import block_diag, toeplitz
 
 from .arrays import Array
@@ -88,20 +89,40 @@ def network_matrices(orders: Sequence[int], poles: Any) -> tuple[Array, Array]:
     return A, B
 
 
-@inlined
-def advance(states: Any, sample: Any, pole: Any) -> None:
-    """Advance the states of one network from k to k + 1 in place, as a cascade of all-passes."""
-    before = states[0]
-    states[0] = pole * before + math.sqrt(1.0 - pole * pole) * sample
-    for n in range(1, len(states)):
-        held = states[n]
-        states[n] = pole * (held - states[n - 1]) + before
-        before = held
+def impulse_responses(order: int, pole: float, n_samples: int) -> Array:
+    """Return the states of a network after an impulse, as a cascade of all-passes.
+
+    Parameters
+    ----------
+    order : int
+        Number of filters N.
+    pole : float
+        The shared pole, in (-1, 1).
+    n_samples : int
+        Number of samples, the first of which follows the impulse.
+
+    Returns
+    -------
+    ndarray of shape (order, n_samples)
+        The states.
+
+    Examples
+    --------
+    >>> impulse_responses(2, 0.6, 3)
+    array([[ 0.8  ,  0.48 ,  0.288],
+           [-0.48 ,  0.512,  0.   ]])
+    """
+    impulse = np.zeros(n_samples)
+    impulse[0] = math.sqrt(1 - pole**2)
+    responses = [signal.lfilter([1.0], [1.0, -pole], impulse)]
+    for _ in range(1, order):
+        responses.append(signal.lfilter([-pole, 1.0], [1.0, -pole], responses[-1]))
+    return np.array(responses)
 
 
 @inlined
 def advance_block(states: Array, drive: Array, pole: float, histories: Array) -> None:
-    r"""The same cascade on a block of signals, see `lanes`: the next `TOGETHER` all-passes.
+    r"""Advance `TOGETHER` all-passes of a cascade by a block of signals, see `lanes`.
 
     Each state n follows :math:`x_n(k+1) = \zeta x_n(k) + d_n(k)`, with the drive
     :math:`d_{n+1}(k) = x_n(k) - \zeta x_n(k+1)`. If the first drive is the signal

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from .arrays import Array
-from .compiled import compiled
 
 #: Log odds of a recorded specimen for each neper by which the gap of the residuals
 #: exceeds that of noise. The gap is the logarithm of the second smallest residual over
@@ -165,91 +165,45 @@ def condition_log_probabilities(
     >>> np.exp(found.log_probability).round(2), found.recorded.round(2)
     (array([[0.  , 0.93, 0.  , 0.  , 0.06]]), array([0.46]))
     """
-    n_means, n_conditions = residuals.shape
+    # A question has two columns at least, so that each row has a second answer.
+    is_at = locations == np.arange(max(locations.max() + 1, 2))[:, np.newaxis]
+    nearest = np.where(is_at, residuals[:, np.newaxis], NO_ANSWER).min(axis=2)
+    answers = np.full((2, *nearest.shape), NO_ANSWER)
+    states, faults = answers
+    faults[:] = nearest
+    if healthy >= 0:
+        states[:, 0] = nearest[:, healthy]
+        faults[:, healthy] = NO_ANSWER
+    states[:, 1] = faults.min(axis=1)
+
+    smallest, second = np.sort(answers, axis=2)[..., :2].transpose(2, 0, 1)
     left = np.sqrt(COMMON_GAP + (1 - COMMON_GAP) / np.maximum(n_rows, 1.0))
-    limits = np.empty((n_means, 2))
-    limits[:] = left[..., np.newaxis] * gaps_of_noise
-    found = Posterior(
-        np.empty((n_means, n_conditions + 1)), np.empty(n_means), np.empty((n_means, 2))
-    )
-    _fill_posterior(
-        np.ascontiguousarray(residuals, dtype=np.float64),
-        np.ascontiguousarray(locations),
-        healthy,
-        limits,
-        math.log(prior / (1 - prior)) + ODDS_OF_NOISE,
-        np.empty((4, max(locations.max() + 1, 2))),
-        *found,
-    )
-    return found
+    is_single = second == NO_ANSWER
+    gap = np.where(is_single, 0.0, second - smallest)
+    z = math.log(prior / (1 - prior)) + ODDS_OF_NOISE - FAR_ODDS * smallest.clip(0.0)
+    z += GAP_ODDS * (gap - np.outer(gaps_of_noise, left))
+    q = expit(np.where(is_single, -np.inf, np.minimum(z, LARGEST_ODDS)))
 
+    below = smallest[..., np.newaxis] - answers
+    is_nearest = below == 0
+    shares = np.exp(ANOTHER_EXPONENT * below)
+    of_others = (1 - q) / shares.sum(axis=2)
+    of_nearest = np.log(q / is_nearest.sum(axis=2) + of_others)
+    logs = np.log(of_others)[..., np.newaxis] + ANOTHER_EXPONENT * below
+    states, faults = np.where(is_nearest, of_nearest[..., np.newaxis], logs)
+    of_locations = states[:, 1:2] + faults
+    if healthy >= 0:
+        of_locations[:, healthy] = states[:, 0]
 
-@compiled
-def _fill_posterior(
-    residuals, locations, healthy, limits, odds, work, logs, recorded, gaps
-):
-    """Fill the last three arrays; `work` is working memory for the answers of a row."""
-    nearest = work[0]
-    shares = work[1]
-    n_answers = len(nearest)
-    for w in range(len(residuals)):
-        for a in range(n_answers):
-            nearest[a] = NO_ANSWER
-            shares[a] = 0.0
-        for c in range(len(locations)):
-            a = locations[c]
-            nearest[a] = min(nearest[a], residuals[w, c])
-        for c in range(len(locations)):
-            a = locations[c]
-            shares[a] += math.exp(-CONDITION_EXPONENT * (residuals[w, c] - nearest[a]))
-        of_states = work[2]
-        of_faults = work[3]
-        of_states[0] = of_states[1] = NO_ANSWER
-        for a in range(n_answers):
-            of_faults[a] = nearest[a]
-            if a == healthy:
-                of_states[0] = nearest[a]
-                of_faults[a] = NO_ANSWER
-            of_states[1] = min(of_states[1], of_faults[a])
-        recorded[w] = 0.0
-        another = 1.0
-        for question in range(2):
-            answers = work[2 + question]
-            n_answers_here = 2 if question == 0 else n_answers
-            smallest = second = NO_ANSWER
-            for a in range(n_answers_here):
-                second = min(second, max(smallest, answers[a]))
-                smallest = min(smallest, answers[a])
-            total = 0.0
-            n_nearest = 0
-            for a in range(n_answers_here):
-                total += math.exp(-ANOTHER_EXPONENT * (answers[a] - smallest))
-                n_nearest += answers[a] == smallest
-            gap = 0.0
-            z = -np.inf
-            if second < NO_ANSWER:
-                gap = second - smallest
-                z = odds + GAP_ODDS * (gap - limits[w, question])
-                z = min(z - FAR_ODDS * max(smallest, 0.0), LARGEST_ODDS)
-            odds_of_recorded = math.exp(z)
-            q = odds_of_recorded / (1 + odds_of_recorded)
-            of_others = 1 / (1 + odds_of_recorded) / total
-            for a in range(n_answers_here):
-                below = -ANOTHER_EXPONENT * (answers[a] - smallest)
-                if below == 0:
-                    answers[a] = math.log(q / n_nearest + of_others)
-                else:
-                    answers[a] = math.log(of_others) + below
-            recorded[w] = max(recorded[w], q)
-            another = min(another, of_others * total)
-            gaps[w, question] = gap
-        unknown = another * UNKNOWN_SHARE / (1 - UNKNOWN_SHARE)
-        logs[w, len(locations)] = math.log(unknown / (1 + unknown))
-        for c in range(len(locations)):
-            a = locations[c]
-            answer = of_states[0] if a == healthy else of_states[1] + of_faults[a]
-            below = -CONDITION_EXPONENT * (residuals[w, c] - nearest[a])
-            logs[w, c] = answer + below - math.log(shares[a]) - math.log1p(unknown)
+    recorded = q.max(axis=0)
+    unknown = (1 - recorded) * UNKNOWN_SHARE / (1 - UNKNOWN_SHARE)
+    below = CONDITION_EXPONENT * (nearest[:, locations] - residuals)
+    shares = np.where(is_at, np.exp(below)[:, np.newaxis], 0.0).sum(axis=2)
+    logs = np.empty((len(residuals), len(locations) + 1))
+    logs[:, :-1] = of_locations[:, locations] + below - np.log(shares[:, locations])
+    logs[:, -1] = np.log(unknown)
+    logs -= np.log1p(unknown)[:, np.newaxis]
+    return Posterior(logs, recorded, gap.T)
 
 
 def decided_condition(

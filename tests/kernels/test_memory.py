@@ -9,11 +9,9 @@ from numpy.testing import assert_allclose
 
 from skarxlag.kernels import (
     arx_laguerre,
-    drift,
     linear_prediction,
     observer,
     observer_bank,
-    posterior,
     residual_levels,
     sample_statistics,
     short_time,
@@ -41,19 +39,6 @@ CALLS = {
     "innovations": lambda: arx_laguerre.innovations(
         noise(17, 2, 21), ORDERS, POLES, noise(3, 7), 4, np.empty((17, 3, 17))
     ),
-    "distances": lambda: drift.squared_distances(
-        noise(3, 4),
-        noise(4, 3),
-        noise(5, 2, 3),
-        noise(5, 3),
-        np.array([[0, 4, 2]]),
-    ),
-    **{
-        f"{n} conditions": lambda n=n: posterior.condition_log_probabilities(
-            noise(3, n), np.arange(n) // 2, 0, (0.1, 0.2)
-        )
-        for n in (1, 5)
-    },
     "observer": lambda: observer.observe(noise(17, 2, 21), LOOP),
     "bank": lambda: observer_bank.bank_levels(
         noise(2, 7), 0.3, *np.full((3, 33), 0.1), 0.05
