@@ -106,7 +106,6 @@ def show(args: Namespace) -> None:
     """List the recordings, and check the output."""
     require(("jinja2", "matplotlib"), "a page", "io")
     args.recordings = _named_and_of_table(args)
-    args.healthy = _named_recordings(args, args.healthy)
     if len(args.recordings) > MOST_DRAWN:
         raise UsageError(
             f"argument RECORDING: {len(args.recordings)} recordings; expected at most "
@@ -114,7 +113,7 @@ def show(args: Namespace) -> None:
         )
     if args.output is None:
         args.output = Path(f"{args.recordings[0].path.stem}.html")
-    inputs = [recording.path for recording in args.recordings + args.healthy]
+    inputs = [recording.path for recording in args.recordings]
     kind = is_result_file, args.force, (".html",)
     args.output = check_output(args.output, inputs, *kind)
 

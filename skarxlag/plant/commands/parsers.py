@@ -209,18 +209,14 @@ def show(parser: ArgumentParser) -> None:
     """Draw recordings without a diagnosis: signal, spectrum, envelope spectrum over orders.
 
     The page is one file of HTML that needs no network. With --bearing and a known speed,
-    the lines of the bearing (BPFO, BPFI, BSF, FTF) are marked. With --healthy, spectra are
-    drawn next to those of healthy recordings. At most 50 recordings are drawn. Exit status:
-    0 if all were drawn, 1 if some could not be read, 2 if an argument is wrong.
+    the lines of the bearing (BPFO, BPFI, BSF, FTF) are marked. Of a long recording, the first
+    million samples are drawn. At most 50 recordings are drawn. Exit status: 0 if all were
+    drawn, 1 if some could not be read, 2 if an argument is wrong.
     """
     parser.add_argument("recordings", nargs="*", metavar="RECORDING", help=_RECORDINGS)
     _shared(parser, "--table", "--bearing", "--unit")
     text = "the page; default: named like the first recording, in this folder"
     _option(parser, "-o --output", text, Path, "FILE.html")
-    text = "healthy recording of the same machine; may be given several times"
-    parser.add_argument(
-        "--healthy", action="append", default=[], metavar="RECORDING", help=text
-    )
     _force(parser)
     _facts(parser, "each RECORDING")
 

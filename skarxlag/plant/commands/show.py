@@ -12,11 +12,13 @@ from ...measures.levels import signal_levels
 from ...measures.velocity import velocity_rms
 from ...persistence.files import write_atomically
 from ..pages import render
-from ..pages.pictures import STRETCH, recording_pictures, view_recording
-from ..readers.formats.rates import rates_agree
+from ..pages.pictures import recording_pictures, view_recording
 from ..readers.listing import ListedRecording
 from .messages import CommandError, as_command_error, keywords, printable, show
 from .training_facts import plain_unit
+
+#: Samples at the beginning of a recording that are drawn, at most.
+_STRETCH = 2**20
 
 
 def run(args: argparse.Namespace) -> int:
@@ -34,7 +36,6 @@ def draw(
     output: Path,
     *,
     bearing: str | None = None,
-    healthy: Sequence[ListedRecording] = (),
     unit: str | None = None,
 ) -> list[str]:
     """Write a page with pictures of recordings, unless none can be read.
@@ -47,8 +48,6 @@ def draw(
         The page.
     bearing : str or None, default=None
         Bearing whose lines are marked.
-    healthy : sequence of ListedRecording, default=()
-        Healthy recordings of the same machine.
     unit : str or None, default=None
         Unit of signals whose files state none.
 
@@ -57,9 +56,7 @@ def draw(
     list of str
         Why recordings could not be read.
     """
-    with as_command_error():
-        references = [_view(recording, unit) for recording in healthy]
-    entries = [_entry(each, bearing, references, unit) for each in recordings]
+    entries = [_entry(recording, bearing, unit) for recording in recordings]
     failed = [entry for entry in entries if entry["error"]]
     if len(failed) < len(entries):
         page = render("show", entries=entries, bearing=bearing)
@@ -67,26 +64,18 @@ def draw(
     return [f"{entry['name']}: {entry['error']}" for entry in failed]
 
 
-def _entry(recording, bearing, healthy, unit):
+def _entry(recording, bearing, unit):
     """Return the section of a recording, or the reason why there is none."""
     entry = {"name": printable(recording.name), "error": "", "facts": "", "figures": []}
     try:
         with as_command_error():
-            view = _view(recording, unit)
-            rate = view.sampling_rate
-            alike = [each for each in healthy if rates_agree(each.sampling_rate, rate)]
-            figures = [*recording_pictures(view, bearing, alike)]
+            opened = recording.open(_STRETCH, reads_speed=True)
+            view = view_recording(opened, opened.sampling_rate, unit=unit)
+            figures = [*recording_pictures(view, bearing)]
             return entry | {"facts": "; ".join(_facts(view)), "figures": figures}
     except CommandError as error:
         # The message names the file once or twice.
         return entry | {"error": printable(error).split(f"{recording.path}: ")[-1]}
-
-
-def _view(recording, unit):
-    """Read a recording once."""
-    opened = recording.open(STRETCH, reads_speed=True)
-    windows = (signal[np.newaxis] for signal in opened.blocks)
-    return view_recording(opened, windows, opened.sampling_rate, unit=unit)
 
 
 def _facts(view):
@@ -99,11 +88,11 @@ def _facts(view):
     if view.rpm is not None:
         yield f"{60 * view.shaft:.5g} rpm"
     unit = f" {view.unit}" if view.unit else ""
-    levels = signal_levels(view.samples)
+    levels = signal_levels(view.output)
     yield f"RMS {levels.rms:.3g}{unit}; peak {levels.peak:.3g}{unit}"
-    if np.ptp(view.samples) > 0:
+    if np.ptp(view.output) > 0:
         yield f"crest factor {levels.crest_factor:.3g}"
-        yield f"kurtosis {kurtosis(view.samples, fisher=False):.3g}"
-    rms = velocity_rms(view.samples, rate, plain_unit(view.unit or ""))
+        yield f"kurtosis {kurtosis(view.output, fisher=False):.3g}"
+    rms = velocity_rms(view.output, rate, plain_unit(view.unit or ""))
     if rms is not None:
         yield f"velocity {rms:.3g} mm/s RMS from 10 to 1000 Hz"

@@ -118,12 +118,13 @@ def _figures(model, recording, diagnosis, resample, bearing):
         if not model.takes_rpm:
             opened = opened._replace(entry=opened.entry.with_speed())
         rate = opened.sampling_rate or model.sampling_rate
-        view = view_recording(opened, model.windows(opened), rate, at=int(start))
+        view = view_recording(opened, rate, at=int(start))
     except (OSError, ValueError, ImportError, CommandError):
         return []
     pictures = [*recording_pictures(view, bearing)]
     # A model that is fitted to the row itself learned nothing else.
     if verdict != NO_SIGNAL and model.judge is not None:
         orders = None if bearing is None else bearing_orders(bearing)
-        pictures += order_pictures(model.diagnoser, view, orders)
+        row = view.row(int(start), model.window_length)
+        pictures += order_pictures(model.diagnoser, *row, orders)
     return pictures
