@@ -37,7 +37,6 @@ job_count = number(
 )
 positive_number = number(float, "a number above 0", lambda value: value > 0)
 rate = number(float, "a number between 0 and 1", lambda value: 0 < value < 1)
-speed = number(float, "a speed in rpm, or all", lambda value: value > 0)
 
 
 def sampling_rate(text: str) -> float:
@@ -47,11 +46,6 @@ def sampling_rate(text: str) -> float:
     except ValueError as error:
         raise ArgumentTypeError(str(error)) from error
     return positive_number(text)
-
-
-def speed_or_all(text: str) -> float | str:
-    """Parse a shaft speed, or the word all."""
-    return text if text == "all" else speed(text)
 
 
 def speed_or_source(text: str) -> dict[str, Any]:

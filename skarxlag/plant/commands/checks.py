@@ -85,17 +85,11 @@ def diagnose(args: Namespace) -> None:
 
 def evaluate(args: Namespace) -> None:
     """List the recordings of a table."""
-    if args.table is not None:
-        unfit = ["dataset", "data_home", "where", "n_samples", "train_rpm"]
-        refuse(args, unfit, "not allowed with a table")
-        args.recordings = _table_recordings(args)
+    if args.table is None:
+        refuse(args, [*_FACTS, "rpm", "outputs", "bearing"], "needs a table")
     else:
-        of_tables = [name for name in _FACTS if name != "channel"]
-        refuse(args, [*of_tables, "rpm", "outputs", "bearing"], "needs a table")
-        if args.dataset is None:
-            refuse(args, ["data_home", "where", "channel"], "needs --dataset")
-        else:
-            refuse(args, ["n_samples"], "belongs to the simulated rig")
+        refuse(args, ["n_samples"], "belongs to the simulated rig")
+        args.recordings = _table_recordings(args)
     if args.output.exists() and not args.output.is_dir():
         raise UsageError(
             f"argument --output: {args.output} is a file, expected a folder"

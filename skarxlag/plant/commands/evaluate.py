@@ -1,4 +1,4 @@
-"""Run ``skarxlag evaluate``: compare the diagnosers on a rig or on recordings of a table."""
+"""Run ``skarxlag evaluate``: compare diagnosers on a simulated rig or on your recordings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sklearn.preprocessing import FunctionTransformer, scale
 
 from ... import diagnosers
 from ...core.validation import output_of_windows
-from ...datasets import load_public_rig, simulate_rig
+from ...datasets import simulate_rig
 from ...decisions.fusion import SensorFusion
 from ...kernels.speed_references import group_speeds
 from ...model_selection import (
@@ -40,8 +40,6 @@ _CRACKS_MM = (3.0, 6.0)
 _SIMULATED_RPM = 500.0
 #: Printed columns, in percent of rows.
 _COLUMNS = ["condition", "location", "recordings", "false alarms", "missed"]
-#: Points by which another method has to be better to be named.
-_LEAST_LEAD = 1.0
 #: Segments of the log spectrum of the peer.
 _SEGMENT = 256
 ALPIO = "ALPIO, the paper's baseline"
@@ -58,8 +56,10 @@ class Case:
     ----------
     title : str
         What the rows are.
-    part : str
-        Distinguishes it from other cases of the same rig; may be empty.
+    methods : dict of str to estimator
+        Diagnosers to compare.
+    splits : list of Split
+        Tests.
     X : ndarray of shape (n_rows, ...)
         Rows.
     y : ndarray of shape (n_rows,)
@@ -68,26 +68,21 @@ class Case:
         As `protocol_splits` takes it.
     sampling_rate : float
         In Hz.
-    methods : dict of str to estimator
-        Diagnosers to compare.
-    splits : list of Split
-        Tests.
-    sentences : list of str
-        What is not measured, and what the reader has to know.
     params : dict of str to ndarray
         Metadata of the rows.
+    sentences : list of str
+        What is not measured, and what the reader has to know.
     """
 
     title: str
-    part: str
+    methods: dict[str, Any]
+    splits: list[Split]
     X: NDArray[Any]
     y: NDArray[Any]
     facts: pd.DataFrame
     sampling_rate: float
-    methods: dict[str, Any]
-    splits: list[Split]
-    sentences: list[str]
     params: dict[str, Any]
+    sentences: list[str]
 
 
 def run(args: argparse.Namespace) -> int:
@@ -96,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
         if args.table is not None:
             cases = [table_case(**keywords(table_case, args))]
         else:
-            cases = [*rig_cases(**keywords(rig_cases, args))]
+            cases = [*simulated_cases(**keywords(simulated_cases, args))]
         evaluate_cases(cases, **keywords(evaluate_cases, args))
     return 0
 
@@ -108,12 +103,12 @@ def evaluate_cases(
     n_jobs: int | None = None,
     reporter: Reporter | None = None,
 ) -> None:
-    """Evaluate cases, print a summary, and write tables.
+    """Evaluate cases, print their summaries, and write tables.
 
     Parameters
     ----------
     cases : sequence of Case
-        Of one rig or table.
+        The cases.
     output : Path
         Folder of the results; it is made.
     n_jobs : int or None, default=None
@@ -124,7 +119,7 @@ def evaluate_cases(
     output.mkdir(parents=True, exist_ok=True)
     reporter = reporter or Reporter()
     reporter.start(sum(len(case.methods) * len(case.splits) for case in cases))
-    summaries = []
+    lines = []
     for case in cases:
         verdicts = evaluate(
             case.methods,
@@ -138,21 +133,22 @@ def evaluate_cases(
                 f"{name}: fitted and tested with {n_rows} rows"
             ),
         )
-        summaries.append(evaluation_summary(verdicts))
-        stem = re.sub("[^a-z0-9]+", "_", f"{Path(case.title).stem} {case.part}".lower())
-        tables = {"verdicts": verdicts.set_index("row"), "summary": summaries[-1]}
+        summary = evaluation_summary(verdicts)
+        lines += _summary_lines(case, summary)
+        stem = re.sub("[^a-z0-9]+", "_", Path(case.title).stem.lower())
+        tables = {"verdicts": verdicts.set_index("row"), "summary": summary}
         for name, table in tables.items():
             content = csv_of(table, index=True, float_format="%.6g").encode()
-            write_atomically(output / f"{stem.strip('_')}_{name}.csv", content)
-    text = "\n".join(_summary_lines(cases, summaries))
+            write_atomically(output / f"{stem}_{name}.csv", content)
+    lines += dict.fromkeys(text for case in cases for text in case.sentences)
+    text = "\n".join(lines)
     write_atomically(output / "report.txt", f"{text}\n".encode())
     # A summary whose tables cannot be written is not printed.
     print(text, f"Tables are in {output.resolve()}.", sep="\n", flush=True)
 
 
-def _summary_lines(cases, summaries):
-    """Yield the data, a table for each protocol, and what its figures mean."""
-    case = cases[0]
+def _summary_lines(case, summary):
+    """Yield the data, and a table for each protocol."""
     trained = {split.train_rpm for split in case.splits if split.train_rpm > 0}
     n_conditions = len(set(case.y.tolist()))
     seconds = case.X.shape[-1] / case.sampling_rate
@@ -169,65 +165,32 @@ def _summary_lines(cases, summaries):
         "Percent of rows with the right condition and the right location, of recordings "
         "with the right location, of healthy rows called faulty, and of faults missed:"
     )
-    located = []
-    for each, summary in zip(cases, summaries, strict=True):
-        for protocol in summary.index.unique("protocol"):
-            table = summary.loc[protocol].reindex(each.methods, columns=_COLUMNS)
-            located.append(table["location"])
-            yield from ("", ", ".join(filter(None, [PROTOCOLS[protocol], each.part])))
-            yield table.rename_axis(None).to_string(
-                float_format="{:.1f}".format, na_rep="-"
-            )
-    means = pd.concat(located, axis=1).mean(axis=1)
-    if means.max() > means[RECOMMENDED] + _LEAST_LEAD:
-        yield from (
-            "",
-            f"Here, {means.idxmax()} is right more often than {RECOMMENDED}.",
+    for protocol in summary.index.unique("protocol"):
+        table = summary.loc[protocol].reindex(case.methods, columns=_COLUMNS)
+        yield PROTOCOLS[protocol]
+        yield table.rename_axis(None).to_string(
+            float_format="{:.1f}".format, na_rep="-"
         )
     yield ""
-    yield from dict.fromkeys(text for each in cases for text in each.sentences)
 
 
-def rig_cases(
-    *,
-    dataset: str | None = None,
-    data_home: Path | None = None,
-    channel: str | None = None,
-    where: str | None = None,
-    n_samples: int | None = None,
-    train_rpm: float | str | None = None,
-    window_length: int | None = None,
+def simulated_cases(
+    *, n_samples: int | None = None, window_length: int | None = None
 ) -> Iterator[Case]:
-    """Yield the case of a public rig, or one of the simulated rig for each size of the crack.
+    """Yield a case of the simulated rig for each size of the crack, trained as in the paper.
+
+    The first halves of the recordings train, and the second halves test.
 
     Parameters
     ----------
-    dataset, channel, where
-        Name of the public rig, and its parts, as `skarxlag.datasets.load_public_rig`
-        takes them. Without a name, the rig is simulated.
-    data_home : Path or None, default=None
-        Its `root`.
     n_samples : int or None, default=None
-        Samples of a simulated recording. None: 120 000.
-    train_rpm : float, "all" or None, default=None
-        Training speed. None: each in turn, on the simulated rig 500, as in the paper.
+        Samples of a recording. None: 120 000.
     window_length : int or None, default=None
         Samples in a window. None: 1200, as in the paper.
     """
     length = window_length or 1200
-    if dataset is not None:
-        rig = load_public_rig(
-            dataset,
-            root=data_home,
-            channel=channel,
-            where=where,
-            window_length=length,
-            as_frame=True,
-        )
-        yield _rig_case(rig, f"Data set {dataset}", "", train_rpm or "all")
-        return
     # A tail that fills no window is not simulated.
-    n_windows = max((n_samples or 120_000) // length, 1)
+    n_windows = max((n_samples or 120_000) // length, 2)
     for crack in _CRACKS_MM:
         rig = simulate_rig(
             crack_mm=crack,
@@ -235,57 +198,30 @@ def rig_cases(
             window_length=length,
             as_frame=True,
         )
-        yield _rig_case(
-            rig,
-            "Simulated rig",
-            f"crack {crack:g} mm",
-            train_rpm or _SIMULATED_RPM,
+        splits, _ = protocol_splits(
+            rig.target,
+            rig.frame,
+            halves=True,
+            window_length=length,
+            protocols=["speed"],
+        )
+        healthy = rig.target_names[0]
+        methods = {
+            ALPIO: diagnosers.make_alpio(healthy=healthy),
+            PROPOSAL: diagnosers.make_extended_state_pio(healthy=healthy),
+            RECOMMENDED: diagnosers.make_diagnoser(healthy=healthy),
+        }
+        yield Case(
+            f"Simulated rig, crack {crack:g} mm",
+            methods,
+            [split for split in splits if split.train_rpm == _SIMULATED_RPM],
+            rig.data,
+            rig.target,
+            rig.frame,
+            rig.sampling_rate,
+            {"rpm": rig.rpm, "specimen": rig.specimen},
             ["Results on a simulated rig are no evidence about a real machine."],
-            ["speed"],
         )
-
-
-def _rig_case(rig, title, part, train_rpm, sentences=(), protocols=tuple(PROTOCOLS)):
-    """Return the case of a rig whose first halves train and whose second halves test."""
-    length = rig.data.shape[-1]
-    if rig.frame["recording"].value_counts().min() < 2:
-        raise UsageError(
-            f"argument --window-length: {length}, expected at most half of the "
-            "shortest recording"
-        )
-    splits, unmeasured = protocol_splits(
-        rig.target,
-        rig.frame,
-        halves=True,
-        window_length=length,
-        protocols=protocols,
-    )
-    speeds = np.unique(rig.rpm)
-    if train_rpm != "all":
-        if train_rpm not in speeds:
-            raise UsageError(
-                f"argument --train-rpm: {train_rpm:g}, expected {speeds_as_text(speeds)}, or all"
-            )
-        splits = [split for split in splits if split.train_rpm == train_rpm]
-    healthy = rig.target_names[0]
-    methods = {
-        ALPIO: diagnosers.make_alpio(healthy=healthy),
-        PROPOSAL: diagnosers.make_extended_state_pio(healthy=healthy),
-        RECOMMENDED: diagnosers.make_diagnoser(healthy=healthy),
-    }
-    params = {"rpm": rig.rpm, "specimen": rig.specimen}
-    return Case(
-        title,
-        part,
-        rig.data,
-        rig.target,
-        rig.frame,
-        rig.sampling_rate,
-        methods,
-        splits,
-        [*sentences, *unmeasured],
-        params,
-    )
 
 
 def table_case(
@@ -326,8 +262,7 @@ def table_case(
     rows = training_rows(
         recordings, table, window_length=window_length, reporter=reporter
     )
-    facts = rows.facts
-    if not {"condition", "rpm"} <= {*facts}:
+    if not {"condition", "rpm"} <= {*rows.facts}:
         raise UsageError(f"{table}: needs the columns condition and rpm")
     rows = rows.with_signal(table, outputs or 1)
     facts = rows.facts
@@ -341,14 +276,14 @@ def table_case(
             "The table has no column campaign. If nothing was remounted between "
             "training and test, the shares may be too high."
         )
-    X, y = rows.X, rows.y
-    splits, unmeasured = protocol_splits(y, facts, window_length=X.shape[-1])
+    y = rows.y
+    splits, unmeasured = protocol_splits(y, facts, window_length=rows.X.shape[-1])
     if not splits or len(set(y)) < 2:
         conditions = ", ".join(map(str, sorted(set(y))))
-        why = " ".join(unmeasured)
         raise UsageError(
-            f"{table}: conditions {conditions} at {speeds_as_text(np.unique(facts['rpm']))} rpm; "
-            f"expected at least two of each, and that one can be left out. {why}"
+            f"{table}: conditions {conditions} at "
+            f"{speeds_as_text(np.unique(facts['rpm']))} rpm; expected at least two of "
+            f"each, and that one can be left out. {' '.join(unmeasured)}"
         )
     rate = rows.sampling_rate
     compares_orders = bearing is not None or rows.word == "stretches"
@@ -363,18 +298,8 @@ def table_case(
         PEER: make_pipeline(spectra, LinearDiscriminantAnalysis()),
     }
     params = {"specimen": y} | rows.metadata
-    return Case(
-        str(table),
-        "",
-        X,
-        y,
-        facts,
-        rate,
-        methods,
-        splits,
-        sentences + unmeasured,
-        params,
-    )
+    sentences += unmeasured
+    return Case(str(table), methods, splits, rows.X, y, facts, rate, params, sentences)
 
 
 def log_spectrum(X: NDArray[Any]) -> NDArray[Any]:
