@@ -13,11 +13,15 @@ from ..core.capabilities import capabilities
 from ..core.fault_locations import NO_FINDING
 from ..core.speeds import speed_errors, speeds_of_rows
 from ..core.state import expect
+from ..kernels.evidence import NEAREST_CORRELATION, combined_p_value
 from ..measures.quality import quality_of_outputs
 from .limits import HealthyLimits
-from .members import NEAREST, Classifier, Detector, KnownConditions
+from .members import CLEAR_COMB, COMB, MOST_LIKE, Classifier, Member
 from .names import CHANGED, NO_SIGNAL, NO_VERDICT, UNKNOWN, Named, check_conditions
-from .windows import HOLD, WindowResults, WindowStatus
+from .windows import HOLD, WindowResults
+
+#: Column with the p-value of the nearest known condition.
+NEAREST = "p-value of nearest"
 
 
 class Judge:
@@ -89,21 +93,17 @@ class Judge:
         outputs: Sequence[str] | None = None,
         bearing: Any = None,
     ) -> None:
-        self._classifier: Classifier | None = None
-        self._detector: Detector | None = None
-        self._known: KnownConditions | None = None
-        described = None if diagnoser is None else capabilities(diagnoser)
         expect(
             diagnoser is not None or detector is not None,
             "diagnoser and detector",
             None,
             "a diagnoser, a detector, or both",
         )
+        described = None if diagnoser is None else capabilities(diagnoser)
         if described is not None and described.conditions is None:
             expected = "a classifier next to a detector"
             expect(detector is None, "diagnoser", diagnoser, expected)
-            detector = diagnoser
-            described = None
+            diagnoser, detector, described = None, diagnoser, None
         names = None
         healthy = "healthy"
         if described is not None:
@@ -113,37 +113,36 @@ class Judge:
                 )
             names = described.conditions
             healthy = described.healthy
-        if detector is not None:
-            self._detector = Detector(detector)
         stated = conditions if conditions is not None else names or [healthy]
         check_conditions(stated, names)
         self.conditions: list[Any] = list(stated)
         # The first of a user's order is the healthy condition.
         healthy = healthy if conditions is None else self.conditions[0]
         self.healthy: Any = healthy if has_healthy else None
+        self._classifier: Classifier | None = None
         if described is not None:
             self._classifier = Classifier(
                 diagnoser, self.conditions, self.healthy, bearing
             )
-        if known is not None:
-            self._known = KnownConditions(known)
+        self._detector = None if detector is None else Member(detector)
+        if self._detector is not None:
+            limiting = self._detector.described
+            is_detector = limiting.alarm and limiting.conditions is None
+            expect(is_detector, "detector", detector, "an outlier detector")
+        self._known = None if known is None else Member(known)
         members = (self._classifier, self._detector, self._known)
         models = [member.described for member in members if member is not None]
         speeds = [train_rpm, *(model.speeds for model in models)]
         rates = [sampling_rate, *(model.sampling_rate for model in models)]
         self.train_rpm: list[float] = list(next(filter(len, speeds), ()))
         self.sampling_rate: float | None = next(filter(None, rates), None)
-        limiting = self._detector or self._classifier
-        self.limits: HealthyLimits = HealthyLimits(
-            limiting.described, self.train_rpm, same_speed
-        )
+        limiting = (self._detector or self._classifier).described
+        self.limits: HealthyLimits = HealthyLimits(limiting, self.train_rpm, same_speed)
         self.limits.exist = self.limits.exist and has_healthy
         n_outputs = max(model.n_outputs for model in models)
         numbered = [f"output {number}" for number in range(1, n_outputs + 1)]
         self.outputs: list[str] = list(outputs or numbered)[:n_outputs]
-        self.n_evidence: int = 0
-        if self._classifier is not None:
-            self.n_evidence = self._classifier.n_evidence
+        self.n_evidence: int = self._classifier.n_evidence if self._classifier else 0
 
     def window_results(
         self, X: NDArray[Any], rpm: ArrayLike | None = None
@@ -162,28 +161,6 @@ class Judge:
         WindowResults
             Columns of the table, and evidence.
         """
-        status = self._status(X, rpm)
-        diagnosed = None
-        if self._classifier is not None:
-            diagnosed = self._classifier.diagnose(X, status)
-        results = WindowResults.of_status(status)
-        if self._detector is not None:
-            self._detector.fill(results, X, status)
-        if self._classifier is None:
-            is_changed = results.columns["alarm"][status.usable] == 1
-            verdicts = np.where(is_changed, CHANGED, self.healthy)
-            results.columns["verdict"][status.usable] = verdicts
-        else:
-            fills_alarm = self.limits.exist and self._detector is None
-            self._classifier.fill(
-                results, diagnosed, status, self.outputs, fills_alarm=fills_alarm
-            )
-        if self._known is not None:
-            self._known.fill(results, X, status, self._classifier)
-        return results
-
-    def _status(self, X, rpm):
-        """Return speed, quality and limits of each window, and why it gets no verdict."""
         n_windows = len(X)
         refusal = np.full(n_windows, "", dtype=object)
         if rpm is not None:
@@ -197,7 +174,47 @@ class Judge:
             # Without limits, a detector has no verdict.
             is_refused = (refusal == "") & (limits != HOLD)
             refusal = np.where(is_refused, limits, refusal)
-        return WindowStatus(rpm, quality, share, limits, refusal)
+        results = WindowResults(quality, share, limits, refusal)
+        diagnosed = None
+        if self._classifier is not None:
+            diagnosed = self._classifier.diagnose_usable(X, rpm, results)
+        self._fill_alarm(results, X, rpm, diagnosed)
+        known = None
+        if self._known is not None:
+            of_known = self._known.diagnose(X, rpm, results.usable)
+            known = np.empty(0) if of_known is None else np.exp(of_known.score)
+        if self._classifier is None:
+            is_changed = results.columns["alarm"][results.usable] == 1
+            verdicts = np.where(is_changed, CHANGED, self.healthy)
+            results.columns["verdict"][results.usable] = verdicts
+        else:
+            self._classifier.fill(results, diagnosed, self.outputs, known)
+        if known is not None:
+            p_values = known * self._known.described.stated_rate
+            results.columns[NEAREST] = results.everywhere(p_values)
+        return results
+
+    def _fill_alarm(self, results, X, rpm, diagnosed):
+        """Fill the columns of the detector, or the alarm of the classifier."""
+        within = results.within_limits
+        columns = results.columns
+        if self._detector is not None:
+            found = self._detector.diagnose(X, rpm, within)
+            score = np.empty(0) if found is None else found.score
+            columns["score"] = results.everywhere(score, within)
+            if found is not None:
+                columns["alarm"][within] = found.alarm
+            # The score is the logarithm of the p-value over the stated rate.
+            described = self._detector.described
+            rate = described.stated_rate if described.healthy_p_value else np.nan
+            columns["p-value"] = np.exp(columns["score"]) * rate
+        elif self.limits.exist and "alarm" in diagnosed:
+            of_usable = within[results.usable]
+            columns["alarm"][within] = diagnosed.alarm[of_usable]
+            # The p-value of combs does not belong to the alarm of learned conditions.
+            if "p_value" in diagnosed and "comb" not in diagnosed:
+                p_value = diagnosed.p_value[of_usable]
+                columns["p-value"] = results.everywhere(p_value, within)
 
     def recording(
         self, windows: pd.DataFrame, evidence: NDArray[Any]
@@ -224,7 +241,7 @@ class Judge:
         answer = {"verdict": NO_SIGNAL, "probability": np.nan}
         answer |= {name: of_limits[name] for name in ("alarm", "p-value")}
         if self._known is not None:
-            answer[NEAREST] = self._known.p_value(usable)
+            answer[NEAREST] = combined_p_value(usable[NEAREST], NEAREST_CORRELATION)
         of_outputs = [name for name in usable if name.startswith("verdict of ")]
         answer |= {name: usable[name].mode().get(0) for name in of_outputs}
         if not usable.empty:
@@ -243,11 +260,16 @@ class Judge:
 
     def _recording_condition(self, usable, evidence, answer):
         """Return the entries of the verdict, its probability and what it resembles."""
-        if self._known is not None and self._known.rejects(answer[NEAREST], usable):
-            return {"verdict": UNKNOWN, "probability": np.nan}
-        entries = {"verdict": self.healthy, "probability": np.nan}
-        if self._classifier is not None:
-            entries = self._classifier.of_recording(usable, evidence)
+        if self._known is not None:
+            has_comb = COMB in usable and usable[COMB].median() > CLEAR_COMB
+            is_unknown = answer[NEAREST] < self._known.described.stated_rate
+            if is_unknown and not has_comb:
+                return {"verdict": UNKNOWN, "probability": np.nan}
+        mean = evidence.mean(axis=0, keepdims=True)
+        [named] = self.named(mean, np.full(1, len(evidence)))
+        entries = {"verdict": named.verdict, "probability": named.probability}
+        if MOST_LIKE in usable:
+            entries[MOST_LIKE] = named.most_like
         is_calm = entries["verdict"] in (self.healthy, NO_FINDING)
         if answer["alarm"] == "yes" and is_calm:
             entries |= {"verdict": CHANGED, "probability": np.nan}

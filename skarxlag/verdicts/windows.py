@@ -1,9 +1,8 @@
-"""State of windows before a verdict, and the results of all models for them."""
+"""Results of all models for windows."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,14 +14,11 @@ from .names import NO_SIGNAL, no_verdict
 HOLD = "hold"
 
 
-@dataclass(eq=False)
-class WindowStatus:
-    """Speeds, quality and limits of windows, and why some get no verdict.
+class WindowResults:
+    """Results for windows, which the models fill in one after another.
 
     Parameters
     ----------
-    rpm : ndarray of shape (n_windows,) or (n_windows, n_samples), or None
-        Speeds; None if they are not stated.
     quality : ndarray of str of shape (n_windows,)
         "good", or why a window carries no signal.
     share : ndarray of shape (n_windows,)
@@ -34,66 +30,57 @@ class WindowStatus:
 
     Attributes
     ----------
-    usable : ndarray of bool of shape (n_windows,)
-        Which windows can be diagnosed.
-    within_limits : ndarray of bool of shape (n_windows,)
-        For which of these windows healthy limits hold.
-    """
-
-    rpm: NDArray[Any] | None
-    quality: NDArray[Any]
-    share: NDArray[Any]
-    limits: NDArray[Any]
-    refusal: NDArray[Any]
-
-    def __post_init__(self) -> None:
-        self.usable: NDArray[Any] = (self.quality == "good") & (self.refusal == "")
-        self.within_limits: NDArray[Any] = self.usable & (self.limits == HOLD)
-
-    def refuse(self, reasons: NDArray[Any]) -> None:
-        """Refuse usable windows for these reasons, of which some are empty."""
-        self.refusal[self.usable] = reasons
-        self.__post_init__()
-
-    def verdicts(self) -> NDArray[Any]:
-        """Return the verdict on each window that cannot be diagnosed; others are overwritten."""
-        verdicts = np.full(len(self.quality), NO_SIGNAL, dtype=object)
-        for row in np.flatnonzero((self.quality == "good") & (self.refusal != "")):
-            verdicts[row] = no_verdict(self.refusal[row])
-        return verdicts
-
-
-@dataclass(eq=False)
-class WindowResults:
-    """Results of all models for windows, which the models fill in one after another.
-
-    Parameters
-    ----------
     columns : dict of str to ndarray
         Columns of `window_verdicts`, in which ``alarm`` is 1, 0, or NaN if healthy
         limits do not hold.
     refusal : ndarray of str of shape (n_windows,)
-        As in `WindowStatus`.
+        Reasons for which windows with a signal get no verdict.
+    usable, within_limits : ndarray of bool of shape (n_windows,)
+        Windows that can be diagnosed, and for which of them healthy limits hold.
     evidence : ndarray of shape (n_windows, n_values)
         Evidence of each window for the conditions, of which a recording has the mean.
         NaN for windows that cannot be diagnosed.
     """
 
-    columns: dict[str, NDArray[Any]]
-    refusal: NDArray[Any]
-    evidence: NDArray[Any]
-
-    @classmethod
-    def of_status(cls, status: WindowStatus) -> Self:
-        """Return results without those of any model."""
-        columns = {
-            "verdict": status.verdicts(),
-            "alarm": np.full(len(status.quality), np.nan),
-            "quality": status.quality,
-            "quality share": status.share,
-            "limits": status.limits,
+    def __init__(
+        self,
+        quality: NDArray[Any],
+        share: NDArray[Any],
+        limits: NDArray[Any],
+        refusal: NDArray[Any],
+    ) -> None:
+        n_windows = len(quality)
+        self.columns: dict[str, NDArray[Any]] = {
+            "verdict": np.full(n_windows, NO_SIGNAL, dtype=object),
+            "alarm": np.full(n_windows, np.nan),
+            "quality": quality,
+            "quality share": share,
+            "limits": limits,
         }
-        return cls(columns, status.refusal, np.empty((len(status.quality), 0)))
+        self.refusal: NDArray[Any] = np.full(n_windows, "", dtype=object)
+        self.usable: NDArray[Any] = quality == "good"
+        self.evidence: NDArray[Any] = np.empty((n_windows, 0))
+        self.refuse(refusal[self.usable])
+
+    def refuse(self, reasons: NDArray[Any]) -> None:
+        """Refuse usable windows for these reasons, of which some are empty."""
+        self.refusal[self.usable] = reasons
+        is_refused = self.refusal != ""
+        for row in np.flatnonzero(is_refused):
+            self.columns["verdict"][row] = no_verdict(self.refusal[row])
+        self.usable = self.usable & ~is_refused
+        self.within_limits: NDArray[Any] = self.usable & (
+            self.columns["limits"] == HOLD
+        )
+
+    def everywhere(
+        self, values: NDArray[Any], rows: NDArray[np.bool_] | None = None
+    ) -> NDArray[Any]:
+        """Return values of some windows, or of all usable ones, for all; others are NaN."""
+        rows = self.usable if rows is None else rows
+        all_values = np.full((len(rows), *values.shape[1:]), np.nan, values.dtype)
+        all_values[rows] = values
+        return all_values
 
     def table(self) -> pd.DataFrame:
         """Return a row for each window, as `window_verdicts` does."""
