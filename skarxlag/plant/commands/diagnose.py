@@ -4,6 +4,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 from contextlib import closing, nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -67,6 +68,7 @@ def diagnose(
     resample: bool = False,
     n_jobs: int | None = None,
     processes: bool = False,
+    dask: str | None = None,
     reporter: Reporter | None = None,
 ) -> tuple[pd.DataFrame, list[Diagnosis]]:
     """Diagnose recordings, and write the results.
@@ -89,6 +91,8 @@ def diagnose(
         Recordings that are diagnosed at a time; -1: one for each core.
     processes : bool, default=False
         Whether each thread has a process that diagnoses them.
+    dask : str or None, default=None
+        Address of a Dask scheduler, whose workers diagnose them instead.
     reporter : Reporter or None, default=None
         Progress reporter that counts the recordings. None prints nothing.
 
@@ -107,17 +111,16 @@ def diagnose(
     settings = [model.identity, model.heading, __version__, resample, unit]
     kept = nullcontext() if output is None else Journal(output, settings)
     with as_command_error(), kept as journal:
-        n_workers = effective_n_jobs(n_jobs)
         # Each of a few recordings gets several threads.
-        n_threads = max(n_workers // max(len(recordings), 1), 1)
+        n_threads = max(effective_n_jobs(n_jobs) // max(len(recordings), 1), 1)
         task = partial(
             diagnose_file,
             load=model.load,
             resample=resample,
-            n_threads=n_threads,
+            n_threads=1 if dask else n_threads,
             unit=unit,
         )
-        run = partial(run_tasks, n_workers=n_workers, processes=processes)
+        run = partial(run_tasks, n_jobs=n_jobs, processes=processes, dask=dask)
         diagnoses = _diagnoses(recordings, task, run, journal, reporter or Reporter())
         rows = results.recording_rows(recordings, diagnoses, model)
         if is_report(output):
@@ -149,7 +152,13 @@ def _diagnoses(recordings, task, run, journal, reporter):
             waiting.append(place)
         else:
             finish(place, earlier, " (from an earlier run)")
-    tasks = [partial(task, recordings[place]) for place in waiting]
+    # A worker of a cluster may run in another folder.
+    tasks = [
+        partial(
+            task, replace(recordings[place], path=recordings[place].path.absolute())
+        )
+        for place in waiting
+    ]
     with closing(run(tasks)) as outcomes:
         for number, outcome in outcomes:
             place = waiting[number]

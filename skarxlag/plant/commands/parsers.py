@@ -167,7 +167,10 @@ def diagnose(parser: ArgumentParser) -> None:
     _force(parser)
     _facts(parser, "each RECORDING, or of lines of the table without them")
     _shared(parser, "--n-jobs")
-    _flag(parser, "--processes", "a process for each worker; for text files")
+    where = parser.add_mutually_exclusive_group()
+    _flag(where, "--processes", "a process for each worker; for text files")
+    text = "workers of a dask.distributed scheduler, such as tcp://host:8786"
+    _option(where, "--dask", text, str, "ADDRESS")
     parser.set_defaults(n_jobs=-1)
 
 

@@ -1,10 +1,15 @@
-"""Many recordings, on threads and on processes that may die."""
+"""Many recordings, on threads, and on processes and workers of a cluster that may die."""
 
 import io
 import os
 import signal
+import threading
+import time
+from contextlib import suppress
 from functools import partial
 
+import dask
+import distributed
 import numpy as np
 import pandas as pd
 import pytest
@@ -12,6 +17,7 @@ from scipy.signal import lfilter
 
 from skarxlag import make_alpio, save_diagnoser
 from skarxlag.plant.commands.journal import Journal
+from skarxlag.plant.commands.messages import CommandError
 from skarxlag.plant.commands.workers import cancelled, run_tasks
 
 WINDOW, N_RECORDINGS = 200, 20
@@ -59,11 +65,76 @@ def diagnose(run, fleet, tmp_path):
     return diagnose_fleet
 
 
+@pytest.fixture(scope="module")
+def cluster():
+    # With no failure allowed a task is given up with the first worker that dies. The
+    # other times are how long Dask tries to fetch a result from a dead worker, and when
+    # a local cluster, unlike others, closes a nanny whose worker has not come back.
+    options = {
+        "distributed.scheduler.allowed-failures": 0,
+        "distributed.comm.timeouts.connect": "5s",
+        "distributed.deploy.lost-worker-timeout": "5m",
+    }
+    with dask.config.set(options):
+        cluster = distributed.LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address="localhost:0",
+        )
+        yield cluster
+        with suppress(TimeoutError):
+            cluster.close(timeout=30)
+
+
 @pytest.mark.slow
 def test_threads_and_processes_change_nothing(diagnose):
     in_order = diagnose("--n-jobs", "1", name="order.csv")
     assert diagnose("--n-jobs", "2") == in_order
     assert diagnose("--n-jobs", "2", "--processes") == in_order
+
+
+@pytest.mark.slow
+def test_a_cluster_changes_nothing(diagnose, cluster):
+    in_order = diagnose("--n-jobs", "1", name="order.csv")
+    assert diagnose("--dask", cluster.scheduler_address) == in_order
+
+
+def test_an_address_where_no_scheduler_answers_is_named(run, fleet, monkeypatch):
+    monkeypatch.setattr("skarxlag.plant.commands.workers._CONNECT_SECONDS", 0.3)
+    arguments = ("diagnose", fleet / "m.skops", fleet / "0.npy")
+    code, out, err = run(*arguments, "--dask", "tcp://127.0.0.1:1")
+    assert code == 1 and not out
+    assert "--dask tcp://127.0.0.1:1: no scheduler that has workers answers" in err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("ends", "message"),
+    [("workers", "no worker is working"), ("scheduler", "the scheduler was lost")],
+)
+def test_a_cluster_on_which_nothing_happens_is_not_waited_for(
+    monkeypatch, ends, message
+):
+    monkeypatch.setattr("skarxlag.plant.commands.workers._LOOK_SECONDS", 1)
+    with (
+        dask.config.set({"distributed.comm.timeouts.connect": "1s"}),
+        distributed.LocalCluster(
+            n_workers=1, processes=False, dashboard_address=None
+        ) as cluster,
+    ):
+
+        def end():
+            if ends == "scheduler":
+                cluster.sync(cluster.scheduler.close)
+            else:
+                cluster.scale(0)
+
+        tasks = [partial(time.sleep, 3), partial(time.sleep, 3)]
+        results = run_tasks(tasks, dask=cluster.scheduler_address)
+        threading.Timer(0.5, end).start()
+        with pytest.raises(CommandError, match=f"--dask .*: {message}"):
+            list(results)
 
 
 def die(home, flag=None):
@@ -102,6 +173,16 @@ def test_a_death_costs_a_retry_and_a_second_one_that_task_alone(tmp_path):
     assert "no number" in str(results.pop(6))
     assert results == {0: 0, 1: "survived", 2: 2, 4: 4, 7: 7}
     assert not cancelled.is_set()
+
+
+@pytest.mark.slow
+def test_a_worker_of_a_cluster_that_dies_costs_a_retry(tmp_path, cluster):
+    address = cluster.scheduler_address
+    deadly = partial(die, os.getpid())
+    tasks = [partial(abs, 0), partial(deadly, tmp_path / "flag"), partial(abs, 2)]
+    assert dict(run_tasks(tasks, dask=address)) == {0: 0, 1: "survived", 2: 2}
+    ((_, error),) = run_tasks([deadly], dask=address)
+    assert str(error) == "every process that read it died"
 
 
 @pytest.mark.slow
