@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from sklearn.base import BaseEstimator
 from sklearn.exceptions import NotFittedError
 from sklearn.pipeline import Pipeline
-from sklearn.utils import check_scalar
 from sklearn.utils.validation import check_is_fitted
 
 #: Types of arrays that compiled loops take.
@@ -215,10 +214,14 @@ def check_state(estimator: CheckedEstimator) -> None:
     ValueError
         If a value is out of its range, or contradicts another one.
     """
+    _check_for_loops(estimator)
+    estimator._check_relations()
+
+
+def _check_for_loops(estimator):
     check_is_fitted(estimator)
     estimator._check_parameters()
     estimator._check_fitted()
-    estimator._check_relations()
 
 
 #: Attributes of each estimator when they were last checked. The check takes 0.03 to
@@ -243,9 +246,7 @@ def uses_fitted(method: Callable[..., Any]) -> Callable[..., Any]:
             map(operator.is_, values, checked_values)
         )
         if not is_checked:
-            check_is_fitted(self)
-            self._check_parameters()
-            self._check_fitted()
+            _check_for_loops(self)
             _CHECKED[self] = values
         return method(self, *args, **kwargs)
 
@@ -292,53 +293,23 @@ def check_model_state(model: Any) -> None:
     NotFittedError
         If the model is not fitted.
     ValueError
-        If a value is out of its range, or steps of a pipeline do not fit together. The
-        message names the step, the attribute, its value and what was expected.
+        If a value is out of its range. The message names the step, the attribute, its
+        value and what was expected.
     """
     check_is_fitted(model)
-    pipelines = []
     step_names = {}
     for part in estimators_within(model):
-        if not isinstance(part, BaseEstimator):
-            continue
         if isinstance(part, Pipeline):
             step_names |= {id(step): f"Step {name!r}" for name, step in part.steps}
+        if not isinstance(part, CheckedEstimator):
+            continue
+        try:
+            part._check_parameters()
             # CalibratedClassifierCV keeps the pipeline that it was made from, which is
             # not fitted.
-            pipelines += [part] if is_fitted(part) else []
-        _check_part(part, step_names.get(id(part), type(part).__name__))
-    for pipeline in pipelines:
-        _check_steps(pipeline)
-
-
-def _check_part(part, name):
-    """Check the number of threads of any estimator, and what those of this package hold."""
-    parameters = part.get_params(deep=False)
-    n_jobs = parameters.get("n_jobs")
-    try:
-        check_scalar(n_jobs, "n_jobs", (Integral, type(None)))
-        expect(n_jobs != 0, "n_jobs", 0, "a number of threads, or None")
-        if isinstance(part, CheckedEstimator):
-            part._check_parameters()
             if is_fitted(part):
                 check_state(part)
-    except ValueError as error:
-        raise ValueError(f"{name}: {error}") from error
-    # Values of wrong types raise errors of all kinds, which may not name the parameter.
-    except Exception as error:
-        raise ValueError(f"{name}: {error}; parameters: {parameters}") from error
-
-
-def _check_steps(pipeline):
-    """Check that each step takes as many columns as the step before it returns."""
-    width = None
-    for name, step in pipeline.steps:
-        n_features = getattr(step, "n_features_in_", width)
-        if width not in (None, n_features):
-            raise ValueError(
-                f"Step {name!r} was fitted on {n_features} columns, but the step before it "
-                f"returns {width}."
-            )
-        # The last step may be no transformer.
-        if step is not pipeline.steps[-1][1]:
-            width = len(step.get_feature_names_out())
+        # Values of wrong types raise errors of all kinds.
+        except Exception as error:
+            name = step_names.get(id(part), type(part).__name__)
+            raise ValueError(f"{name}: {error}") from error

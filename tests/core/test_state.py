@@ -208,16 +208,9 @@ def test_more_channels_than_samples_are_transposed_windows(make, shape):
         make().fit(signals(shape), labels(shape[0]))
 
 
-def test_steps_must_fit_together():
+def test_an_error_names_the_step():
     diagnoser = make_alpio().fit(signals((12, 40)), labels(12))
     check_model_state(diagnoser)
-    one_model = clone(diagnoser["identify"]).fit(signals((12, 40)), labels(12) * 0)
-    diagnoser.steps[0] = ("identify", one_model)
-    with pytest.raises(
-        ValueError, match=r"Step 'observe' was fitted on 2 columns, .* returns 1\."
-    ):
-        check_model_state(diagnoser)
-    diagnoser = make_alpio().fit(signals((12, 40)), labels(12))
     diagnoser["observe"].kp_ = None
     with pytest.raises(ValueError, match=r"Step 'observe': kp_ is missing"):
         check_model_state(diagnoser)
