@@ -272,11 +272,14 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         """
         X, _ = self._validate(X)
         self._check_rpm_is_taken(rpm)
-        rpm, is_plausible = with_plausible_speeds(
-            rpm, len(X), self._trained_speeds() or ()
-        )
+        is_plausible: Any = True
+        if rpm is not None:
+            rpm, is_plausible = with_plausible_speeds(
+                rpm, len(X), self.speeds_.round(6)
+            )
         residuals = self._residuals(X, rpm)
-        residuals[~is_plausible] = NO_RESIDUAL
+        if not np.all(is_plausible):
+            residuals[~is_plausible] = NO_RESIDUAL
         return residuals.astype(X.dtype, copy=False)
 
     def _validate(self, X, y=None, *, reset=False):
@@ -288,18 +291,14 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         self._check_speeds()
 
     def _check_rpm_is_taken(self, rpm):
-        if rpm is not None and self._trained_speeds() is None:
+        if rpm is not None and len(self.speeds_) == 0:
             raise ValueError(
                 "rpm was given, but not in fit; expected it in both or in neither."
             )
 
-    def _trained_speeds(self):
-        """Return the speeds of `fit` in revolutions per minute, or None if it was given none."""
-        return tuple(self.speeds_.round(6).tolist()) or None
-
     def _capabilities(self):
-        speeds = self._trained_speeds()
-        return {"takes_rpm": speeds is not None, "speeds": speeds or ()}
+        speeds = tuple(self.speeds_.round(6).tolist())
+        return {"takes_rpm": len(speeds) > 0, "speeds": speeds}
 
     def get_feature_names_out(
         self, input_features: ArrayLike | None = None

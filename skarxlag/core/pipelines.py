@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from copy import copy
 from typing import Any, Self
 
@@ -11,7 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import clone, is_classifier
 from sklearn.pipeline import Pipeline
-from sklearn.utils import Bunch
+from sklearn.utils import Bunch, check_consistent_length
 from sklearn.utils.metaestimators import available_if
 
 from .base import DocumentedEstimator
@@ -19,7 +18,6 @@ from .batches import MAY_BE_IN_BATCHES, rows_of_batch
 from .capabilities import offers, training_speeds, unfolded_steps
 from .metadata import metadata_routing, requested_by_steps
 from .parallel import map_batches
-from .state import expect
 from .validation import warn_user
 
 #: Methods of the last step that `diagnose` calls, by the names of their results.
@@ -396,28 +394,21 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             X = np.asarray(X)
         # The index of a table may hold numbers that are no positions.
         rows = X.iloc if isinstance(X, pd.DataFrame) else X
-        n_windows = X.shape[0] if X.shape else 0
         of_windows = {
-            name: value if isinstance(value, np.ndarray) else np.asarray(value)
-            for name, value in params.items()
-            if np.ndim(value)
+            name: np.asarray(value) for name, value in params.items() if np.ndim(value)
         }
-        for name, value in of_windows.items():
-            expected = f"{n_windows}, the number of windows in X"
-            expect(len(value) == n_windows, f"Length of {name}", len(value), expected)
-        # Batches of one size, so that no thread waits for a last one. Also one without
-        # windows, which the steps refuse.
-        n_rows = max(n_windows, 1)
-        n_batches = math.ceil(n_rows / rows_of_batch(X))
-        batch_size = math.ceil(n_rows / n_batches)
+        if of_windows:
+            check_consistent_length(X, *of_windows.values())
 
         def of_batch(batch):
-            windows = X if n_windows <= batch_size else rows[batch]
             metadata = {name: value[batch] for name, value in of_windows.items()}
-            return self._of_last_step(method, windows, params | metadata)
+            return self._of_last_step(method, rows[batch], params | metadata)
 
         with metadata_routing(params):
-            parts = map_batches(of_batch, n_rows, self.n_jobs, batch_size)
+            # No window is a batch, too, which the steps refuse.
+            parts = map_batches(
+                of_batch, max(X.shape[0], 1), self.n_jobs, rows_of_batch(X)
+            )
         if len(parts) == 1:
             return parts[0]
         if isinstance(parts[0], Bunch):
