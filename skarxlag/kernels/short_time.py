@@ -27,7 +27,9 @@ _PHASES = -2 * np.pi * np.arange(_HALF) / LENGTH
 _REVOLUTIONS = np.array([np.cos(_PHASES), np.sin(_PHASES)], dtype=np.float32)
 
 
-def band_levels(signals: Array, window: Array, hop: int, floor: Array) -> Array:
+def band_levels(
+    signals: Array, window: Array, hop: int, floor: Array
+) -> tuple[Array, Array]:
     """Compute the mean and the median power of each band over the segments of each signal.
 
     Parameters
@@ -43,9 +45,8 @@ def band_levels(signals: Array, window: Array, hop: int, floor: Array) -> Array:
 
     Returns
     -------
-    ndarray of shape (2, n_signals, segment // 2 - 1)
-        Mean and median power of the bands above frequency 0, without the Nyquist
-        frequency.
+    mean, median : ndarray of shape (n_signals, segment // 2 - 1)
+        Power of the bands above frequency 0, without the Nyquist frequency.
 
     Examples
     --------
@@ -54,12 +55,23 @@ def band_levels(signals: Array, window: Array, hop: int, floor: Array) -> Array:
     >>> median.round(3)
     array([[64.,  0.,  0.,  0.,  0.,  0.,  0.]])
     """
-    n_segments = (signals.shape[1] - len(window)) // hop + 1
-    if len(window) != LENGTH:
+    if len(window) == LENGTH:
+        power = _compiled_power(signals, window, hop, floor)
+    else:
         spectra = fft.rfft(windowed_segments(signals, window, hop))
         bands = spectra[..., 1 : len(window) // 2]
-        power = bands.real**2 + bands.imag**2 + floor[:, np.newaxis, np.newaxis]
-        return np.stack([power.mean(axis=1), np.median(power, axis=1)])
+        of_segments = bands.real**2 + bands.imag**2 + floor[:, np.newaxis, np.newaxis]
+        power = np.swapaxes(of_segments, 1, 2).copy()
+    n_segments = power.shape[2]
+    mean = power.mean(axis=2)
+    power.sort(axis=2)
+    median = (power[..., (n_segments - 1) // 2] + power[..., n_segments // 2]) / 2
+    return mean, median
+
+
+def _compiled_power(signals, window, hop, floor):
+    """Return the power of each band and segment in single precision."""
+    n_segments = (signals.shape[1] - LENGTH) // hop + 1
     n_columns = -(-n_segments // _LANES) * _LANES + -(-LENGTH // hop)
     power = np.empty((len(signals), _HALF - 1, n_segments), dtype=np.float32)
     _fill_segments(
@@ -72,10 +84,7 @@ def band_levels(signals: Array, window: Array, hop: int, floor: Array) -> Array:
         np.empty((2, 2 * _IMAGINARY), dtype=np.float32),
         power,
     )
-    mean = power.mean(axis=2)
-    power.sort(axis=2)
-    middle = power[..., (n_segments - 1) // 2 : n_segments // 2 + 1]
-    return np.stack([mean, middle.mean(axis=2)])
+    return power
 
 
 @lru_cache(maxsize=16)

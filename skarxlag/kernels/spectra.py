@@ -104,13 +104,16 @@ def own_spectra(signals: Array, order: int) -> Array:
     unit = unit_peak(signals)
     segment = min(LENGTH, unit.shape[1])
     hop = max(segment // _OVERLAP, 1)
-    of_bands = np.repeat(steadiness(unit, segment, hop), 2, axis=1)
-    n_bands = of_bands.shape[1]
+    of_bands = steadiness(unit, segment, hop)
+    n_bands = 2 * of_bands.shape[1]
     n_cells = -(-_LEAST_CELLS // n_bands)
     fine = autoregressive_log_spectrum(unit, order, n_bands * n_cells)
+    spectra = np.empty((len(unit), 2, n_bands))
     # Sums of which the order does not depend on the number of signals.
-    shape = np.einsum("wbc->wb", fine.reshape(-1, n_bands, n_cells)) / n_cells
-    return np.stack([shape, of_bands], axis=1)
+    cells = fine.reshape(-1, n_bands, n_cells)
+    spectra[:, 0] = np.einsum("wbc->wb", cells) / n_cells
+    spectra[:, 1] = np.repeat(of_bands, 2, axis=1)
+    return spectra
 
 
 def steadiness(signals: Array, segment: int, hop: int) -> Array:
@@ -140,9 +143,8 @@ def steadiness(signals: Array, segment: int, hop: int) -> Array:
     energy = np.einsum("wk,wk->w", signals, signals)
     floor = _ROUNDING * segment / signals.shape[1] * energy
     floor[floor == 0] = 1.0
-    levels = band_levels(signals, hann_window(segment), hop, floor)
-    mean, median = np.log(levels, dtype=np.float64)
-    return median - mean
+    mean, median = band_levels(signals, hann_window(segment), hop, floor)
+    return np.log(median, dtype=np.float64) - np.log(mean, dtype=np.float64)
 
 
 def unit_peak(signals: Array) -> Array:
