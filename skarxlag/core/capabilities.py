@@ -158,12 +158,6 @@ def capabilities(model: Any) -> Capabilities:
     return Capabilities(**fields)
 
 
-def training_speeds(model: Any) -> tuple[float, ...]:
-    """Return the field `speeds` of `capabilities`, which takes less time than all fields."""
-    declared = [_declared(step) for step in _all_steps(model)]
-    return next((fields["speeds"] for fields in declared if "speeds" in fields), ())
-
-
 def offers(estimator: Any, method: str) -> bool:
     """Return whether an estimator, fitted or not, has a method."""
     return callable(getattr(estimator, method, None))

@@ -15,7 +15,7 @@ from sklearn.utils.metaestimators import available_if
 
 from .base import DocumentedEstimator
 from .batches import MAY_BE_IN_BATCHES, rows_of_batch
-from .capabilities import offers, training_speeds, unfolded_steps
+from .capabilities import capabilities, offers, unfolded_steps
 from .metadata import metadata_routing, requested_by_steps
 from .parallel import map_batches
 from .validation import warn_user
@@ -381,7 +381,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         float
             The score.
         """
-        if params.get("rpm") is None and training_speeds(self):
+        if params.get("rpm") is None and capabilities(self).speeds:
             warn_user(_SCORED_WITHOUT_SPEEDS)
         with metadata_routing(params.keys() - {"sample_weight"}):
             return super().score(X, y, **params)

@@ -13,7 +13,7 @@ from sklearn.base import clone
 from sklearn.utils import Bunch
 
 from ..bearings import BearingLike, bearing_list
-from ..core.capabilities import training_speeds
+from ..core.capabilities import capabilities
 from ..core.fault_locations import (
     FAULT_LOCATIONS,
     FAULTS,
@@ -277,7 +277,7 @@ class FaultOrderClassifier(SignalClassifier):
 
     def _match(self, X, rpm, bearing=None, *, with_contrasts=True):
         learned = self.conditions_
-        train_rpm = None if learned is None else training_speeds(learned)
+        train_rpm = None if learned is None else capabilities(learned).speeds
         return self._search(bearing).match(
             X, rpm, train_rpm, with_contrasts=with_contrasts, n_jobs=self.n_jobs
         )

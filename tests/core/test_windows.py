@@ -48,39 +48,12 @@ def test_windows_are_fresh_contiguous_and_writable(shape, dtype, expected):
     np.testing.assert_array_equal(recording, before)
 
 
-@pytest.mark.parametrize(
-    "layout", ["every second sample", "fortran", "reversed", "read-only"]
-)
-def test_memory_layout_does_not_matter(layout):
-    plain = np.random.default_rng(0).normal(size=(3, 40))
-    if layout == "every second sample":
-        recording = np.repeat(plain, 2, axis=1)[:, ::2]
-    elif layout == "fortran":
-        recording = np.asfortranarray(plain)
-    elif layout == "reversed":
-        recording = plain[:, ::-1].copy()[:, ::-1]
-    else:
-        recording = plain.copy()
-        recording.flags.writeable = False
-    assert layout == "read-only" or not recording.flags.c_contiguous
-    np.testing.assert_array_equal(make_windows(recording, 8), make_windows(plain, 8))
-    np.testing.assert_array_equal(
-        make_windows(recording[1], 8), make_windows(plain[1], 8)
-    )
-
-
 def test_memory_mapped_recording(tmp_path):
     np.save(tmp_path / "signal.npy", np.arange(10.0))
     mapped = np.load(tmp_path / "signal.npy", mmap_mode="r")
     windows = make_windows(mapped, 5)
     assert type(windows) is np.ndarray
     np.testing.assert_array_equal(windows, np.arange(10.0).reshape(2, 5))
-
-
-def test_lists_and_series_are_recordings():
-    expected = [[0, 1], [2, 3]]
-    np.testing.assert_array_equal(make_windows([0, 1, 2, 3], 2), expected)
-    np.testing.assert_array_equal(make_windows(pd.Series([0, 1, 2, 3]), 2), expected)
 
 
 @pytest.mark.parametrize(

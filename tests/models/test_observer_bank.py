@@ -148,14 +148,6 @@ def test_a_search_over_gains_changes_the_score_and_refuses_unstable_ones(gain, w
     assert np.isnan(scores[2:]).all()
 
 
-@pytest.mark.parametrize("changed", [{"ki": 0.2}, {"pole": 0.5}, {"n_observers": 32}])
-def test_a_prediction_after_set_params_asks_for_fit(changed, windows):
-    diagnoser = typed(ExtendedStatePIObserver()).fit(*windows)
-    diagnoser["observe"].set_params(**changed)
-    with pytest.raises(ValueError, match="parameters changed since fit: call fit"):
-        diagnoser.predict(windows[0])
-
-
 def test_raw_windows_of_several_channels_are_refused_with_a_way_out():
     X = np.random.default_rng(0).normal(size=(30, 2, 100))
     y = np.repeat(["a", "b", "c"], 10)
