@@ -209,11 +209,11 @@ REFUSED = {
     "rows of two sensors": (
         "Time (s),Sensor,acc (g)\n"
         + lines(T.repeat(2), ["DE", "NDE"] * N, np.ravel([Y, U], "F")),
-        r"each time in 2 rows, one for each value of the column 'Sensor' \(DE, NDE\)",
+        "0 s in samples 0 and 1, .* and make one column of each 'Sensor'",
     ),
     "rows of three axes": (
         "time,axis,acc\n" + lines(T.repeat(3), [1, 2, 3] * N, np.resize(Y, 3 * N)),
-        r"each value of the column 'axis' \(1, 2, 3\): make one column of each",
+        "0 s in samples 0 and 1, .* and make one column of each 'axis'",
     ),
     "rows of two sensors without their names": (
         "time,acc\n" + lines(T.repeat(2), np.ravel([Y, U], "F")),

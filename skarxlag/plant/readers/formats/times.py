@@ -1,6 +1,7 @@
 """Times of samples: the channel that holds them, their rate, and whether they are even."""
 
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any
 
 import numpy as np
@@ -45,8 +46,10 @@ _LOWEST_RATE = 10.0
 _HIGHEST_RATE = 1e6
 #: Other units than seconds in which times without a unit may be.
 _OTHER_UNITS = (1e-3, 1e-6, 1e-9, 60.0, 3600.0, DAY)
-#: Times that show the number of decimals that are written.
+#: Last times that show the number of decimals that are written, and last steps that show
+#: how coarse times became.
 _N_WRITTEN = 100
+_N_LAST = 10
 #: Steps of the last decimal from which two equal times are not the same by rounding.
 _FINE = 1.5
 
@@ -126,10 +129,9 @@ class EvenTimes:
         changed = changes(seconds)
         self._samples = samples[[changed[-1], -1]]
         self._seconds = seconds[[changed[-1], -1]]
-        resolution = max(axis.resolution, last_decimal(times))
         steps = np.diff(seconds[changed])
         n_steps = np.diff(samples[changed])
-        is_break = _breaks(steps, n_steps, 1 / self._rate, resolution)
+        is_break = _breaks(steps, n_steps, 1 / self._rate, axis.resolution)
         if is_break.any():
             i = np.argmax(is_break)
             raise ContentError(
@@ -137,7 +139,7 @@ class EvenTimes:
                 f"{samples[changed[i + 1]]}, expected {1 / self._rate:g} s"
             )
         checked = np.append(changed, -1)
-        largest = np.abs(steps).max(initial=resolution)
+        largest = np.abs(steps).max(initial=axis.resolution)
         self._check_rate(samples[checked], seconds[checked], largest)
 
     def _check_rate(self, samples, seconds, largest):
@@ -160,18 +162,11 @@ class EvenTimes:
 
 def _breaks(steps, n_samples, period, resolution):
     """Return which steps fall, or are later than the samples in them."""
+    # Times of few digits lose decimals as they grow, which the last steps show.
+    if len(steps) >= _N_LAST:
+        resolution = max(resolution, np.abs(steps[-_N_LAST:]).min())
     late = steps - np.maximum(n_samples * period, resolution)
     return (steps <= 0) | (late > max(_LATE * period, _LATE_STEPS * resolution))
-
-
-def even_rate(name: str, times: NDArray[Any]) -> float | None:
-    """Return the sampling rate of times in seconds, and refuse those that are not even."""
-    changed = changes(times)
-    rate, _ = rate_of_times(times, np.arange(len(times)), changed)
-    if not np.isfinite(rate):
-        return None
-    EvenTimes(TimeAxis(name, len(times), rate), rate).check(times)
-    return rate
 
 
 def find_time_axis(
@@ -226,15 +221,15 @@ def _axis(contents, name, stated_rate, n_probed=_N_PROBED):
     steps = np.diff(times[changed])
     if len(steps) and max(np.mean(steps > 0), np.mean(steps < 0)) < _ONE_WAY:
         return None
-    rate, tolerance = rate_of_times(times, timed, changed)
+    rate, tolerance = rate_of_times(times)
     if tolerance >= RATE_TOLERANCE and len(times) == n_probed < _N_COARSE:
         return _axis(contents, name, stated_rate, _N_COARSE)
     is_slow = is_guessed and scale == 1 and rate < _LOWEST_RATE and stated_rate is None
-    if not len(steps) or is_slow:
+    if is_slow or not len(steps):
         return None
     scale = scale if kind == "number" else 1.0
-    last_digit = channel.last_digit and channel.last_digit * scale
-    problem = _problem_of_equal(contents, name, times, last_digit)
+    digit = channel.last_digit and channel.last_digit * scale
+    problem = _problem_of_equal(contents, name, times, digit)
     if tolerance > _COARSE_TOLERANCE and not problem:
         return None
     return TimeAxis(
@@ -283,33 +278,20 @@ def _problem_of_equal(contents, name, times, last_digit):
     repeats = np.delete(np.arange(len(known)), starts)
     first = int(repeats[0])
     sample = samples[first]
+    n_equal = sizes[0]
+    tags = [o for o, c in columns.items() if len({*c.tolist()}) == n_equal > 1]
     problem = (
         f"{name!r} is {known[first]:.10g} s in samples {sample - 1} and {sample}, though "
         "times are written more finely than samples follow: remove rows that are repeated, "
-        "and make one column of each sensor"
+        f"and make one column of each {repr(tags[0]) if tags else 'sensor'}"
     )
     varying = [c for c in columns.values() if np.mean(c[1:] == c[:-1]) < 0.5]
     if varying and all(np.all(c[repeats] == c[repeats - 1]) for c in varying):
         return problem
     usual = np.median(np.abs(np.diff(known[starts])))
-    ends = known[:_N_WRITTEN], known
-    written = last_digit or max(map(last_decimal, ends))
+    written = last_digit or last_decimal(known[-_N_WRITTEN:])
     is_slow_clock = sizes[1:-1].min() > 2 and np.ptp(sizes[1:-1]) > 0
-    if not 0 < written < usual / _FINE or is_slow_clock:
-        return ""
-    n_equal = int(sizes[0])
-    for other, column in columns.items():
-        tags = column[:n_equal].tolist()
-        if (
-            len({*tags}) == n_equal > 1
-            and tags == column[n_equal : 2 * n_equal].tolist()
-        ):
-            shown = ", ".join(map(str, tags))
-            return (
-                f"{name!r} holds each time in {n_equal} rows, one for each value of the "
-                f"column {other!r} ({shown}): make one column of each"
-            )
-    return problem
+    return "" if written > usual / _FINE or is_slow_clock else problem
 
 
 def changes(times: NDArray[Any]) -> NDArray[Any]:
@@ -324,61 +306,53 @@ def changes(times: NDArray[Any]) -> NDArray[Any]:
     return samples[np.diff(times[samples], prepend=np.nan) != 0]
 
 
-def last_decimal(times: NDArray[Any]) -> float:
-    """Return the last decimal to which the last times were written.
-
-    It is 0 if they have too many, or are none.
+def last_decimal(numbers: NDArray[Any]) -> float:
+    """Return the value of the last decimal of numbers, of which 15 digits are right.
 
     Examples
     --------
-    >>> last_decimal(np.array([0.25, 0.5, 13.5])), last_decimal(np.array([1 / 3, 2.0]))
-    (0.01, 0.0)
+    >>> last_decimal(np.array([0.25, 0.1 + 0.2, 13.5]))
+    0.01
     """
-    finite = times[np.isfinite(times)][-_N_WRITTEN:]
-    if len(finite) and abs(finite[0]) > 1e8:
-        # Seconds since 1970 are known to about a microsecond.
-        finite = np.round(finite - np.floor(finite[0]), 6)
-    for n in range(10 if len(finite) else 0):
-        if np.allclose(finite, finite.round(n), rtol=4e-16, atol=1e-13):
-            return 10.0**-n
-    return 0.0
+    digits = (Decimal(f"{number:.15g}").normalize() for number in numbers)
+    return 10.0 ** min(digit.as_tuple().exponent for digit in digits)
 
 
-def rate_of_times(
-    times: NDArray[Any], timed: NDArray[Any], changed: NDArray[Any]
-) -> tuple[float, float]:
+def rate_of_times(times: NDArray[Any]) -> tuple[float, float]:
     """Return the sampling rate of times, and its relative tolerance.
 
-    `timed` are the samples of known times, and `changed` those of them whose time
-    differs from the one before.
+    A straight line is fitted to the different times, each at the centre of the samples
+    that have it. A gap or a jump is no time that samples took.
+
+    Examples
+    --------
+    >>> rate_of_times(np.array([0.0, 0.02, 0.04, 60.06, 60.08]))
+    (50.0, 1e-05)
     """
+    known = np.flatnonzero(np.isfinite(times))
+    changed = changes(times)
+    if len(changed) < 2:
+        return np.nan, np.inf
+    n_steps = np.diff(changed)
     steps = np.diff(times[changed])
-    if len(steps) == 0:
-        return np.nan, np.inf
-    different = times[changed]
-    if 0 < last_decimal(different[:_N_WRITTEN]) < last_decimal(different[_N_WRITTEN:]):
-        # Times of few digits, such as 1.35E+01, lose decimals as they grow.
-        (period, _), variances = np.polyfit(timed, times[timed], 1, cov=True)
-        tolerance = 2 * np.sqrt(variances[0, 0]) / abs(period)
-        return rounded(1 / abs(period), tolerance), tolerance
-    n_between = np.diff(changed)
-    usual = np.median(steps / n_between)
-    if _breaks(steps, n_between, usual, np.abs(steps).min()).any():
-        # A gap or a jump is no time that samples took.
-        return rounded(1 / abs(usual), RATE_TOLERANCE / 2), RATE_TOLERANCE / 2
-    # Coarse times are equal for several samples. How long the first and last of them
-    # were equal is unknown, so the rate is that between two changes, which are known to
-    # about a sample.
-    is_coarse = len(changed) < len(timed)
-    ends = changed[[1, -1]] if is_coarse else timed[[0, -1]]
-    n_steps = ends[1] - ends[0]
-    if n_steps == 0:
-        return np.nan, np.inf
-    seconds = times[ends[1]] - times[ends[0]]
-    tolerance = max(1e-5, 2 * np.spacing(times[ends[1]]) / seconds)
-    if is_coarse:
-        tolerance = 1.5 / n_steps
-    return rounded(n_steps / seconds, tolerance), tolerance
+    usual = np.median(steps / n_steps)
+    is_break = _breaks(steps, n_steps, usual, np.abs(steps).min())
+    seconds = np.append(0, np.cumsum(np.where(is_break, usual * n_steps, steps)))
+    before_change = known[np.searchsorted(known, changed[1:]) - 1]
+    samples = (changed + np.append(before_change, known[-1])) / 2
+    tolerance = 1e-5
+    if len(changed) < len(known):
+        # Coarse times: the first and the last of them may have had more samples.
+        samples = samples[1:-1]
+        seconds = seconds[1:-1]
+        if len(samples) < 2:
+            return np.nan, np.inf
+        tolerance = 2 / np.sqrt(len(samples)) / np.ptp(samples)
+    line = np.polyfit(samples, seconds, 1)
+    error = np.std(seconds - np.polyval(line, samples)) / np.std(samples)
+    relative = 2 * error / np.sqrt(len(samples)) / abs(line[0])
+    tolerance = max(tolerance, relative)
+    return rounded(1 / abs(line[0]), tolerance), tolerance
 
 
 def in_seconds(values: Any, scale: float, before: Any = ()) -> tuple[NDArray[Any], str]:
@@ -393,17 +367,17 @@ def in_seconds(values: Any, scale: float, before: Any = ()) -> tuple[NDArray[Any
         is_known = ~np.isnat(values)
         return np.where(is_known, seconds, np.nan), "date" if kind == "M" else "day"
     if kind in "OUT":
-        texts = values.tolist()
-        seconds = np.array([seconds_of_date(text) for text in texts])
-        if not np.isnan(seconds).all():
-            return seconds, "date"
-        seconds = np.array([seconds_of_day(text) for text in texts])
-        is_known = np.isfinite(seconds)
+        texts = [str(text) for text in values.tolist()]
+        dates = np.array([seconds_of_date(text) for text in texts])
+        if np.isfinite(dates).any():
+            return dates, "date"
+        clock = np.array([seconds_of_day(text) for text in texts])
+        is_known = np.isfinite(clock)
         if is_known.any():
-            known = np.append(before, seconds[is_known])
-            seconds[is_known] = np.unwrap(known, period=DAY)[len(before) :]
-            return seconds, "day"
-        values = np.array([parse_number(str(text)) for text in texts])
+            known = np.append(before, clock[is_known])
+            clock[is_known] = np.unwrap(known, period=DAY)[len(before) :]
+            return clock, "day"
+        values = np.array([parse_number(text) for text in texts])
     elif kind not in "fiu":
         return np.full(len(values), np.nan), "number"
     return values.astype(np.float64) * scale, "number"

@@ -5,12 +5,9 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-import numpy as np
-
 from .arrays import NamedArrays
 from .contents import ContentError, Contents, DamagedError, Format
 from .facts import SECONDS, is_rate, rounded
-from .times import even_rate
 
 FORMAT = Format((".uff", ".unv"), library="pyuff", isolated=True)
 
@@ -36,25 +33,22 @@ def contents(path: Path) -> Iterator[Contents]:
         names = [str(i) for i in range(len(sets))]
     arrays = NamedArrays(cache(lambda number: _read(path, [number])[0]["data"]))
     for name, (number, head) in zip(names, sets, strict=True):
-        scale = SECONDS.get(head["abscissa_axis_units_lab"].strip().lower(), 1.0)
         unit = head["ordinate_axis_units_lab"].strip()
-        rate = None
         if head["abscissa_spacing"] == 0:
-            times = np.asarray(_read(path, [number])[0]["x"]) * scale
-            try:
-                rate = even_rate(f"the abscissa of {name}", times)
-            except ContentError as error:
-                arrays.refused[name] = str(error)
-                continue
-        elif is_rate(step := head["abscissa_inc"] * scale):
-            # The file has six digits of the step.
-            rate = rounded(1 / step, 5e-6)
+            arrays.refused[name] = (
+                f"the abscissa of {name} is not evenly spaced, expected an even one"
+            )
+            continue
+        scale = SECONDS.get(head["abscissa_axis_units_lab"].strip().lower(), 1.0)
+        step = head["abscissa_inc"] * scale
+        # The file has six digits of the step.
+        rates = {"the abscissa": rounded(1 / step, 5e-6)} if is_rate(step) else {}
         arrays.add(
             name,
             (head["num_pts"],),
             key=number,
             unit=None if unit in ("", "NONE") else unit,
-            rates={"the abscissa": rate} if rate else {},
+            rates=rates,
         )
     yield arrays.contents()
 

@@ -63,3 +63,12 @@ def test_truncated_files(path, kept):
     truncate(path, kept)
     with pytest.raises(ValueError, match=r"run.uff: "):
         read_recording(path)
+
+
+def test_an_uneven_abscissa_is_refused(path):
+    write(path, Y, id1="acc", abscissa_spacing=0)
+    write(path, U, id1="force")
+    message = "run.uff: the abscissa of acc is not evenly spaced"
+    with pytest.raises(ValueError, match=message):
+        read_recording(path, channel="acc")
+    np.testing.assert_array_equal(read_recording(path, channel="force")[0], U)
