@@ -85,11 +85,18 @@ def diagnose(args: Namespace) -> None:
 
 def evaluate(args: Namespace) -> None:
     """List the recordings of a table."""
-    if args.table is None:
-        refuse(args, [*_FACTS, "rpm", "outputs", "bearing"], "needs a table")
+    of_rigs = ["data_home", "where", "channel"]
+    if args.table is not None:
+        refuse(args, ["dataset", "n_samples"], "not allowed with a table")
+        args.recordings = _table_recordings(args)
+        of_rigs.remove("channel")
+    else:
+        of_tables = [name for name in _FACTS if name != "channel"]
+        refuse(args, [*of_tables, "rpm", "outputs", "bearing"], "needs a table")
+    if args.dataset is None:
+        refuse(args, of_rigs, "needs --dataset")
     else:
         refuse(args, ["n_samples"], "belongs to the simulated rig")
-        args.recordings = _table_recordings(args)
     if args.output.exists() and not args.output.is_dir():
         raise UsageError(
             f"argument --output: {args.output} is a file, expected a folder"

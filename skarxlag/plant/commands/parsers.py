@@ -178,9 +178,10 @@ def evaluate(parser: ArgumentParser) -> None:
     """Compare diagnosers: train at some speeds, and test at others.
 
     Without a table, the diagnosers are those of the paper and the recommended one, on the
-    simulated rig: ALPIO, the baseline of Piltan and Kim (2019); their proposal, as
-    repaired; and make_diagnoser. Each is trained on the first half of every recording at
-    500 rpm, and tested on the second halves at other speeds. With a table of
+    simulated rig or on a public one: ALPIO, the baseline of Piltan and Kim (2019); their
+    proposal, as repaired; and make_diagnoser. Each is trained on the first half of every
+    recording of a speed, which is 500 rpm on the simulated rig and each in turn on a public
+    one, and tested on the second halves at other speeds. With a table of
     your own recordings (columns path, condition and rpm), a folder or a glob, make_diagnoser is
     trained as skarxlag fit would train it, next to a plain classifier of spectra. If the
     table states specimens or loads, another bearing and another load are tested, too. The
@@ -189,6 +190,13 @@ def evaluate(parser: ArgumentParser) -> None:
     """
     text = "your own recordings; default: the simulated rig"
     parser.add_argument("table", nargs="?", type=Path, help=text)
+    rig = parser.add_argument_group("public rig")
+    text = "a data set that bearing-datasets has built, such as paderborn"
+    _option(rig, "--dataset", text, str, "NAME")
+    text = "of the built data sets; default: as bearing-datasets is set"
+    _option(rig, "--data-home", text, Path, "FOLDER")
+    text = "metadata that the recordings must have, such as 'fs == 12000'"
+    _option(rig, "--where", text, str, "CONDITION")
     text = "of simulated recordings; default: 120000"
     _option(parser, "--n-samples", text, positive_int)
     _shared(parser, "--window-length", "--bearing", "--outputs", "--n-jobs")

@@ -4,9 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.signal import lfilter
+from sklearn.utils import Bunch
 
 from skarxlag import make_diagnoser
 from skarxlag.datasets import simulate_rig
+from skarxlag.datasets.frames import in_form
 from skarxlag.plant.commands import evaluate
 from skarxlag.plant.readers.listing import list_recordings
 
@@ -48,12 +50,79 @@ def test_verdicts_are_those_of_the_diagnosers(run, tmp_path):
     assert of_ours["predicted"].tolist() == expected.tolist()
 
 
+def rig_of_one_channel(n_windows=8):
+    """Three conditions at two speeds; the outer race changes its colour with the speed."""
+    names = [
+        (name, rpm) for name in ("good", "inner", "outer") for rpm in (800.0, 900.0)
+    ]
+    poles = {"good": 0.9, "inner": -0.9, "outer": 0.0}
+    parts = []
+    for seed, (name, rpm) in enumerate(names):
+        noise = np.random.default_rng(seed).normal(size=(n_windows, 400))
+        pole = -0.7 if (name, rpm) == ("outer", 900.0) else poles[name]
+        parts.append(lfilter([1.0], [1.0, -pole], noise))
+    condition, rpm = (
+        np.repeat(column, n_windows) for column in zip(*names, strict=True)
+    )
+    rig = Bunch(
+        data=np.concatenate(parts),
+        target=condition,
+        target_names=["good", "inner", "outer"],
+        rpm=rpm,
+        recording=np.char.add(condition, rpm.astype(str)),
+        start=np.tile(400 * np.arange(n_windows), len(names)),
+        specimen=condition,
+        sampling_rate=20e3,
+    )
+    return in_form(rig, return_X_y=False, as_frame=True)
+
+
+@pytest.fixture
+def public(monkeypatch):
+    asked = {}
+
+    def load(name, **options):
+        asked.update(options, name=name)
+        return asked.get("rig", rig_of_one_channel())
+
+    monkeypatch.setattr(evaluate, "load_public_rig", load)
+    return asked
+
+
+def test_a_public_rig_is_trained_at_every_speed(run, tmp_path, public):
+    choice = ("--channel", "DE", "--where", "fs == 12000", "--data-home", tmp_path)
+    options = ("--dataset", "cwru", *choice, "--output", tmp_path / "out")
+    code, out, _ = run("evaluate", *options)
+    assert code == 0 and "simulated" not in out.lower()
+    assert (public["name"], public["channel"]) == ("cwru", "DE")
+    assert (public["where"], public["root"]) == ("fs == 12000", tmp_path)
+    assert (
+        "Data set cwru: 3 conditions at 800, 900 rpm, trained at 800, 900 rpm." in out
+    )
+    verdicts = pd.read_csv(tmp_path / "out" / "data_set_cwru_verdicts.csv")
+    # Second halves of four windows, three conditions, two pairs, three methods.
+    assert len(verdicts) == 4 * 3 * 2 * 3
+    assert (verdicts["train_rpm"] != verdicts["rpm"]).all()
+    is_right = verdicts["predicted"] == verdicts["true"]
+    shares = 100 * is_right.groupby(verdicts["estimator"]).mean()
+    leads = f"Here, {shares.idxmax()} is right more often than {evaluate.RECOMMENDED}."
+    assert (leads in out) == (shares.max() > shares[evaluate.RECOMMENDED] + 1)
+
+
+def test_a_public_rig_of_short_recordings_is_refused(run, tmp_path, public):
+    public["rig"] = rig_of_one_channel(1)
+    code, _, err = run("evaluate", "--dataset", "mini", "--output", tmp_path)
+    assert code == 2 and "argument --window-length: 400, expected at most half" in err
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ("--rpm 900", "rpm: needs a table"),
         ("--outputs 2", "outputs: needs a table"),
-        ("table.csv", "n-samples: belongs to the simulated rig"),
+        ("--data-home x", "data-home: needs --dataset"),
+        ("--dataset cwru", "n-samples: belongs to the simulated rig"),
+        ("table.csv", "n-samples: not allowed with a table"),
     ],
 )
 def test_wrong_arguments_are_named_and_leave_no_folder(
@@ -96,7 +165,7 @@ def test_own_recordings_are_evaluated_as_fit_would_train(run, workshop):
     assert "no column campaign" not in out
     assert "Another bearing: not measured for healthy, outer, because too few" in out
     assert "Another load: not measured, because no load is stated." in out
-    assert "another bearing and speed" in out
+    assert "another bearing and speed" in out and "Here, " not in out
     verdicts = pd.read_csv(output / "campaigns_verdicts.csv")
     assert set(verdicts["estimator"]) == {evaluate.RECOMMENDED, evaluate.PEER}
     protocols = {"speed", "speeds", "bearing", "bearing and speed"}
