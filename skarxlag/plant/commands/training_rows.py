@@ -12,7 +12,7 @@ from sklearn.utils import Bunch
 from ...core.speeds import LEAST_REVOLUTIONS
 from ...datasets.frames import FACTS
 from ...measures.quality import quality_of_outputs
-from ..readers.cutting import cut_recordings, join_windows, speeds_within_rows
+from ..readers.cutting import cut_recordings, speeds_within_rows
 from ..readers.entries import ListedRecording
 from .messages import CommandError, Reporter, as_command_error, counted
 from .training_facts import Channels
@@ -190,10 +190,6 @@ def training_rows(
             )
 
     def in_rows(rig, n_windows):
-        # Only recordings of which some windows are missing are read again.
-        is_whole = len(rig.data) == rig.available.sum()
-        if is_whole and rig.available.min() >= n_windows:
-            return join_windows(rig, n_windows)
         length = n_windows * rig.data.shape[-1]
         del rig["data"]
         return cut(length)

@@ -1,4 +1,4 @@
-"""Cut recordings into windows, and join windows to rows."""
+"""Cut recordings into windows, and find the speed of each."""
 
 import io
 import os
@@ -26,8 +26,6 @@ _N_MEAN = 64
 #: Share by which the speed of a row varies before order tracking is needed. In rows of
 #: a second or two, combs at the mean speed are lost from 1 to 2 % on.
 _LEAST_CHANGE = 0.005
-#: Entries that have a value for each row.
-_OF_ROWS = ("target", "specimen", "load", "rpm", "recording", "start")
 
 
 def block_length(window_length: int) -> int:
@@ -312,51 +310,6 @@ class Reader:
 def _stated_by_all(values):
     values = list(values)
     return None if None in values else np.array(values)
-
-
-def join_windows(rig: Bunch, n_windows: int) -> Bunch:
-    """Join consecutive windows of recordings to rows, as if they had been cut in rows.
-
-    Parameters
-    ----------
-    rig : Bunch
-        Result of `cut_recordings` that holds all windows of each recording. Its data
-        are overwritten.
-    n_windows : int
-        Windows in a row. The last windows of a recording that do not fill a row are
-        left out.
-
-    Returns
-    -------
-    Bunch
-        The rows, as `cut_recordings` returns them.
-
-    Examples
-    --------
-    >>> rig = Bunch(data=np.arange(10.0).reshape(5, 2), start=np.array([0, 2, 4, 0, 2]), rpm=None,
-    ...             recording=np.array(["a", "a", "a", "b", "b"]), available=np.array([3, 2]),
-    ...             profiles={})
-    >>> rows = join_windows(rig, 2)
-    >>> rows.data.tolist(), rows.start.tolist(), rows.recording.tolist(), rows.available.tolist()
-    ([[0.0, 1.0, 2.0, 3.0], [6.0, 7.0, 8.0, 9.0]], [0, 0], ['a', 'b'], [1, 1])
-    """
-    n_old, *n_channels, window_length = rig.data.shape
-    position = rig.start // window_length
-    n_of_recording = rig.available.repeat(rig.available)
-    is_whole = position + n_windows <= n_of_recording
-    first = np.flatnonzero((position % n_windows == 0) & is_whole)
-    windows = rig.data.reshape(n_old, -1)
-    for row, start in enumerate(first):
-        # Memory would hold all windows twice, were they not moved within it.
-        joined = np.moveaxis(rig.data[start : start + n_windows], 0, -2)
-        place = row * n_windows
-        windows[place : place + n_windows] = joined.reshape(n_windows, -1)
-    data = windows[: len(first) * n_windows].reshape(len(first), *n_channels, -1)
-    rows = Bunch(**rig | {"data": data, "available": rig.available // n_windows})
-    for name in {*_OF_ROWS} & rig.keys():
-        rows[name] = None if rig[name] is None else rig[name][first]
-    _set_mean_speeds(rows)
-    return rows
 
 
 def speeds_within_rows(

@@ -1,23 +1,16 @@
 """Recordings of a list: the file, and the facts that are stated outside it."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
-import numpy as np
 from numpy.typing import NDArray
 
 from .files import open_file, recording_speed, recording_start
 from .formats.rates import NO_RATE, rates_agree
 from .speeds import TACHO, SpeedProfile
-
-#: Steps from which the direction is judged, and the share of them that must have the
-#: same sign. The others are those of a clock or a counter that starts again. Vibration
-#: has as many of both.
-_FEWEST_STEPS = 64
-_ONE_WAY = 0.99
 
 
 class OpenRecording(NamedTuple):
@@ -201,9 +194,8 @@ class ListedRecording:
         Raises
         ------
         FileNotFoundError, ImportError, ValueError
-            As in :func:`read_recording`, when the samples in question are reached; if
-            the stated rate differs from the rate in the file; and, after the last
-            block, if the first channel only rises or only falls. The message names the
+            As in :func:`read_recording`, when the samples in question are reached; and
+            if the stated rate differs from the rate in the file. The message names the
             entry.
         """
         reads_file = reads_speed and not self.states_speed
@@ -220,7 +212,6 @@ class ListedRecording:
             rate = facts.sampling_rate or self.sampling_rate
         entry = entry._at(facts.speed) if reads_file else entry
         entry = replace(entry, channel=facts.channel)
-        blocks = entry.one_way_refused(blocks)
         if resample is None:
             return OpenRecording(entry, facts.channels, rate, None, blocks)
         # Usage errors need no library that computes.
@@ -240,37 +231,3 @@ class ListedRecording:
             if str(error).startswith(where):
                 raise
             raise type(error)(f"{where}: {error}") from error
-
-    def one_way_refused(self, blocks: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
-        """Yield a signal, and refuse it at its end if it only rises or only falls.
-
-        Parameters
-        ----------
-        blocks : iterable of ndarray of shape (n_samples,) or (n_channels, n_samples)
-            The signal. Of several channels, the first counts.
-
-        Raises
-        ------
-        ValueError
-            After the last block, if nearly all steps have the same direction.
-        """
-        n_up = 0
-        n_down = 0
-        last = np.empty(0)
-        with self.named():
-            for block in blocks:
-                signal = block if block.ndim == 1 else block[0]
-                for values in (np.append(last, signal[:1]), signal):
-                    # Differences would take as much memory as the block.
-                    n_up += int(np.count_nonzero(values[1:] > values[:-1]))
-                    n_down += int(np.count_nonzero(values[1:] < values[:-1]))
-                # Without the copy, one sample would keep the whole block in memory.
-                last = signal[-1:].copy()
-                yield block
-            n_steps = n_up + n_down
-            if n_steps >= _FEWEST_STEPS and max(n_up, n_down) > _ONE_WAY * n_steps:
-                chosen = "" if self.channel is None else f" {self.channel!r}"
-                raise ValueError(
-                    f"{self.path}: channel{chosen} only rises or only falls: it holds "
-                    "times or a count, and is no signal; choose another channel"
-                )

@@ -17,15 +17,15 @@ _MAX_FACTOR = 10_000
 def resampled_blocks(
     signals: Iterable[NDArray[Any]], old_rate: float | None, sampling_rate: float
 ) -> Iterator[NDArray[Any]]:
-    r"""Resample a recording block by block.
+    r"""Resample a recording.
 
     The ratio of the rates is written as :math:`p / q`. The signal is interpolated by
     :math:`p`, filtered, and every :math:`q`-th value kept, by the polyphase filter of
     :func:`scipy.signal.resample_poly`: a low-pass filter with linear phase at half the
     lower of the two rates, designed with a Kaiser window. Before that, the first sample
     is subtracted, and it is added again afterwards, so that an offset of the sensor
-    does not ring at the start. The result does not depend on how the recording is cut
-    into blocks.
+    does not ring at the start. An overflow becomes NaN, because a filter would spread
+    it unseen.
 
     If the new rate is higher, the band above half the old rate stays empty. A diagnoser
     that was fitted at the higher rate has never seen such a band: record at the rate of
@@ -44,7 +44,8 @@ def resampled_blocks(
     Returns
     -------
     iterator of ndarray of float64
-        The next samples, about as many seconds as a block holds.
+        The samples. If they are resampled, they are one block: memory holds the whole
+        recording.
 
     Raises
     ------
@@ -57,53 +58,28 @@ def resampled_blocks(
     >>> import numpy as np
     >>> from skarxlag.plant.readers.resampling import resampled_blocks
     >>> sine = np.sin(2 * np.pi * 50 * np.arange(1000) / 10_000)
-    >>> parts = [*resampled_blocks([sine], 10_000, 5000)]
-    >>> len(np.concatenate(parts))
+    >>> (resampled,) = resampled_blocks([sine[:300], sine[300:]], 10_000, 5000)
+    >>> len(resampled)
     500
     """
     if old_rate is None:
         raise ValueError(
             f"a recording of unknown rate cannot be resampled to {sampling_rate:g} Hz"
         )
-    if not rates_agree(old_rate, sampling_rate):
-        signals = map(_without_overflow, signals)
-        signals = _resampled(signals, _ratio(old_rate, sampling_rate))
-    return (signal for signal in signals if signal.shape[-1])
-
-
-def _without_overflow(signal):
-    """Return a signal with NaN for an overflow, which a filter would spread unseen."""
-    of_channels = np.atleast_2d(signal)
-    return np.where(is_overflow(of_channels), np.nan, of_channels).reshape(signal.shape)
+    if rates_agree(old_rate, sampling_rate):
+        return iter(signals)
+    return _resampled(signals, _ratio(old_rate, sampling_rate))
 
 
 def _resampled(signals, ratio):
-    """`resample_poly` on a stream: every part is filtered together with its surroundings."""
     # This import takes longer than a verdict.
     from scipy.signal import resample_poly
 
-    p = ratio.numerator
-    q = ratio.denominator
-    # The filter of resample_poly reaches 10 max(p, q) interpolated samples to either
-    # side. Cuts lie at multiples of q, where old and new samples coincide.
-    reach = q * (10 * max(p, q) // (p * q) + 1)
-    offset = None
-    held = None
-    n_before = 0
-    for signal in signals:
-        if offset is None:
-            offset = np.nan_to_num(signal[..., :1])
-            held = signal[..., :0]
-        held = np.concatenate([held, signal - offset], axis=-1)
-        n_new = (held.shape[-1] - n_before - reach) // q * q
-        if n_new >= max(reach, q):
-            stop = n_before + n_new
-            filtered = resample_poly(held, p, q, axis=-1) + offset
-            yield filtered[..., n_before // q * p : stop // q * p]
-            kept = max(stop - reach, 0)
-            held = held[..., kept:].copy()
-            n_before = stop - kept
-    yield (resample_poly(held, p, q, axis=-1) + offset)[..., n_before // q * p :]
+    samples = np.concatenate([*signals], axis=-1)
+    samples[is_overflow(np.atleast_2d(samples)).reshape(samples.shape)] = np.nan
+    offset = np.nan_to_num(samples[..., :1])
+    samples -= offset
+    yield resample_poly(samples, ratio.numerator, ratio.denominator, axis=-1) + offset
 
 
 def _ratio(old, new):

@@ -7,7 +7,6 @@ import pytest
 from skarxlag import load_recordings, read_recording_table
 from skarxlag.plant.readers.cutting import (
     cut_recordings,
-    join_windows,
     speeds_within_rows,
 )
 from skarxlag.plant.readers.listing import list_recordings
@@ -65,38 +64,6 @@ def test_a_channel_of_unknown_rate_has_a_mean(tmp_path):
     assert entry.profile is None and entry.rpm == pytest.approx(SPEED.mean())
     (stated,) = list_recordings(tmp_path / "*.npz", channel="y", sampling_rate=RATE)
     assert stated.with_speed().profile is not None
-
-
-@pytest.mark.parametrize("source", ["tacho", "one speed", "two channels"])
-def test_joined_windows_are_rows_that_were_cut(tmp_path, source):
-    """Also of several recordings, the last windows of which fill no row."""
-    lines = ["path,condition,specimen,load,rpm,channel"]
-    for name, n_samples in {"a": 7900, "b": 5100, "c": 6000}.items():
-        np.savez(
-            tmp_path / f"{name}.npz",
-            y=Y[:n_samples],
-            key=1.0 * KEY[:n_samples],
-            fs=RATE,
-        )
-        rpm = "tacho:key" if source == "tacho" else 900
-        channel = "y;key" if source == "two channels" else "y"
-        lines.append(f"{name}.npz,good {name},bearing {name},3,{rpm},{channel}")
-    (tmp_path / "table.csv").write_text("\n".join(lines))
-    listed = list_recordings(tmp_path / "table.csv")
-    expected = cut_recordings(listed, "table.csv", 2000)
-    found = join_windows(cut_recordings(listed, "table.csv", 500), 4)
-    assert found.keys() == expected.keys() and found.DESCR == expected.DESCR
-    for name in (
-        "data",
-        "target",
-        "specimen",
-        "load",
-        "rpm",
-        "recording",
-        "start",
-        "available",
-    ):
-        np.testing.assert_array_equal(found[name], expected[name], err_msg=name)
 
 
 def test_rows_that_cannot_be_used(tmp_path):
