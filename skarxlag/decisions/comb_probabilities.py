@@ -17,7 +17,7 @@ from ..core.fault_locations import (
     NOT_IDENTIFIABLE,
     OWN_LOCATION,
 )
-from .comb_limits import ODDS, OF_NOISE, ComparedCombs, gain_of_rows
+from .comb_limits import ODDS, OF_NOISE, ComparedCombs
 
 #: Probability that a fault shows its comb, beside spectra, chosen by leaving rigs out.
 VISIBLE = 0.1
@@ -121,7 +121,6 @@ def verdicts_by_combs(
 def evidence_beside_spectra(
     matches: Bunch,
     reference: NDArray[Any],
-    n_rows: float,
     class_locations: NDArray[Any],
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Compute the log probabilities that combs add to those by spectra.
@@ -134,8 +133,6 @@ def evidence_beside_spectra(
         As `CombSearch.match` returns it.
     reference : ndarray of shape (3,)
         Mean scores of healthy rows.
-    n_rows : float
-        Rows of which the scores are means.
     class_locations : ndarray of int of shape (n_classes,)
         As in `comb_evidence`.
 
@@ -147,8 +144,7 @@ def evidence_beside_spectra(
     of_fault : ndarray of shape (n_rows,)
         Probability of the most probable fault; NaN for rows whose combs are not used.
     """
-    gain = gain_of_rows(n_rows)
-    scores = gain * matches.scores - np.maximum(gain * reference, OF_NOISE)
+    scores = matches.scores - np.maximum(reference, OF_NOISE)
     has_combs = ~np.isnan(matches.rpm)
     # An unknown condition need not show a comb.
     locations = np.append(class_locations, _HEALTHY)

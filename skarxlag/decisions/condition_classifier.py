@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from sklearn.base import clone
 from sklearn.utils import Bunch, column_or_1d
 
@@ -22,7 +22,7 @@ from ..core.fault_locations import (
     warn_of_own_locations,
 )
 from ..core.speeds import log_speeds
-from ..core.state import expect, uses_fitted
+from ..core.state import expect
 from ..core.validation import check_rate, weighted_windows
 from ..distances.stretches import StretchResidual
 from ..kernels import ladder, posterior
@@ -247,33 +247,6 @@ class ConditionClassifier(SignalClassifier):
             logs[~is_plausible, -1] = _NEVER
         decided = posterior.decided(logs, self.classes_, locations, healthy)
         return Bunch(log_probability=logs, recorded=joined.recorded, **decided)
-
-    @uses_fitted
-    def detect(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Return whether the healthy residual of each row exceeds the detection threshold.
-
-        The stated rate holds at the training speeds only. Use `FaultDetector` instead
-        for others.
-
-        Parameters
-        ----------
-        X, rpm : array-like
-            As in `diagnose`.
-
-        Returns
-        -------
-        ndarray of bool of shape (n_rows,)
-            True for an alarm.
-
-        Raises
-        ------
-        ValueError
-            If there is no healthy condition.
-        """
-        expected = "a healthy condition: name it by the parameter healthy"
-        has_healthy = self.healthy_index_ >= 0
-        expect(has_healthy, "healthy_index_", self.healthy_index_, expected)
-        return self.diagnose(X, rpm).alarm
 
     def _adaptive_part(self):
         return getattr(self, "residual_", self._residual())

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from ..core.fault_locations import (
     FAULT_LOCATIONS,
+    FAULTS,
     HEALTHY,
     expect_condition,
     location_of_label,
+    warn_of_own_locations,
 )
 
 
@@ -81,6 +83,42 @@ def locate_conditions(
     if healthy is not None:
         healthy_index = conditions.index(healthy)
     return LocatedConditions(location_numbers(names), healthy_index)
+
+
+def locations_by_combs(
+    labels: NDArray[Any],
+    scores: NDArray[Any],
+    locations: Mapping[Any, str | None] | None,
+    limit: float,
+) -> dict[Any, str | None]:
+    """Return the location of each label, by its name or else by the combs of its rows.
+
+    Parameters
+    ----------
+    labels : ndarray of shape (n_rows,)
+        Label of each row.
+    scores : ndarray of shape (n_rows, 3)
+        Scores of ball, inner and outer race.
+    locations : mapping of label to str or None, or None
+        As in `FaultOrderClassifier`.
+    limit : float
+        Limit of the mean scores of healthy rows.
+
+    Returns
+    -------
+    dict of label to str or None
+        None for a location of its own. The labels are sorted.
+    """
+    located = {}
+    for label in np.unique(labels).tolist():
+        location = (locations or {}).get(label, location_of_label(label))
+        mean = scores[labels == label].mean(axis=0)
+        if location is None and mean.max() > limit:
+            location = FAULTS[mean.argmax()]
+        located[label] = location
+    own = [label for label, location in located.items() if location is None]
+    warn_of_own_locations(own, locations, ", and their rows show no comb")
+    return located
 
 
 def location_numbers(names: Sequence[str | None]) -> NDArray[np.int64]:

@@ -48,7 +48,7 @@ from .comb_search import (
     refusals,
 )
 from .comb_sentences import comb_sentences
-from .labelled_rows import locate_labels
+from .condition_locations import location_numbers, locations_by_combs
 from .signal_classifier import SignalClassifier
 
 _ROW_METADATA = {"rpm": True, "bearing": True}
@@ -190,11 +190,15 @@ class FaultOrderClassifier(SignalClassifier):
             classes, locations = np.unique(FAULT_LOCATIONS, return_index=True)
         else:
             located, healthy = self._locate(X, y, rpm, sample_weight)
-            classes, locations = located.classes()
-            if len(located.labels) > 1 and self.conditions is not None:
-                learner = clone(self.conditions)
-                learner.set_params(locations=located.of_conditions())
+            classes = np.array([*located], dtype=y.dtype)
+            numbers = location_numbers(list(located.values()))
+            locations = np.minimum(numbers, OWN_LOCATION)
+            if len(located) > 1 and self.conditions is not None:
+                learner = clone(self.conditions).set_params(locations=located)
                 self.conditions_ = learner.fit(X, y, rpm, sample_weight, specimen)
+            elif [*located.values()] == [HEALTHY] and classes.dtype.kind in "UO":
+                names = [*FAULTS, *classes]
+                classes, locations = np.unique(names, return_index=True)
         self.classes_: NDArray[Any] = classes
         self.class_locations_: NDArray[Any] = locations
         self.reference_: NDArray[Any] = healthy.reference
@@ -211,13 +215,14 @@ class FaultOrderClassifier(SignalClassifier):
         matches = self._match(X[rows], rpm, with_contrasts=False)
         counted = np.repeat(np.arange(len(rows)), np.ceil(weights).astype(int))
         scores = matches.scores[counted]
-        located = locate_labels(
+        located = locations_by_combs(
             labels[counted],
             scores - length_allowance(matches.n_revolutions[counted])[:, np.newaxis],
             self.locations,
             without_healthy(self.false_alarm_rate).limit,
         )
-        healthy = located.is_healthy
+        names = [label for label, place in located.items() if place == HEALTHY]
+        healthy = np.isin(labels[counted], names)
         speeds = matches.rpm[counted][healthy]
         return located, healthy_combs(scores[healthy], speeds, self.false_alarm_rate)
 
@@ -284,24 +289,40 @@ class FaultOrderClassifier(SignalClassifier):
 
     def _diagnosed(self, X, rpm, bearing=None):
         matches = self._match(X, rpm, bearing, with_contrasts=False)
+        healthy = self._healthy(bearing)
+        compared = compare_combs(matches, healthy, 1, self.false_alarm_rate)
+        search = self._search(bearing)
+        judged = Bunch(
+            has_comb=compared.alarm,
+            p_value=compared.p_value,
+            comb_limit=compared.score_limits,
+            evidence=comb_sentences(matches, compared, search.bearings, search.orders),
+            rpm=matches.rpm,
+            comb_scores=matches.scores,
+        )
+        locations = self.class_locations_
         if self.conditions_ is None:
-            judged = self._judge(matches, bearing=bearing)
             judged.refusal = refusals(matches)
             judged.row_evidence = evidence_of_rows(matches)
-        else:
-            learned = self.conditions_.diagnose(X, rpm)
-            judged = self._judge(matches, learned.log_probability, bearing=bearing)
-            judged.update(recorded=learned.recorded, levels=learned.levels)
-            by_combs = np.maximum(judged.pop("by_combs"), np.log(SMALLEST_PROBABILITY))
-            judged.row_evidence = np.hstack([learned.row_evidence, by_combs])
-            if "alarm" in learned:
-                judged.alarm = learned.alarm
-        judged.update(rpm=matches.rpm, comb_scores=matches.scores)
+            judged.update(verdicts_by_combs(compared, self.classes_, locations))
+            return judged
+        learned = self.conditions_.diagnose(X, rpm)
+        logs, judged.comb = evidence_beside_spectra(
+            matches, healthy.reference, locations
+        )
+        judged.update(self._decided(learned.log_probability + logs))
+        by_combs = np.maximum(logs, np.log(SMALLEST_PROBABILITY))
+        judged.row_evidence = np.hstack([learned.row_evidence, by_combs])
+        judged.update(recorded=learned.recorded, levels=learned.levels)
+        if "alarm" in learned:
+            judged.alarm = learned.alarm
         return judged
 
     def _joined(self, evidence, n_rows):
         if self.conditions_ is None:
-            compared = self._compared(matches_of_evidence(evidence), n_rows)
+            matches = matches_of_evidence(evidence)
+            healthy = self._healthy(None)
+            compared = compare_combs(matches, healthy, n_rows, self.false_alarm_rate)
             return verdicts_by_combs(compared, self.classes_, self.class_locations_)
         by_spectra, by_combs = np.split(evidence, [len(self.classes_)], axis=1)
         learned = self.conditions_.join(by_spectra, n_rows)
@@ -312,30 +333,6 @@ class FaultOrderClassifier(SignalClassifier):
     def _adaptive_part(self):
         return getattr(self, "conditions_", self.conditions)
 
-    def _judge(self, matches, spectra=None, n_rows=1, bearing=None):
-        """Judge rows by combs, and by spectra if conditions were learned."""
-        compared = self._compared(matches, n_rows, bearing)
-        search = self._search(bearing)
-        judged = Bunch(
-            has_comb=compared.alarm,
-            p_value=compared.p_value,
-            comb_limit=compared.score_limits,
-            evidence=comb_sentences(matches, compared, search.bearings, search.orders),
-        )
-        if spectra is None:
-            judged.update(
-                verdicts_by_combs(compared, self.classes_, self.class_locations_)
-            )
-        else:
-            by_combs, judged.comb = evidence_beside_spectra(
-                matches,
-                self._healthy(bearing).reference,
-                n_rows,
-                self.class_locations_,
-            )
-            judged.update(self._decided(spectra + by_combs), by_combs=by_combs)
-        return judged
-
     def _healthy(self, bearing):
         """Return what the combs of healthy rows show; no row is of another bearing."""
         if bearing is not None:
@@ -343,10 +340,6 @@ class FaultOrderClassifier(SignalClassifier):
         return HealthyCombs(
             self.reference_, self.healthy_scores_, self.healthy_speeds_, self.limit_
         )
-
-    def _compared(self, matches, n_rows, bearing=None):
-        healthy = self._healthy(bearing)
-        return compare_combs(matches, healthy, n_rows, self.false_alarm_rate)
 
     def _decided(self, scores):
         """Return log probabilities, probabilities, verdicts and scores of conditions."""

@@ -22,7 +22,7 @@ from ..core.validation import check_count, validate_signals
 from ..kernels.evidence import SMALLEST_PROBABILITY
 from ..kernels.posterior import decided
 from .condition_locations import location_answers, location_numbers
-from .diagnosing_classifier import DiagnosingClassifier
+from .signal_classifier import SignalClassifier
 
 #: Parameters of detectors that are shares of rows.
 _RATES = ("false_alarm_rate", "false_rejection_rate")
@@ -277,7 +277,7 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         return self.diagnose(X, **params).probability
 
     score: ClassVar[Callable[..., float]] = available_if(_names_conditions)(
-        DiagnosingClassifier.score
+        SignalClassifier.score
     )
 
     @available_if(_detects_outliers)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
-from sklearn.base import BaseEstimator
+from numpy.typing import ArrayLike, NDArray
+from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils import Bunch
 from sklearn.utils.metaestimators import available_if
 
@@ -14,23 +14,27 @@ from ..core.base import SignalEstimator
 from ..core.capabilities import offers
 from ..core.state import uses_fitted
 from ..core.validation import validate_innovations
-from .diagnosing_classifier import DiagnosingClassifier
 
 
-class SignalClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
-    """Classifier of conditions from innovations or plain rows.
+class SignalClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
+    """Classifier that takes verdicts, probabilities and scores from `diagnose`.
 
     A subclass sets its fitted attributes in `_learn`. It returns the results of
     `diagnose` from `_diagnosed`, those of `join` from `_joined`, and the estimator
     whose spectra adapt from `_adaptive_part`.
     """
 
-    #: Metadata routing passes these without `set_fit_request`.
+    #: Metadata routing passes these without `set_fit_request` and its siblings.
     __metadata_request__fit: ClassVar = {
         "rpm": True,
         "sample_weight": True,
         "specimen": True,
     }
+    __metadata_request__predict: ClassVar = {"rpm": True}
+    __metadata_request__predict_proba: ClassVar = {"rpm": True}
+    __metadata_request__predict_log_proba: ClassVar = {"rpm": True}
+    __metadata_request__decision_function: ClassVar = {"rpm": True}
+    __metadata_request__score: ClassVar = {"rpm": True, "sample_weight": True}
 
     def fit(
         self,
@@ -176,6 +180,107 @@ class SignalClassifier(SignalEstimator, DiagnosingClassifier, BaseEstimator):
         X, y = validate_innovations(self, X, y, reset=False, any_length=True)
         self._adaptive_part().adapt(X, y, **({} if rpm is None else {"rpm": rpm}))
         return self
+
+    def predict(
+        self, X: ArrayLike, rpm: ArrayLike | None = None, **params: Any
+    ) -> NDArray[Any]:
+        """Return the condition of each row.
+
+        Parameters
+        ----------
+        X, rpm, **params
+            As in `diagnose`.
+
+        Returns
+        -------
+        ndarray of shape (n_rows,)
+            Conditions.
+        """
+        return self.diagnose(X, rpm, **params).verdict
+
+    def predict_proba(
+        self, X: ArrayLike, rpm: ArrayLike | None = None, **params: Any
+    ) -> NDArray[Any]:
+        """Compute the probability of each condition.
+
+        Parameters
+        ----------
+        X, rpm, **params
+            As in `diagnose`.
+
+        Returns
+        -------
+        ndarray of shape (n_rows, n_classes)
+            Rows sum to 1. The probability of an unknown condition is divided equally
+            among the conditions. If the verdict is not the most probable condition, the
+            probabilities are changed as little as makes it the largest.
+        """
+        return self.diagnose(X, rpm, **params).probability
+
+    def predict_log_proba(
+        self, X: ArrayLike, rpm: ArrayLike | None = None, **params: Any
+    ) -> NDArray[Any]:
+        """Compute the logarithm of the probability of each condition.
+
+        Parameters
+        ----------
+        X, rpm, **params
+            As in `diagnose`.
+
+        Returns
+        -------
+        ndarray of shape (n_rows, n_classes)
+            Natural logarithms.
+        """
+        return np.log(self.predict_proba(X, rpm, **params))
+
+    def decision_function(
+        self, X: ArrayLike, rpm: ArrayLike | None = None, **params: Any
+    ) -> NDArray[Any]:
+        """Compute the scores of the conditions; the highest is the verdict.
+
+        Parameters
+        ----------
+        X, rpm, **params
+            As in `diagnose`.
+
+        Returns
+        -------
+        ndarray of shape (n_rows, n_classes), or (n_rows,) for two conditions
+            Log probabilities, up to a constant in each row. For two conditions the
+            second's score less the first's.
+        """
+        return self.diagnose(X, rpm, **params).score
+
+    def score(
+        self,
+        X: ArrayLike,
+        y: ArrayLike,
+        sample_weight: ArrayLike | None = None,
+        **params: Any,
+    ) -> float:
+        """Compute the share of rows whose condition is right.
+
+        Parameters
+        ----------
+        X, **params
+            As in `diagnose`.
+        y : array-like of shape (n_rows,)
+            Their conditions.
+        sample_weight : array-like of shape (n_rows,) or None, default=None
+            Weight of each row.
+
+        Returns
+        -------
+        float
+            From 0 to 1.
+        """
+        # No other method needs this package, which takes long to import.
+        from sklearn.metrics import accuracy_score
+
+        return float(
+            accuracy_score(y, self.predict(X, **params), sample_weight=sample_weight)
+        )
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()

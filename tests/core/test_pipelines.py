@@ -13,6 +13,7 @@ from sklearn.base import BaseEstimator, TransformerMixin, clone
 from sklearn.metrics import confusion_matrix
 from sklearn.model_selection import GridSearchCV
 from sklearn.pipeline import Pipeline
+from sklearn.utils import Bunch
 
 from skarxlag import (
     ARXLaguerre,
@@ -328,14 +329,17 @@ def test_metadata_that_no_step_requests_are_refused(data):
 def test_diagnose_gives_all_in_one_pass(make, data, monkeypatch):
     X = np.tile(data[0], (10, 1))
     diagnoser = make(n_jobs=2).fit(*data)
+    levels = diagnoser[:-1].transform(X)
+    if make is make_diagnoser:
+        of_rows = diagnoser[-1].diagnose(levels)
+    else:
+        of_rows = Bunch(levels=levels, alarm=diagnoser[-1].detect(levels))
     expected = {
-        "levels": diagnoser[-1].diagnose(diagnoser[:-1].transform(X)).levels
-        if make is make_diagnoser
-        else diagnoser[:-1].transform(X),
+        "levels": of_rows.levels,
         "verdict": diagnoser.predict(X),
         "probability": diagnoser.predict_proba(X),
         "score": diagnoser.decision_function(X),
-        "alarm": diagnoser[-1].detect(diagnoser[:-1].transform(X)),
+        "alarm": of_rows.alarm,
     }
     seen = []
     original = ARXLaguerre.transform

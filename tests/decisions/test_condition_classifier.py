@@ -106,10 +106,7 @@ def test_without_a_healthy_condition_there_is_no_alarm(data):
     without = classifier().fit(X[faulty], y[faulty])
     fitted = classifier().fit(X, y)
     assert "alarm" not in without.diagnose(X) and "alarm" in fitted.diagnose(X)
-    message = "healthy_index_ == -1, expected a healthy condition"
-    with pytest.raises(ValueError, match=message):
-        without.detect(X)
-    assert fitted.detect(rows(0.8, 12, 80)).all()
+    assert fitted.diagnose(rows(0.8, 12, 80)).alarm.all()
     strict = classifier(false_alarm_rate=0.3).fit(X, y)
     assert strict.detection_threshold_ < fitted.detection_threshold_
 
@@ -124,8 +121,8 @@ def test_few_healthy_rows_hold_the_stated_rate_for_new_ones(rpm):
     stated = None if rpm is None else 900.0
     in_fit = fitted.diagnose(X[:20], stated).levels[:, 1].max()
     assert in_fit < fitted.detection_threshold_
-    assert fitted.detect(new, stated).mean() <= 0.2
-    assert fitted.detect(rows(0.8, 12, 63), stated).all()
+    assert fitted.diagnose(new, stated).alarm.mean() <= 0.2
+    assert fitted.diagnose(rows(0.8, 12, 63), stated).alarm.all()
 
 
 def test_limits_hold_for_new_specimens_if_several_healthy_ones_are_stated():
@@ -136,7 +133,10 @@ def test_limits_hold_for_new_specimens_if_several_healthy_ones_are_stated():
         for specimen in (None, np.tile(["a", "b"], 16), np.arange(32))
     )
     new = rows(0.9, 20, 5)
-    assert alone.detect(new, 900.0).all() and not two.detect(new, 900.0).any()
+    assert (
+        alone.diagnose(new, 900.0).alarm.all()
+        and not two.diagnose(new, 900.0).alarm.any()
+    )
     # More than five specimens are left out in five groups, each with others of both kinds.
     assert many.detection_threshold_ < alone.detection_threshold_
 
@@ -204,7 +204,7 @@ def test_one_healthy_row_has_a_limit(data):
     X, y = data
     chosen = np.r_[0, 12:48]
     fitted = classifier().fit(X[chosen], y[chosen])
-    assert fitted.n_healthy_ == 1 and not fitted.detect(X[:1])[0]
+    assert fitted.n_healthy_ == 1 and not fitted.diagnose(X[:1]).alarm[0]
 
 
 def test_the_prior_moves_rows_between_recorded_and_unknown(data):
