@@ -92,40 +92,45 @@ def _match(classifier, innovations, rpm, method):
     return found
 
 
-def count(lines, limit, growth):
-    """Count the names that a limit gives.
+def count(lines, limits, growths):
+    """Count the names that each pair of limit and growth gives.
 
     Examples
     --------
     >>> lines = pd.DataFrame({"location": ["inner", "healthy"], "ball": 0.0, "inner": 2.0,
     ...                       "outer": [0.0, 1.9], "revolutions": 100.0})
-    >>> count(lines, limit=1.5, growth=0.5)
-    {'races': 1, 'named right': 1, 'faults': 1, 'other name': 0, 'healthy': 1, 'named faulty': 0}
+    >>> print(count(lines, limits=[1.5, 2.5], growths=[0.5, 0.5]).to_string(index=False))
+     races  named right  faults  other name  healthy  named faulty
+         1            1       1           0        1             0
+         1            0       1           0        1             0
     """
     scores = lines[list(FAULTS)].to_numpy()
     second, best = np.sort(scores, axis=1)[:, 1:].T
-    allowed = limit + growth * np.log(lines["revolutions"] / 100)
-    named = np.array(FAULTS)[scores.argmax(axis=1)]
+    turns = np.log(lines["revolutions"].to_numpy() / 100)
+    allowed = np.array(limits)[:, np.newaxis] + np.outer(growths, turns)
+    location = lines["location"].to_numpy()
+    is_race, is_healthy = np.isin(location, ["inner", "outer"]), location == "healthy"
+    is_right = np.array(FAULTS)[scores.argmax(axis=1)] == location
     is_named = (best > allowed) & (best - second >= _LEAD)
-    location = lines["location"]
-    is_race, is_healthy = location.isin(["inner", "outer"]), location == "healthy"
-    is_right = is_named & (named == location)
     counts = (
         is_race,
-        is_race & is_right,
+        is_race & is_right & is_named,
         ~is_healthy,
-        ~is_healthy & is_named & ~is_right,
+        ~is_healthy & ~is_right & is_named,
         is_healthy,
         is_healthy & is_named,
     )
-    return {
-        name: int(of_rows.sum()) for name, of_rows in zip(_COUNTED, counts, strict=True)
-    }
+    return pd.DataFrame(
+        {
+            name: np.broadcast_to(of_rows, allowed.shape).sum(axis=1)
+            for name, of_rows in zip(_COUNTED, counts, strict=True)
+        }
+    )
 
 
 def _utility(counts):
     wrong = counts["other name"] / counts["faults"]
-    wrong += counts["named faulty"] / max(counts["healthy"], 1)
+    wrong += counts["named faulty"] / np.maximum(counts["healthy"], 1)
     return counts["named right"] / counts["races"] - _WRONG * wrong
 
 
@@ -137,26 +142,23 @@ def left_out(lines):
     DataFrame
         A line for each rig and length: "limit" and "growth", and the counts.
     """
-    settings = [(limit, growth) for growth in _GROWTHS for limit in _LIMITS]
+    growths = np.repeat(_GROWTHS, len(_LIMITS))
+    limits = np.tile(_LIMITS, len(_GROWTHS))
     rigs = list(dict.fromkeys(lines["rig"]))
     counts = {
-        (rig, length): [count(group, *setting) for setting in settings]
-        for (rig, length), group in lines.groupby(["rig", "length"], sort=False)
+        key: count(group, limits, growths)
+        for key, group in lines.groupby(["rig", "length"], sort=False)
     }
     utility = {
-        rig: sum(
-            np.array([_utility(counted) for counted in counts[rig, length]])
-            for length in LENGTHS
-        )
-        for rig in rigs
+        rig: sum(_utility(counts[rig, length]) for length in LENGTHS) for rig in rigs
     }
     found = []
     for rig in rigs:
         best = int(np.argmax(sum(utility[other] for other in rigs if other != rig)))
-        limit, growth = settings[best]
+        setting = {"limit": limits[best], "growth": growths[best]}
         for length in LENGTHS:
-            facts = {"rig": rig, "length": length, "limit": limit, "growth": growth}
-            found.append(facts | counts[rig, length][best])
+            facts = {"rig": rig, "length": length} | setting
+            found.append(facts | counts[rig, length].loc[best].to_dict())
     return pd.DataFrame(found)
 
 

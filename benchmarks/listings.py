@@ -1,18 +1,20 @@
 """Blocks that are printed in full: a terminal example, bearings and file formats."""
 
+import contextlib
 import csv
+import io
 import os
 import shutil
-import subprocess
-import sys
 import tempfile
+from functools import cache
 from pathlib import Path
 
 import pandas as pd
 
 import skarxlag
-from benchmarks.blocks import ROOT, markdown
+from benchmarks.blocks import markdown
 from skarxlag import bearing_orders
+from skarxlag.plant.commands import main
 from skarxlag.plant.readers.formats import FORMATS
 
 _TRAIN_RPM, _RPM, _RATE = 800, 1400, "20000"
@@ -54,6 +56,7 @@ DESCRIPTIONS = {
 }
 
 
+@cache
 def terminal_example(home=None):
     """Return what ``diagnose`` prints of two recordings of UESTC, trained at 800 rpm.
 
@@ -67,30 +70,25 @@ def terminal_example(home=None):
     for letter, condition in _CONDITIONS.items():
         path = files[f"{letter}_{_TRAIN_RPM}"].resolve()
         lines.append(f"{path},{condition},{_TRAIN_RPM},{_RATE}")
-    with tempfile.TemporaryDirectory() as work:
-        Path(work, "rec").mkdir()
+    with tempfile.TemporaryDirectory() as work, contextlib.chdir(work):
+        Path("rec").mkdir()
         for letter, name in _DIAGNOSED.items():
-            shutil.copy(files[f"{letter}_{_RPM}"], Path(work, "rec", name))
-        Path(work, "table.csv").write_text("\n".join(lines), encoding="utf-8")
-        _printed("fit table.csv --healthy healthy -o bearing.skops -q", work)
+            shutil.copy(files[f"{letter}_{_RPM}"], Path("rec", name))
+        Path("table.csv").write_text("\n".join(lines), encoding="utf-8")
+        _printed("fit table.csv --healthy healthy -o bearing.skops -q")
         names = " ".join(f"rec/{name}" for name in _DIAGNOSED.values())
         options = f"--sampling-rate {_RATE} --rpm {_RPM} -q"
-        text = _printed(f"diagnose bearing.skops {names} {options}", work)
+        text = _printed(f"diagnose bearing.skops {names} {options}")
     command = f"$ skarxlag diagnose bearing.skops rec/*.mat --rpm {_RPM}"
     return "\n".join(f"    {line}".rstrip() for line in [command, *text.splitlines()])
 
 
-def _printed(command, folder):
-    """Run a command in a folder, and return its output."""
-    done = subprocess.run(
-        [sys.executable, "-m", "skarxlag", *command.split()],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return done.stdout
+def _printed(command):
+    """Run a command, and return its output."""
+    with contextlib.redirect_stdout(io.StringIO()) as output:
+        status = main(command.split())
+    assert status == 0
+    return output.getvalue()
 
 
 def formats(home=None):

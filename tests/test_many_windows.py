@@ -8,9 +8,9 @@ import pytest
 from skarxlag import make_alpio, signal_quality
 
 N_SAMPLES = 64
-N_IN_A_BLOCK = 10_000
+N_IN_A_BLOCK = 5_000
 #: All windows take more memory than the tests allow.
-N_BLOCKS = 20
+N_BLOCKS = 16
 
 
 @pytest.fixture(scope="module")

@@ -61,15 +61,21 @@ def test_recomputed_cells_of_the_simulated_rig_are_those_that_are_printed():
     assert 40 < n_compared < n_cells
 
 
+@pytest.fixture(scope="module")
+def computed():
+    """Lines of a small table."""
+    return pd.DataFrame(cross_speed.lines(**CELLS, methods=METHODS))
+
+
 @pytest.fixture
-def printed(tmp_path, monkeypatch):
-    """Lines of a small table and the page that shows them, in a folder of their own."""
+def printed(tmp_path, monkeypatch, computed):
+    """The lines and the page that shows them, in a folder of their own."""
     monkeypatch.setattr(tables, "csv_of", lambda name: tmp_path / f"{name}.csv")
     block = {"page.md: cells": lambda lines: f"A sentence.\n\n{len(lines)} lines"}
     cells = CELLS | {"methods": METHODS}
     table = tables.Table(cross_speed.lines, block, (cells,))
     monkeypatch.setitem(tables.TABLES, "small", table)
-    lines = pd.DataFrame(cross_speed.lines(**cells)).assign(made="2026-01-01")
+    lines = computed.assign(made="2026-01-01")
     lines.to_csv(tmp_path / "small.csv", index=False)
     text = tables.block_text("small", "page.md", block["page.md: cells"], lines)
     return tmp_path / "small.csv", text
