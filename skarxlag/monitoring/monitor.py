@@ -14,10 +14,11 @@ from ..core.capabilities import capabilities
 from ..core.fault_locations import NO_FINDING
 from ..core.state import expect
 from ..core.validation import ABOVE_0, check_count, check_flag, check_rate, check_real
+from ..kernels.evidence import combined_score, p_value_score
 from ..verdicts.judge import Judge
 from ..verdicts.names import CHANGED, NO_VERDICT, POSSIBLY_CHANGED
 from .alarm import CumulativeSumAlarm
-from .recent import RecentWindows
+from .recent import FadingEvidence
 from .together import CutBlock, diagnose_together
 from .verdict import MonitorVerdict
 from .windows import WindowStream, checked_samples, saved_count, speeds_of_samples
@@ -25,6 +26,8 @@ from .windows import WindowStream, checked_samples, saved_count, speeds_of_sampl
 #: Largest delay of an alarm in windows; the mean time between false alarms is computed
 #: from it.
 _LONGEST_DELAY = 1000
+#: Fields of a verdict that its window alone has.
+_OF_WINDOW = ("limits", "rms", "peak", "crest_factor")
 
 
 class ConditionMonitor:
@@ -74,9 +77,6 @@ class ConditionMonitor:
         Probability in (0, 1) that a healthy window exceeds the limits after one that
         did and that it does not overlap. Load and speed of a machine last longer than a
         window; 0.5 means runs of two.
-    gap_tolerance : float or None, default=None
-        Seconds by which the stated time of a block may differ from the end of the block
-        before. Beyond it, a new window starts. None: half a window.
     train_rpm : sequence of float, default=()
         Training speeds. Empty: those that the models state. Windows whose stated speed
         lies farther than a factor of 5 outside them get no verdict.
@@ -136,7 +136,6 @@ class ConditionMonitor:
         alarm_delay: int | None = None,
         latch: bool = False,
         persistence: float = 0.5,
-        gap_tolerance: float | None = None,
         train_rpm: Any = (),
     ) -> None:
         check_real(sampling_rate, "sampling_rate", **ABOVE_0)
@@ -151,9 +150,6 @@ class ConditionMonitor:
             expect(alarm_delay <= _LONGEST_DELAY, "alarm_delay", alarm_delay, expected)
         check_flag(latch, "latch")
         check_rate(persistence, "persistence")
-        if gap_tolerance is None:
-            gap_tolerance = 0.5 * length / sampling_rate
-        check_real(gap_tolerance, "gap_tolerance", min_val=0)
         self._judge = Judge(
             diagnoser,
             same_speed=True,
@@ -176,7 +172,6 @@ class ConditionMonitor:
             "false_alarm_interval": float(false_alarm_interval),
             "alarm_delay": alarm_delay,
             "persistence": float(persistence),
-            "gap_tolerance": float(gap_tolerance),
             "n_channels": described.n_channels,
             "rate": self._judge.limits.rate,
             "conditions": [str(name) for name in self.conditions],
@@ -195,9 +190,10 @@ class ConditionMonitor:
         rate = settings["sampling_rate"]
         # The shaft speed is one more channel.
         n_rows = settings["n_channels"] + 1
-        tolerance = settings["gap_tolerance"]
-        self._stream = WindowStream(n_rows, length, hop, rate, tolerance)
-        self._recent = RecentWindows(self._judge.n_evidence, settings["half_life"])
+        self._stream = WindowStream(n_rows, length, hop, rate)
+        half_life = settings["half_life"]
+        self._evidence = FadingEvidence(self._judge.n_evidence, half_life)
+        self._p_values = FadingEvidence(1, half_life)
         self._windows_an_hour = 3600 * rate / hop
         self._alarm: CumulativeSumAlarm | None = None
         if self._judge.limits.exist:
@@ -329,42 +325,44 @@ class ConditionMonitor:
         settings = self._settings
         start = cut.start + row * settings["hop"]
         end = self._stream.time_of(start + settings["window_length"])
-        self._recent.move_to(end)
-        self._recent.add_p_value(result.p_value)
+        self._evidence.move_to(end)
+        self._p_values.move_to(end)
+        if not math.isnan(result["p-value"]):
+            self._p_values.add(p_value_score(result["p-value"]))
+        p_value = np.nan
+        if recent := self._p_values.mean():
+            p_value = combined_score(recent[0].item(), recent[1])
         alarm = self._alarm
         exceeds = None
-        if not math.isnan(result.alarm):
-            exceeds = bool(result.alarm)
+        if not math.isnan(result["alarm"]):
+            exceeds = bool(result["alarm"])
             alarm.add(exceeds)
-        quality = result.quality
+        quality = result["quality"]
         window_verdict = verdict = mean = None
-        if quality == "good" and result.refusal != "":
+        if quality == "good" and result["refusal"] != "":
             quality = NO_VERDICT
-            window_verdict = verdict = result.verdict
+            window_verdict = verdict = result["verdict"]
         else:
             if quality == "good":
-                self._recent.add(result.evidence)
-                window_verdict = result.verdict if self.conditions else None
-            mean = self._recent.mean()
+                self._evidence.add(result["evidence"])
+                window_verdict = result["verdict"] if self.conditions else None
+            mean = self._evidence.mean()
         self._qualities[quality] += 1
         fields = {
             "start": start,
             "time": end,
             "rpm": float(cut.middle[row]),
             "quality": quality,
-            "quality_share": result.share,
-            "rms": result.rms,
-            "peak": result.peak,
-            "crest_factor": result.crest_factor,
+            "quality_share": result["quality share"],
             "window_verdict": window_verdict,
             "verdict": verdict,
             "probability": np.nan,
             "exceeds": exceeds,
             "alarm": alarm and (alarm.active or alarm.latched),
             "alarm_level": alarm.level if alarm else np.nan,
-            "p_value": self._recent.p_value(),
-            "limits": result.limits,
+            "p_value": p_value,
             "alarm_state": self.alarm_state,
+            **{name: result[name] for name in _OF_WINDOW},
         }
         # A latched alarm is of earlier windows.
         return fields, mean, bool(alarm and alarm.active)
@@ -399,7 +397,11 @@ class ConditionMonitor:
         }
 
     def _parts(self):
-        parts = {"stream": self._stream, "recent": self._recent}
+        parts = {
+            "stream": self._stream,
+            "evidence": self._evidence,
+            "p_values": self._p_values,
+        }
         return parts | {"alarm": self._alarm} if self._alarm else parts
 
     def restore(self, state: dict[str, Any], *, pause: float = 0.0) -> Self:
@@ -411,7 +413,7 @@ class ConditionMonitor:
             Result of `state`.
         pause : float, default=0.0
             Seconds between the last sample before and the next one, at least 0, of
-            which more than the tolerance of gaps is a gap.
+            which more than half a window is a gap.
 
         Returns
         -------

@@ -100,29 +100,12 @@ def _of_batch(cuts, owners):
         yield i, MonitorVerdict(**fields)
 
 
-class _Result(NamedTuple):
-    """Results of the models for one window."""
-
-    verdict: Any
-    alarm: float
-    quality: str
-    share: float
-    limits: str
-    p_value: float
-    refusal: str
-    rms: float
-    peak: float
-    crest_factor: float
-    evidence: NDArray[Any]
-
-
 def _results(judge, rows, rpm):
     """Yield the results of the models for each window."""
     results = judge.window_results(rows, rpm)
-    names = ("verdict", "alarm", "quality", "quality share", "limits", "p-value")
-    unknown = np.full(len(rows), np.nan)
-    columns = [results.columns.get(name, unknown).tolist() for name in names]
     levels = signal_levels(rows if rows.ndim == 2 else rows[:, 0])
-    columns += [results.refusal.tolist(), *(level.tolist() for level in levels)]
-    for values in zip(*columns, results.evidence, strict=True):
-        yield _Result(*values)
+    columns = {"p-value": np.full(len(rows), np.nan)}
+    columns |= results.columns | levels._asdict() | {"refusal": results.refusal}
+    values = [column.tolist() for column in columns.values()]
+    for evidence, *of_window in zip(results.evidence, *values, strict=True):
+        yield dict(zip(columns, of_window, strict=True)) | {"evidence": evidence}

@@ -45,8 +45,6 @@ class WindowStream:
         Samples in a window, and from one window to the next.
     rate : float
         Sampling rate in Hz.
-    tolerance : float
-        Seconds by which the stated time of a block may be wrong.
 
     Attributes
     ----------
@@ -62,13 +60,12 @@ class WindowStream:
         Sum over the gaps.
     """
 
-    def __init__(
-        self, n_rows: int, length: int, hop: int, rate: float, tolerance: float
-    ) -> None:
+    def __init__(self, n_rows: int, length: int, hop: int, rate: float) -> None:
         self._length = length
         self._hop = hop
         self._rate = rate
-        self._tolerance = tolerance
+        # Seconds by which the stated time of a block may be wrong.
+        self._tolerance = 0.5 * length / rate
         self.rest: NDArray[Any] = np.empty((n_rows, 0))
         self.n_samples: int = 0
         self.next_start: int = 0
