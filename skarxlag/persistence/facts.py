@@ -30,7 +30,7 @@ _LISTS: dict[str, Any] = {
     "loads": str,
     "specimens": str,
     "campaigns": str,
-    "training_files": str,
+    "error_rates": str,
     "n_windows": ("at least 0", int),
     "n_recordings": ("at least 0", int),
     "train_rpm": _ABOVE_0,

@@ -25,7 +25,6 @@ from .files import (
     check_output,
     is_model_file,
     is_report,
-    is_result_file,
     result_paths,
 )
 from .messages import CommandError, UsageError, as_command_error, refuse, require
@@ -38,15 +37,15 @@ _FACTS = (
     "pulses_per_revolution",
     "dtype",
 )
-#: Recordings on a page of `show`, at most.
-MOST_DRAWN = 50
 
 
 def fit(args: Namespace) -> None:
     """List the recordings, and check the output."""
+    if args.bearing is not None and args.diagnoser != "stretches":
+        refuse(args, ["diagnoser"], "is stretches with --bearing")
     args.recordings = _table_recordings(args)
     inputs = [args.table, *(recording.path for recording in args.recordings)]
-    args.output = check_output(args.output, inputs, is_model_file, args.force)
+    args.output = check_output(args.output, inputs, args.force)
     require(("skops",), "saving a diagnoser", "io")
 
 
@@ -76,8 +75,7 @@ def diagnose(args: Namespace) -> None:
     ]
     inputs = [args.model, args.table]
     inputs += [recording.path for recording in args.recordings]
-    kind = is_result_file, args.force, SUFFIXES
-    outputs = [check_output(path, inputs, *kind) for path in outputs]
+    outputs = [check_output(path, inputs, args.force, SUFFIXES) for path in outputs]
     args.output = outputs[0] if outputs else None
     if is_report(args.output):
         require(("jinja2", "matplotlib"), "a report", "io")
@@ -107,16 +105,10 @@ def show(args: Namespace) -> None:
     """List the recordings, and check the output."""
     require(("jinja2", "matplotlib"), "a page", "io")
     args.recordings = _named_and_of_table(args)
-    if len(args.recordings) > MOST_DRAWN:
-        raise UsageError(
-            f"argument RECORDING: {len(args.recordings)} recordings; expected at most "
-            f"{MOST_DRAWN}. A report of diagnose lists all and draws the most severe."
-        )
     if args.output is None:
         args.output = Path(f"{args.recordings[0].path.stem}.html")
     inputs = [recording.path for recording in args.recordings]
-    kind = is_result_file, args.force, (".html",)
-    args.output = check_output(args.output, inputs, *kind)
+    args.output = check_output(args.output, inputs, args.force, (".html",))
 
 
 def bearings(args: Namespace) -> None:

@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     table = results.verdict_table(rows)
     if not args.quiet:
         show(model.heading)
-    show(table, *_remarks(rows, diagnoses), *_agreement(rows, model))
+    show(table, *_remarks(rows, diagnoses))
     if args.output is not None and not args.quiet:
         show("Written: " + ", ".join(map(str, result_paths(args.output))))
     failed = rows[rows["error"] != ""]
@@ -193,29 +193,17 @@ def _model(args):
 
 def _remarks(rows, diagnoses):
     """Yield the remarks, each once, behind the recordings that they are about."""
-    remarks = [diagnosis.remarks for diagnosis in diagnoses]
-    remarks = pd.Series(remarks, rows["recording"]).explode().dropna()
+    about: dict[str, list[str]] = {}
+    for name, diagnosis in zip(rows["recording"], diagnoses, strict=True):
+        for remark in diagnosis.remarks:
+            about.setdefault(remark, []).append(name)
     of_recordings: dict[str, list[str]] = {}
-    for remark, about in remarks.groupby(remarks, sort=False):
-        recordings = ", ".join(about.index)
-        if 1 < len(rows) == len(about):
+    for remark, names in about.items():
+        recordings = ", ".join(names)
+        if 1 < len(rows) == len(names):
             recordings = "All recordings"
-        elif len(about) > _MOST_NAMES:
-            recordings = f"{len(about)} recordings"
+        elif len(names) > _MOST_NAMES:
+            recordings = f"{len(names)} recordings"
         of_recordings.setdefault(recordings, []).append(remark)
     for recordings, sentences in of_recordings.items():
         yield f"{recordings}: {' '.join(sentences)}"
-
-
-def _agreement(rows, model):
-    """Yield how many verdicts agree with the stated condition, those of the training apart."""
-    is_trained = rows["in_training"]
-    for part, of_what in (
-        (rows[~is_trained], "verdict"),
-        (rows[is_trained], "verdict on recordings of the training"),
-    ):
-        n_right, n_known = results.agreement(part, model)
-        if n_known:
-            noun = of_what if n_known == 1 else of_what.replace("verdict", "verdicts")
-            agrees = "agrees" if n_known == 1 else "agree"
-            yield f"{n_right} of {n_known} {noun} {agrees} with the stated condition."

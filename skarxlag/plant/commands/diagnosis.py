@@ -22,8 +22,6 @@ from .workers import cancelled
 
 #: Entry of the column ``alarm`` if a stated fact differs from all training.
 NOT_VALID = "not valid here"
-#: Units of acceleration, in m/s2.
-ACCELERATIONS = {"m/s2": 1.0, "mm/s2": 1e-3, "g": 9.80665}
 
 
 @dataclass(frozen=True)
@@ -166,8 +164,6 @@ def _levels_of_recording(windows, velocities, unit):
     """Return the levels of a recording, in the unit of the signal and in those of standards."""
     levels = joined_levels(windows["rms"].to_numpy(), windows["peak"].to_numpy())
     entries = dict(levels._asdict()) | {"unit": unit or None}
-    if unit in ACCELERATIONS:
-        entries["acceleration_rms_m_s2"] = levels.rms * ACCELERATIONS[unit]
     # Blocks are of equal length, except for the last, which may be too short.
     stated = [velocity for velocity in velocities if velocity is not None]
     if stated:

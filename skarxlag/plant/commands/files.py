@@ -1,18 +1,14 @@
 """Files that the commands read and write, by their kind."""
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
 
 from .messages import CommandError, UsageError
 
-#: Part of every file of results, so that a later run may replace it.
-MARK = "skarxlag results 1"
 SUFFIXES = (".csv", ".json", ".parquet", ".html")
-WINDOWS_HEAD = b"recording,start,verdict,alarm,"
-_HEADS = (b"recording,verdict,probability,alarm,", WINDOWS_HEAD)
 
 
 def check_input(path: Path) -> None:
@@ -42,16 +38,14 @@ def is_report(output: Path | None) -> bool:
 def check_output(
     output: Path,
     inputs: Iterable[Any],
-    is_same_kind: Callable[[Path], bool],
     force: bool,
     suffixes: tuple[str, ...] = ("",),
 ) -> Path:
     """Resolve the links of an output and check it before anything is computed.
 
     The output is refused if it has another suffix, its folder does not exist, it is an
-    input, or it exists, is of another kind and `force` is not given. What is returned
-    is written without following links, so that a link that is made meanwhile leads
-    nowhere.
+    input, or it exists and `force` is not given. What is returned is written without
+    following links, so that a link that is made meanwhile leads nowhere.
     """
     where = f"argument -o/--output: {output}"
     is_named = output.suffix.lower().endswith(suffixes)
@@ -69,20 +63,9 @@ def check_output(
     files = (path for path in inputs if path and os.path.exists(path))
     if any(map(output.samefile, files)):
         raise UsageError(f"{where} is an input, which is not replaced")
-    is_empty = output.is_file() and output.stat().st_size == 0
-    if not (force or is_empty or not output.is_file() or is_same_kind(output)):
-        raise UsageError(
-            f"{where} exists and was not written by this command; --force replaces it"
-        )
+    if not (force or is_device):
+        raise UsageError(f"{where} exists; --force replaces it")
     return output
-
-
-def is_result_file(path: Path) -> bool:
-    """Return whether a file holds results, in any format."""
-    with path.open("rb") as file:
-        start = file.read(4096)
-        file.seek(max(path.stat().st_size - 65536, 0))
-        return start.startswith(_HEADS) or MARK.encode() in start + file.read()
 
 
 def is_model_file(path: Path) -> bool:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from joblib import parallel_config
+from sklearn.base import clone
 
 from ...core.capabilities import capabilities, requests
 from ...core.fault_locations import HEALTHY, location_of_label
@@ -18,7 +19,6 @@ from ...kernels.speed_references import group_speeds
 from ...persistence.files import write_atomically
 from ...persistence.models import packed_diagnoser
 from ..readers.entries import ListedRecording
-from .error_rates import ErrorRates
 from .messages import (
     CommandError,
     Reporter,
@@ -28,9 +28,11 @@ from .messages import (
     show,
 )
 from .remarks import why_no_orders
-from .results import file_name
 from .training_facts import Channels, facts_of_training, units_of
-from .training_rows import training_rows
+from .training_rows import TrainingRows, training_rows
+
+#: Parts of a recording, of which each is left out once.
+_N_BLOCKS = 5
 
 
 def run(args: argparse.Namespace) -> int:
@@ -82,16 +84,16 @@ resample_to, n_jobs
         If the recordings cannot be read or used.
     """
     reporter = reporter or Reporter()
-    diagnoser = _kind(recordings, diagnoser, bearing, healthy)
+    kind = _kind(recordings, diagnoser, bearing, healthy)
     rows = training_rows(
         recordings,
         table,
-        kind=diagnoser,
+        kind=kind,
         window_length=window_length,
         resample_to=resample_to,
         reporter=reporter,
     )
-    kind = diagnoser or ("stretches" if rows.word == "stretches" else "diagnoser")
+    kind = kind or ("stretches" if rows.word == "stretches" else "diagnoser")
     if bearing is not None and rows.speeds is None:
         raise CommandError(
             f"{table}: no speed is stated; expected a column rpm, or --rpm"
@@ -99,23 +101,28 @@ resample_to, n_jobs
     may_be_one = kind == "detector" or bearing is not None
     if "condition" not in rows.facts and may_be_one:
         rows.facts["condition"] = HEALTHY
-    healthy, reason = _healthy_condition(rows, table, kind, healthy, may_be_one)
+    healthy = _healthy_condition(rows, table, kind, healthy, may_be_one)
     if kind == "detector":
         rows = rows.where(rows.y == healthy)
     rows = rows.with_signal(table, outputs or 1)
     reporter.line(f"{len(rows.X)} {rows.word}: fitting")
-    rates = None
+    detector = make_detector(false_alarm_rate=false_alarm_rate, fixed_gain=fixed_gain)
     with as_command_error(), parallel_config("threading", n_jobs=n_jobs):
-        detector = make_detector(
-            false_alarm_rate=false_alarm_rate, fixed_gain=fixed_gain
-        )
-        main = detector
-        if kind != "detector":
-            main = _diagnoser(rows, kind, bearing, healthy, false_alarm_rate)
-        models, notes = _fitted(rows, main, detector, healthy, outputs)
-        if outputs is None and healthy is not None:
-            rates = ErrorRates.measured(detector, rows, healthy)
-        fitted = models.pop("diagnoser")
+        rates = []
+        if healthy is not None and outputs is None:
+            rates = error_rates(detector, rows, healthy)
+        if outputs is not None:
+            detector = SensorFusion(estimator=detector, n_outputs=outputs)
+        if kind == "detector":
+            notes = _fit(detector, rows)
+            fitted, models = detector, {}
+        else:
+            fitted = _diagnoser(rows, kind, bearing, healthy, false_alarm_rate)
+            if outputs is not None:
+                fitted = SensorFusion(estimator=fitted, n_outputs=outputs)
+            notes = _fit(fitted, rows, rows.y)
+            models, further = _companions(rows, detector, healthy, outputs)
+            notes += further
         # Locations of faults that no recording shows are conditions, too.
         conditions = capabilities(fitted).conditions or [healthy]
         conditions = sorted(conditions, key=lambda name: name != healthy)
@@ -126,51 +133,98 @@ resample_to, n_jobs
             "conditions": conditions,
             "healthy": healthy,
             "false_alarm_rate": false_alarm_rate,
-            "error_counts": None if rates is None else list(rates),
+            "error_rates": rates,
             "bearing": bearing,
             "saved": datetime.now(UTC).strftime("%Y-%m-%d"),
         }
         # The output is resolved and checked; a link that was made since is replaced.
         content = packed_diagnoser(fitted, models, facts)
         write_atomically(output, content, follows_links=False)
-    lines = [
-        *rows.notes,
-        _size(rows),
-        counts.to_string(),
-        f"Healthy: {healthy or 'none'} ({reason})",
-        *_channel_notes(rows.channels, outputs or 1),
-        *dict.fromkeys(notes),
-    ]
-    slowest = None if rows.speeds is None else rows.speeds.min()
-    too_short = why_no_orders(rows.X.shape[-1], rows.sampling_rate, slowest)
-    if kind == "stretches" and too_short:
-        lines.append(f"Note: {too_short}")
     if healthy is not None:
         limits = capabilities(models.get("detector", fitted)).limits
-        lines.append(
-            f"Limits for a false-alarm rate of {false_alarm_rate:g} from {limits}"
+        rates.insert(
+            0, f"Limits for a false-alarm rate of {false_alarm_rate:g} from {limits}"
         )
-    if rates is not None:
-        lines += rates.sentences(false_alarm_rate, rows.seconds, rows.word)
-    return [*lines, f"Saved {kind} to {output}"]
+    return [
+        *rows.notes,
+        *_size(rows, kind),
+        counts.to_string(),
+        f"Healthy: {healthy or 'none'}",
+        *_channel_notes(rows.channels, outputs or 1),
+        *dict.fromkeys(notes),
+        *rates,
+        f"Saved {kind} to {output}",
+    ]
+
+
+def error_rates(detector: Any, rows: TrainingRows, healthy: Any) -> list[str]:
+    """Describe the errors of healthy limits on rows that did not set them.
+
+    Parameters
+    ----------
+    detector : estimator
+        Not fitted.
+    rows : TrainingRows
+        The rows, in the order of time.
+    healthy : label
+        The healthy condition. A fifth of each of its recordings is left out at a time.
+
+    Returns
+    -------
+    list of str
+        Sentences; none if the healthy rows are too few.
+    """
+    of_healthy = rows.where(rows.y == healthy)
+    faulty = rows.where(rows.y != healthy)
+    recording = of_healthy.facts["recording"]
+    order = recording.groupby(recording).cumcount()
+    block = order * _N_BLOCKS // recording.groupby(recording).transform("size")
+    n_alarms = 0
+    try:
+        for left_out in block.unique():
+            test = (block == left_out).to_numpy()
+            exceeds = _exceeds(
+                detector, of_healthy.where(~test), of_healthy.where(test)
+            )
+            n_alarms += int(exceeds.sum())
+        sentences = [
+            f"False alarms: {n_alarms} of {len(block)} healthy {rows.word} exceed limits "
+            "that were learned without this part of their recordings."
+        ]
+        if len(faulty.X):
+            n_missed = int((~_exceeds(detector, of_healthy, faulty)).sum())
+            sentences.append(
+                f"Missed faults: {n_missed} of {len(faulty.X)} {rows.word} of recorded "
+                "faults are within the healthy limits."
+            )
+        return sentences
+    except ValueError:
+        return []
+
+
+def _exceeds(detector, train, test):
+    """Return which rows exceed the limits that a detector learns from others."""
+    speeds = [
+        {} if each.speeds is None else {"rpm": each.speeds} for each in (train, test)
+    ]
+    with warnings.catch_warnings(action="ignore"):
+        fitted = clone(detector).fit(train.X, **speeds[0])
+        return fitted.predict(test.X, **speeds[1]) == -1
 
 
 def _kind(recordings, kind, bearing, healthy):
     """Return the kind of diagnoser if it is stated, or the recordings determine it."""
     if bearing is not None:
-        if kind not in (None, "stretches"):
-            raise UsageError(
-                "argument --bearing: belongs to --diagnoser stretches, not to "
-                f"--diagnoser {kind}"
-            )
         return "stretches"
     only, *others = {recording.condition for recording in recordings}
     if kind is not None or others or only is None:
         return kind
-    is_healthy = only == healthy
-    if healthy is None:
-        is_healthy = location_of_label(only) == HEALTHY
+    is_healthy = only == healthy or (healthy is None and _is_healthy(only))
     return "detector" if is_healthy else None
+
+
+def _is_healthy(name):
+    return location_of_label(name) == HEALTHY
 
 
 def _facts(recordings, rows, counts):
@@ -195,14 +249,11 @@ def _facts(recordings, rows, counts):
         "window_length": rows.X.shape[-1],
         "n_windows": counts[rows.word].tolist(),
         "n_recordings": counts["recordings"].tolist(),
-        "training_files": sorted(
-            file_name(each, each.path.stat().st_size) for each in used
-        ),
     }
 
 
 def _healthy_condition(rows, source, kind, healthy, may_be_one):
-    """Return the healthy condition, or None if there is none, and why it is that one."""
+    """Return the healthy condition, or None if there is none."""
     present = []
     if "condition" in rows.facts:
         present = rows.facts["condition"].unique().tolist()
@@ -212,21 +263,16 @@ def _healthy_condition(rows, source, kind, healthy, may_be_one):
             "two or more, by a column condition or --pattern; with healthy recordings "
             "only, use --diagnoser detector"
         )
-    named_healthy = [name for name in present if location_of_label(name) == HEALTHY]
     if healthy in present:
-        return healthy, "--healthy"
+        return healthy
     if healthy == "none" and kind != "detector":
-        return None, "--healthy"
-    if healthy is None and len(present) == 1:
-        return present[0], "the only condition"
-    if healthy is None and len(named_healthy) == 1:
-        return named_healthy[0], "by its name; --healthy names another"
-    problem = "needed, because the names do not show it"
-    if healthy:
-        problem = repr(healthy)
+        return None
+    candidates = present if len(present) == 1 else [*filter(_is_healthy, present)]
+    if healthy is None and len(candidates) == 1:
+        return candidates[0]
     none = "" if kind == "detector" else "; or --healthy none"
     raise UsageError(
-        f"argument --healthy: {problem}, expected a condition of {source}: "
+        f"argument --healthy: {healthy or 'needed'}, expected a condition of {source}: "
         f"{', '.join(present)}{none}"
     )
 
@@ -239,42 +285,41 @@ def _diagnoser(rows, kind, bearing, healthy, false_alarm_rate):
     return model.set_params(**dict.fromkeys(rates, false_alarm_rate))
 
 
-def _fitted(rows, main, detector, healthy, outputs):
-    """Return the fitted models by their names in the file, and notes on them."""
-    models: dict[str, Any] = {}
+def _fit(model, rows, y=None):
+    """Fit a model with the metadata that it requests, and return its warnings."""
+    requested = {
+        key: values
+        for key, values in rows.metadata.items()
+        if requests(model, "fit", key)
+    }
+    with warnings.catch_warnings(
+        record=True, action="always", category=UserWarning
+    ) as warned:
+        model.fit(rows.X, y, **requested)
+    return [f"Note: {warning.message}" for warning in warned]
 
-    def fit(name, model, rows, y):
-        """Fit a model with the metadata that it requests, and return its warnings."""
-        if outputs is not None:
-            model = SensorFusion(estimator=model, n_outputs=outputs)
-        requested = {
-            key: values
-            for key, values in rows.metadata.items()
-            if requests(model, "fit", key)
-        }
-        with warnings.catch_warnings(
-            record=True, action="always", category=UserWarning
-        ) as warned:
-            models[name] = model.fit(rows.X, y, **requested)
-        return [f"Note: {warning.message}" for warning in warned]
 
-    if main is detector:
-        return models, fit("diagnoser", main, rows, None)
-    notes = fit("diagnoser", main, rows, rows.y)
+def _companions(rows, detector, healthy, outputs):
+    """Return the fitted models that are saved next to a diagnoser, and notes on them."""
+    models = {}
+    notes = []
     if len(set(rows.y)) > 1:
+        known = make_known_conditions()
+        if outputs is not None:
+            known = SensorFusion(estimator=known, n_outputs=outputs)
         try:
-            fit("known_conditions", make_known_conditions(), rows, rows.y)
-            known = models["known_conditions"].classes_
-            if left_out := sorted(set(rows.y) - set(known)):
-                del models["known_conditions"]
+            _fit(known, rows, rows.y)
+            if left_out := sorted(set(rows.y) - set(known.classes_)):
                 raise ValueError(
                     f"fewer than two windows at one speed of {', '.join(left_out)}"
                 )
+            models["known_conditions"] = known
         except ValueError as error:
             notes.append(f"The verdict 'unknown condition' is not possible: {error}")
     if healthy is not None:
         try:
-            notes += fit("detector", detector, rows.where(rows.y == healthy), None)
+            notes += _fit(detector, rows.where(rows.y == healthy))
+            models["detector"] = detector
         except ValueError as error:
             notes.append(f"No healthy limits: {error}")
     return models, notes
@@ -290,17 +335,20 @@ def _counts(conditions, rows):
     return counts.reindex(conditions, fill_value=0)
 
 
-def _size(rows):
-    """Describe a row in samples, seconds and, if a speed is stated, revolutions."""
+def _size(rows, kind):
+    """Yield the size of a row, and why the orders of a stretch are not compared."""
     size = (
         f"{rows.word.capitalize()} of {rows.X.shape[-1]} samples, {rows.seconds:.3g} s "
         f"at {rows.sampling_rate:g} Hz"
     )
-    if rows.speeds is None:
-        return size
-    slowest = rows.speeds.min()
-    n_revolutions = rows.seconds * slowest / 60
-    return f"{size}, {n_revolutions:.3g} revolutions at {slowest:g} rpm"
+    slowest = None if rows.speeds is None else rows.speeds.min()
+    if slowest is not None:
+        n_revolutions = rows.seconds * slowest / 60
+        size = f"{size}, {n_revolutions:.3g} revolutions at {slowest:g} rpm"
+    yield size
+    reason = why_no_orders(rows.X.shape[-1], rows.sampling_rate, slowest)
+    if kind == "stretches" and reason:
+        yield f"Note: {reason}"
 
 
 def _channel_notes(channels: Sequence[Channels], n_outputs: int) -> Iterator[str]:

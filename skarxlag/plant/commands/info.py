@@ -2,6 +2,7 @@
 
 import argparse
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -40,23 +41,20 @@ def describe(path: Path) -> tuple[list[str], dict[str, Any]]:
             rpm = ListedRecording(None, path.name, path).with_speed().rpm
         facts = {"file": str(path), "rpm": rpm, "channels": records(channels)}
         speed = "not stated" if rpm is None else f"{rpm:g} rpm"
-        lines = [
-            channels.astype(object).fillna("-").to_string(),
-            f"Shaft speed: {speed}",
-        ]
-    else:
-        model = SavedModel(path)
-        limited = model.detector or model.diagnoser
-        steps = (type(step).__name__ for step in unfolded_steps(model.diagnoser))
-        further = {"model": model.short_identity, "steps": " -> ".join(steps)}
-        basis = capabilities(limited).limits
-        if model.healthy is not None and basis:
-            further["healthy_limits"] = basis
-        sentences = limits(model)
-        lines = [_line(*fact) for fact in (model.facts | further).items()]
-        lines += ["Limits", *(f"  - {sentence}" for sentence in sentences)]
-        facts = model.facts | {"model": model.short_identity, "limits": sentences}
-    return lines, facts
+        table = channels.astype(object).fillna("-").to_string()
+        return [table, f"Shaft speed: {speed}"], facts
+    model = SavedModel(path)
+    steps = (type(step).__name__ for step in unfolded_steps(model.diagnoser))
+    facts = model.facts | {
+        "model": model.short_identity,
+        "steps": " -> ".join(steps),
+        "healthy_limits": capabilities(model.detector or model.diagnoser).limits
+        or None,
+    }
+    sentences = [*limits(model), *facts.pop("error_rates", [])]
+    lines = [_line(*fact) for fact in facts.items()]
+    lines += ["Limits", *(f"  - {sentence}" for sentence in sentences)]
+    return lines, facts | {"limits": sentences}
 
 
 def _line(name, value):
@@ -68,50 +66,28 @@ def _line(name, value):
     return f"{name.replace('_', ' '):<22}{text}".rstrip()
 
 
-def limits(model: SavedModel) -> list[str]:
-    """Return sentences on what a model cannot do."""
-    facts = model.facts
+def limits(model: SavedModel) -> Iterator[str]:
+    """Yield sentences on what a model cannot do."""
     described = model.capabilities
-    names_faults = described.conditions is not None
-    cases = {
-        "It distinguishes healthy from faulty and names no fault.": not names_faults,
-        "It names the most similar of its conditions, also for any other fault.": names_faults,
-        "It has no detection threshold, so it raises no alarm.": (
-            names_faults and not described.alarm
-        ),
-        "At other speeds, it may raise false alarms.": (
-            len(described.speeds) < 2 and not names_faults
-        ),
-        "The sampling rate of recordings cannot be checked.": (
-            model.sampling_rate is None
-        ),
-    }
-    sentences = [sentence for sentence, holds in cases.items() if holds]
-    sentences += _order_limits(model)
-    rates = model.error_rates
-    if rates is not None:
-        seconds = model.window_length / model.sampling_rate
-        sentences += rates.sentences(facts["false_alarm_rate"], seconds, facts["rows"])
-    if facts.get("n_windows") and facts.get("false_alarm_rate"):
-        n_healthy = facts["n_windows"][0]
-        rate = facts["false_alarm_rate"]
-        sentences += too_few_rows(
-            f"{n_healthy} healthy {model.rows}", n_healthy, rate / described.n_outputs
-        )
-    return sentences
-
-
-def _order_limits(model):
-    """Yield below which speed a stretch is too short for order spectra, or that it always is."""
-    if not model.capabilities.compares_orders:
-        if (
-            model.facts["diagnoser"] == "stretches"
-            and not model.capabilities.is_stretch
-        ):
-            yield "It compares no order spectra, because its stretches are too short."
-    elif model.sampling_rate is not None and model.window_length is not None:
-        lowest = 60 * LEAST_REVOLUTIONS * model.sampling_rate / model.window_length
+    rate = model.sampling_rate
+    if described.conditions is not None:
+        yield "It names the most similar of its conditions, also for any other fault."
+    else:
+        yield "It distinguishes healthy from faulty and names no fault."
+        if len(described.speeds) < 2:
+            yield "At other speeds, it may raise false alarms."
+    if not model.judge.limits.exist:
+        yield "It has no healthy limits, so it raises no alarm."
+    if rate is None:
+        yield "The sampling rate of recordings cannot be checked."
+    elif described.compares_orders:
+        lowest = 60 * LEAST_REVOLUTIONS * rate / model.window_length
         yield (
             f"It compares no order spectra below {lowest:.3g} rpm: a stretch needs "
             f"{LEAST_REVOLUTIONS} revolutions."
         )
+    false_alarm_rate = model.facts.get("false_alarm_rate")
+    if model.facts.get("n_windows") and false_alarm_rate:
+        n_healthy = model.facts["n_windows"][0]
+        rows = f"{n_healthy} healthy {model.rows}"
+        yield from too_few_rows(rows, n_healthy, false_alarm_rate / described.n_outputs)

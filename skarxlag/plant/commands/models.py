@@ -22,7 +22,6 @@ from ...verdicts.judge import Judge
 from ..readers.cutting import block_length, cut_blocks
 from ..readers.entries import ListedRecording, OpenRecording
 from ..readers.formats.rates import NO_RATE, rates_agree, unit_advice
-from .error_rates import ErrorRates
 from .messages import CommandError, as_command_error, counted, printable, speeds_as_text
 from .training_facts import channels_of_model
 
@@ -52,8 +51,6 @@ class RecordingModel:
         Description in one line.
     load : callable
         Returns the model in a worker.
-    training_files : frozenset of str, default=frozenset()
-        Names and sizes of the files of the training, which results mark.
     other_bearing : str or None, default=None
         Bearing of the recordings, if it is not that of the training.
 
@@ -81,7 +78,6 @@ class RecordingModel:
     takes_rpm: bool
     heading: str
     load: Callable[[], "RecordingModel"]
-    training_files: frozenset[str] = frozenset()
     other_bearing: str | None = None
 
     def __post_init__(self) -> None:
@@ -189,21 +185,17 @@ def _long_rows(opened):
 
 def _parts(blocks):
     """Yield parts of the largest length of a row, or everything if it is shorter."""
-    rest: list[NDArray[Any]] = []
-    n_samples = 0
+    rest = np.empty(0)
     is_long = False
     for block in blocks:
-        rest.append(block)
-        n_samples += block.shape[-1]
-        while n_samples >= _LONGEST_ROW:
-            signal = np.concatenate(rest, axis=-1)
-            yield signal[..., :_LONGEST_ROW]
+        rest = np.concatenate([rest, block], axis=-1) if rest.size else block
+        while rest.shape[-1] >= _LONGEST_ROW:
+            yield rest[..., :_LONGEST_ROW]
             # Without the copy, a few samples would keep the whole part in memory.
-            rest = [signal[..., _LONGEST_ROW:].copy()]
-            n_samples -= _LONGEST_ROW
+            rest = rest[..., _LONGEST_ROW:].copy()
             is_long = True
     if not is_long:
-        yield np.concatenate(rest, axis=-1)
+        yield rest
 
 
 def bearing_model(bearing: str) -> RecordingModel:
@@ -273,7 +265,6 @@ class SavedModel(RecordingModel):
         self.path = path
         self.known_conditions = stated.pop("known_conditions", None)
         self.detector = stated.pop("detector", None)
-        training_files = stated.pop("training_files", None) or ()
         self.capabilities = capabilities(diagnoser)
         self.takes_bearing = requests(diagnoser, "predict", "bearing")
         if bearing == stated.get("bearing") or not self.takes_bearing:
@@ -301,7 +292,6 @@ class SavedModel(RecordingModel):
             takes_rpm=self.capabilities.takes_rpm,
             heading=_heading(path, self.rows, facts, bearing),
             load=partial(_cached_model, os.path.abspath(path), changed, bearing),
-            training_files=frozenset(training_files),
             other_bearing=bearing,
         )
         self.identity = identity
@@ -330,12 +320,6 @@ class SavedModel(RecordingModel):
     def short_identity(self) -> str:
         """Beginning of the SHA-256 of the file, which results and states name."""
         return self.identity[:12]
-
-    @property
-    def error_rates(self) -> ErrorRates | None:
-        """False alarms and missed faults that `fit` measured, if it did."""
-        counts = self.facts.get("error_counts")
-        return ErrorRates(*counts) if counts else None
 
     def open(self, recording: ListedRecording, resample: bool = False) -> OpenRecording:
         """Open a recording, and refuse other channels or another rate than those of `fit`."""

@@ -95,7 +95,7 @@ def _quiet(parser):
 
 
 def _force(parser):
-    _flag(parser, "--force", "let -o replace a file that this command did not write")
+    _flag(parser, "--force", "let -o replace a file")
 
 
 def fit(parser: ArgumentParser) -> None:
@@ -211,8 +211,8 @@ def show(parser: ArgumentParser) -> None:
 
     The page is one file of HTML that needs no network. With --bearing and a known speed,
     the lines of the bearing (BPFO, BPFI, BSF, FTF) are marked. Of a long recording, the first
-    million samples are drawn. At most 50 recordings are drawn. Exit status: 0 if all were
-    drawn, 1 if some could not be read, 2 if an argument is wrong.
+    million samples are drawn. Exit status: 0 if all were drawn, 1 if some could not be read,
+    2 if an argument is wrong.
     """
     parser.add_argument("recordings", nargs="*", metavar="RECORDING", help=_RECORDINGS)
     _shared(parser, "--table", "--bearing", "--unit")

@@ -14,7 +14,7 @@ from ...verdicts.names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
 from ...verdicts.windows import HOLD
 from ..readers.entries import ListedRecording, OpenRecording
 from .messages import sentence
-from .training_facts import channel_difference, unstated_facts
+from .training_facts import channel_difference
 
 if TYPE_CHECKING:
     from .models import RecordingModel
@@ -73,9 +73,6 @@ def recording_remarks(
         yield NO_COMB
     if not is_trained:
         return
-    assumed = unstated_facts(model.facts, recording)
-    if verdict["alarm"] in ("yes", "no") and assumed:
-        yield f"The alarm assumes the {', '.join(assumed)} of the training."
     bearing = model.other_bearing or model.facts.get("bearing")
     if verdict["verdict"] == CHANGED and bearing:
         yield f"No comb of bearing {bearing} shows a fault."

@@ -5,16 +5,14 @@ import re
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
-from ...core.fault_locations import NO_FINDING, location_of_label
 from ...persistence.files import write_atomically
 from ...verdicts.names import NO_VERDICT
 from ..readers.formats.facts import distinct
 from ..readers.listing import ListedRecording
 from .diagnosis import Diagnosis
-from .files import MARK, result_paths
+from .files import result_paths
 from .messages import percent, printable
 
 _FIRST = [
@@ -41,7 +39,7 @@ def recording_rows(
         # A recording that was not diagnosed has an error, such as an implausible speed.
         verdict = str(diagnosis.verdict["verdict"])
         error = verdict.partition(f"{NO_VERDICT}: ")[2]
-        size, time = diagnosis.file[:2] if diagnosis.file else (None, None)
+        time = diagnosis.file[1] if diagnosis.file else None
         stated = {"specimen": recording.specimen, "load": recording.load}
         rows.append(
             dict.fromkeys(_FIRST)
@@ -54,7 +52,6 @@ def recording_rows(
                 "condition": recording.condition,
                 "rpm": recording.rpm,
                 "file_time": time,
-                "in_training": file_name(recording, size) in model.training_files,
             }
             | {
                 f"stated {name}": text
@@ -66,30 +63,6 @@ def recording_rows(
     times = pd.to_datetime(table["file_time"]).dt.strftime("%Y-%m-%dT%H:%M:%SZ")
     table = table.assign(alarm=table["alarm"].fillna("-"), file_time=times)
     return machine_names(table)
-
-
-def file_name(recording: ListedRecording, size: int | None) -> str:
-    """Return the name and the size of a file, by which those of the training are recognised."""
-    return f"{recording.path.name} {size}"
-
-
-def agreement(rows: pd.DataFrame, model: Any) -> tuple[int, int]:
-    """Count the verdicts that agree with the stated condition, and those that could.
-
-    A model of locations takes the location that the name of a condition says, if it does not
-    know the name itself. A model of the healthy condition alone agrees by its alarm.
-    """
-    rows = rows[rows["condition"].notna() & (rows["error"] == "")]
-    stated = rows["condition"]
-    verdicts = rows["verdict"].astype(str).replace(NO_FINDING, str(model.healthy))
-    conditions = set(map(str, model.conditions))
-    if len(conditions) == 1:
-        right = rows["alarm"] == np.where(stated == str(model.healthy), "no", "yes")
-        return int(right.sum()), len(rows)
-    named = stated.map(
-        lambda name: name if name in conditions else location_of_label(name)
-    )
-    return int((verdicts == named).sum()), int(named.isin(conditions).sum())
 
 
 def window_rows(
@@ -131,14 +104,11 @@ def write_tables(
         of_windows = records(windows.drop(columns="recording"))
         for place, row in zip(windows.index, of_windows, strict=True):
             rows[place]["window_rows"].append(row)
-        content = json.dumps({"format": MARK, "model": summary, "recordings": rows})
+        content = json.dumps({"model": summary, "recordings": rows})
         contents = [f"{content}\n".encode()]
     elif suffix == ".csv":
         contents = [csv_of(table).encode() for table in tables]
     else:
-        for frame in tables:
-            # pandas writes the attributes into the metadata of the file.
-            frame.attrs["format"] = MARK
         contents = [frame.to_parquet(engine="pyarrow", index=False) for frame in tables]
     for path, content in zip(result_paths(output), contents, strict=True):
         write_atomically(path, content, follows_links=False)

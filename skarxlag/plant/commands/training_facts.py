@@ -9,10 +9,9 @@ import numpy as np
 from ..readers.entries import ListedRecording
 from .messages import printable
 
-#: Stated facts of a recording that decide where the limits of an alarm hold, the names
-#: under which those of the training are saved, and their names in sentences.
+#: Stated facts of a recording that decide where the limits of an alarm hold, and the names
+#: under which those of the training are saved.
 _SAVED = {"load": "loads", "specimen": "specimens", "campaign": "campaigns"}
-_IN_WORDS = {"load": "load", "specimen": "bearing", "campaign": "mounting"}
 #: Ways to write a unit, in lower case.
 _SAME_UNIT = {
     "m/s^2": "m/s2",
@@ -129,16 +128,6 @@ def why_no_limits(
     return channel_difference(channels, facts, recording.channel)
 
 
-def unstated_facts(facts: dict[str, Any], recording: ListedRecording) -> list[str]:
-    """Return the facts that an alarm assumes to be those of the training."""
-    stated = _stated(recording)
-    return [
-        words
-        for name, words in _IN_WORDS.items()
-        if name not in stated or not facts.get(_SAVED[name])
-    ]
-
-
 def channel_difference(channels: Channels, facts: dict[str, Any], stated: Any) -> str:
     """Return how channels differ from those of a model, or an empty text if they do not.
 
@@ -164,12 +153,11 @@ def channel_difference(channels: Channels, facts: dict[str, Any], stated: Any) -
     >>> channel_difference([("acc_x", "G's")], facts, "acc_x")
     ''
     """
-    names = _joined(channels)
+    joined = _joined(channels)
     fitted = facts.get("channel_names") or []
-    if fitted and names not in fitted and not _is_like(channels, facts, stated):
-        return (
-            f"the channel is {names}, but the model was fitted on {' or '.join(fitted)}"
-        )
+    names = [name for name, _ in channels]
+    if fitted and joined not in fitted and not _is_like(names, facts, stated):
+        return f"the channel is {joined}, but the model was fitted on {' or '.join(fitted)}"
     unit = channels[0][1]
     fitted_unit = facts.get("unit")
     if unit and fitted_unit and plain_unit(unit) != plain_unit(fitted_unit):
@@ -177,10 +165,9 @@ def channel_difference(channels: Channels, facts: dict[str, Any], stated: Any) -
     return ""
 
 
-def _is_like(channels, facts, stated):
+def _is_like(names, facts, stated):
     """Return whether nothing shows that channels are others than those of the model."""
     patterns = facts.get("channels") or []
-    names = [name for name, _ in channels]
     # A bracket is part of a name such as x[0].
     escaped = [pattern.replace("[", "[[]") for pattern in patterns]
     if len(patterns) == len(names) and all(map(fnmatchcase, names, escaped)):

@@ -29,9 +29,6 @@ _DETECTOR_LENGTH = 4800
 #: Stretches that the shortest recording holds at least, and those that are enough.
 _FEWEST = 2
 _ENOUGH = 4
-#: Revolutions that the longest recording at a speed holds at least. Fewer come from a
-#: wrong unit.
-_FEWEST_REVOLUTIONS = 0.25
 #: Recordings that are named in a report.
 _MOST_NAMED = 5
 
@@ -210,7 +207,6 @@ def training_rows(
             )
         elif kind == "detector":
             rig = in_rows(rig, _DETECTOR_LENGTH // _WINDOW_LENGTH)
-    check_speeds_of_recordings(source, rig)
     speeds, errors = speeds_within_rows(
         rig, LEAST_REVOLUTIONS if word == "stretches" else 0
     )
@@ -272,46 +268,3 @@ def _stretch_windows(rig: Bunch) -> int | None:
     shortest = rig.available.min()
     n_windows = int(np.ceil(min(usual, max(shortest // _ENOUGH, usual / 2))))
     return n_windows if shortest >= _FEWEST * n_windows else None
-
-
-def check_speeds_of_recordings(source: Any, rig: Bunch) -> None:
-    """Refuse a speed at which no recording holds a quarter of a revolution.
-
-    Parameters
-    ----------
-    source : path-like
-        Named in messages.
-    rig : Bunch
-        Result of `cut_recordings`.
-
-    Raises
-    ------
-    CommandError
-        If there is such a speed.
-
-    Examples
-    --------
-    >>> rig = Bunch(rpm=np.array([1.0, 1.0]), start=np.array([0, 500]), sampling_rate=100.0,
-    ...             data=np.zeros((2, 500)), recording=np.array(["run", "run"]), profiles={})
-    >>> check_speeds_of_recordings("table.csv", rig)
-    Traceback (most recent call last):
-        ...
-    skarxlag...CommandError: table.csv: run: rpm is 1, at which the 10 s of the
-    recording are 0.167 revolutions; expected revolutions per minute. If the speed is right, leave
-    it out
-    """
-    if rig.rpm is None:
-        return
-    ends = (rig.start + rig.data.shape[-1]) / rig.sampling_rate
-    rows = pd.DataFrame({"name": rig.recording, "rpm": rig.rpm, "seconds": ends})
-    # A run-up may begin at rest.
-    stated = rows[~rows["name"].isin(list(rig.profiles))]
-    longest = stated.loc[stated.groupby("rpm")["seconds"].idxmax()]
-    for name, rpm, seconds in longest.itertuples(index=False):
-        n_revolutions = seconds * rpm / 60
-        if n_revolutions < _FEWEST_REVOLUTIONS:
-            raise CommandError(
-                f"{source}: {name}: rpm is {rpm:g}, at which the {seconds:.3g} s of the "
-                f"recording are {n_revolutions:.3g} revolutions; expected revolutions "
-                "per minute. If the speed is right, leave it out"
-            )

@@ -4,7 +4,6 @@ from datetime import UTC, datetime
 from typing import Any
 
 from ..._version import __version__
-from ..commands.files import MARK
 
 
 def render(name: str, **facts: Any) -> str:
@@ -26,6 +25,4 @@ def render(name: str, **facts: Any) -> str:
         lstrip_blocks=True,
     )
     saved = f"{datetime.now(UTC):%Y-%m-%d}, skarxlag {__version__}"
-    return environment.get_template(f"{name}.html.j2").render(
-        facts, mark=MARK, saved=saved
-    )
+    return environment.get_template(f"{name}.html.j2").render(facts, saved=saved)

@@ -12,7 +12,7 @@ from ...core.fault_locations import NO_FINDING
 from ...verdicts.names import NO_SIGNAL, NO_VERDICT
 from ..commands.diagnosis import Diagnosis
 from ..commands.messages import CommandError, counted, percent
-from ..commands.results import agreement, records
+from ..commands.results import records
 from ..readers.listing import ListedRecording
 from . import render
 from .pictures import order_pictures, recording_pictures, view_recording
@@ -87,7 +87,6 @@ def html_report(
         counts=counts.items(),
         n_drawn=n_drawn,
         n_detailed=max(int((severity != "healthy").sum()), n_drawn),
-        agreement=agreement(rows, model),
     )
 
 

@@ -19,14 +19,19 @@ def counts(out):
 
 @pytest.fixture
 def run(capsys, monkeypatch):
-    """Run the command line in this process: exit code, stdout, stderr."""
+    """Run the command line in this process: exit code, stdout, stderr.
+
+    With `force`, it replaces files that a test wrote before.
+    """
     monkeypatch.setattr("skarxlag.plant.watch.sensors._PAUSE", 0.005)
     # A look at a folder may take long while other processes run.
     monkeypatch.setattr("skarxlag.plant.watch.folders._PAUSE", 0)
 
-    def run_command(*argv):
+    def run_command(*argv, force=True):
         # A fixture may have run a command before.
         capsys.readouterr()
+        if force and {"-o", "--output"} & {*argv} and argv[0] != "evaluate":
+            argv += ("--force",)
         try:
             code = main([str(each) for each in argv])
         except SystemExit as stop:

@@ -169,7 +169,7 @@ def test_fit_by_orders_needs_bearing_and_speed(run, plant):
     code, _, err = run(
         "fit", table, *output, "--diagnoser", "diagnoser", "--bearing", "6205"
     )
-    assert code == 2 and "argument --bearing: belongs to --diagnoser stretches" in err
+    assert code == 2 and "argument --diagnoser: is stretches with --bearing" in err
     code, _, err = run(
         "fit", table, *output, "--bearing", "6205", "--window-length", "10000"
     )

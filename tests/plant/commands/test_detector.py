@@ -1,10 +1,14 @@
 """A detector from a table of healthy recordings, in diagnose and in watch."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.signal import lfilter
+from sklearn.base import BaseEstimator
 
 from skarxlag.persistence.models import load_diagnoser
+from skarxlag.plant.commands.fit import error_rates
+from skarxlag.plant.commands.training_rows import TrainingRows
 
 from ...impacts import ORDERS, RATE, strikes
 from .conftest import counts
@@ -113,3 +117,28 @@ def test_short_recordings_are_cut_into_windows(run, plant):
     assert code == 0
     assert "Windows of 4800 samples" in out
     assert counts(out)["healthy"] == [2, 4]
+
+
+class Highest(BaseEstimator):
+    """Detector whose limit is the largest sample that it has learned."""
+
+    def fit(self, X):
+        self.limit_ = X.max()
+        return self
+
+    def predict(self, X):
+        return np.where(X[:, 0] > self.limit_, -1, 1)
+
+
+def test_false_alarms_and_missed_faults_are_counted_on_other_rows():
+    # Of each recording, the last fifth exceeds what was before; of the faults, two do.
+    X = np.array([*range(10), *range(10), 5, 100, 200])[:, np.newaxis]
+    recording = ["a"] * 10 + ["b"] * 10 + ["worn"] * 3
+    condition = ["good"] * 20 + ["worn"] * 3
+    facts = pd.DataFrame({"recording": recording, "condition": condition})
+    rows = TrainingRows(X, facts, None, "windows", 1.0, (), ())
+    assert error_rates(Highest(), rows, "good") == [
+        "False alarms: 4 of 20 healthy windows exceed limits that were learned without "
+        "this part of their recordings.",
+        "Missed faults: 1 of 3 windows of recorded faults are within the healthy limits.",
+    ]

@@ -100,10 +100,10 @@ def test_the_healthy_condition_is_printed(run, workshop, names, healthy):
     )
     code, out, _ = run(*fit)
     assert code == 0
-    assert f"Healthy: {healthy} (by its name; --healthy names another)" in out
+    assert f"Healthy: {healthy}\n" in out
     assert load_diagnoser(path)[1]["conditions"][0] == healthy
     out = run(*fit, "--healthy", names[2])[1]
-    assert f"Healthy: {names[2]} (--healthy)" in out
+    assert f"Healthy: {names[2]}\n" in out
     assert load_diagnoser(path)[1]["conditions"][0] == names[2]
 
 
@@ -117,15 +117,15 @@ def test_fit_requires_the_healthy_condition_that_no_name_states(run, workshop):
     for command in (plain, arguments):
         code, _, err = run(*command)
         assert code == 2
-        assert "argument --healthy: needed, because the names do not show" in err
+        assert "argument --healthy: needed, expected a condition of" in err
         assert ("--healthy none" in err) == (command == plain) and "a, b" in err
         assert not path.exists()
     code, _, err = run(*arguments, "--healthy", "none")
-    assert code == 2 and "argument --healthy: 'none', expected a condition of" in err
+    assert code == 2 and "argument --healthy: none, expected a condition of" in err
     code, out, _ = run(*plain, "--healthy", "none")
     assert code == 0
     assert "Healthy: None" not in out
-    assert "Healthy: none (--healthy)" in out
+    assert "Healthy: none\n" in out
     assert load_diagnoser(path)[1]["healthy"] is None
     code, _, err = run(
         "diagnose", path, workshop / "good_300.npy", "--fail-on", "alarm"
@@ -137,7 +137,7 @@ def test_fit_requires_the_healthy_condition_that_no_name_states(run, workshop):
     assert "not stated" in run("info", path)[1]
     table.write_text("path,condition,sampling_rate\ngood_300.npy,a,5\n")
     code, out, _ = run(*arguments)
-    assert code == 0 and "Healthy: a (the only condition)" in out
+    assert code == 0 and "Healthy: a\n" in out
 
 
 def test_a_file_without_facts_and_its_windows(run, model, workshop):

@@ -103,21 +103,3 @@ def test_fit_says_that_its_stretches_are_too_short_for_orders(run, workshop):
         "Note: Order spectra are not compared: 0.25 s are 2.08 revolutions at 500 rpm"
         in out
     )
-    said = run("info", workshop / "bearing.skops")[1]
-    assert "It compares no order spectra, because its stretches are too short." in said
-
-
-def test_a_speed_at_which_nothing_turns_is_refused(run, workshop):
-    table = (
-        (workshop / "table.csv")
-        .read_text()
-        .replace("outer_1.npy,outer,500", "outer_1.npy,outer,1")
-    )
-    (workshop / "other.csv").write_text(table)
-    for options in ((), ("--window-length", 1000)):
-        code, _, err = run(*fit(workshop, *options, table="other.csv"))
-        assert code == 1 and "outer_1.npy: rpm is 1, at which the 1." in err
-        assert (
-            "expected revolutions per minute. If the speed is right, leave it out"
-            in err
-        )

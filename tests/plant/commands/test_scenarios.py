@@ -91,9 +91,8 @@ def test_healthy_recordings_only(machine, tmp_path):
     before, after, _, _ = machine
     model = tmp_path / "m.skops"
     printed = "\n".join(fit(of(before, ["healthy"]), model))
-    assert "Healthy: healthy (the only condition)" in printed
-    assert "an hour are expected." in printed
-    assert "Missed faults: not measured, because no fault was recorded." in printed
+    assert "Healthy: healthy\n" in printed
+    assert "False alarms: " in printed and "Missed faults: " not in printed
     rows, diagnoses = diagnose(after, SavedModel(model))
     is_healthy = rows["condition"] == "healthy"
     assert set(rows["verdict"][is_healthy]) == {"healthy"}
@@ -101,7 +100,6 @@ def test_healthy_recordings_only(machine, tmp_path):
     assert set(rows["verdict"][~is_healthy]) == {"changed"}
     assert set(rows["alarm"][~is_healthy]) == {"yes"}
     remarks = " ".join(diagnoses[-1].remarks)
-    assert "The alarm assumes the load, bearing, mounting of the training." in remarks
     assert "Changed: a new fault, or another load, mounting or sensor," in remarks
 
 
@@ -111,7 +109,7 @@ def test_faults_at_one_speed(machine, tmp_path, has_bearing):
     model = tmp_path / "m.skops"
     options = {"bearing": bearing} if has_bearing else {}
     printed = "\n".join(fit(of(before, speeds=speeds[1:2]), model, **options))
-    assert "Healthy: healthy (by its name" in printed
+    assert "Healthy: healthy\n" in printed
     assert "of recorded faults are within the healthy limits." in printed
     rows, _ = diagnose(after, SavedModel(model))
     check_confidence(rows)

@@ -1,6 +1,7 @@
 """What a verdict says about its limits: speeds, loads, fault patterns, training, long files."""
 
 import json
+import re
 
 import numpy as np
 import pandas as pd
@@ -91,9 +92,8 @@ def plant(tmp_path_factory):
 def model(plant):
     path = plant / "m.skops"
     lines = fit(list_recordings(plant / "table.csv"), path)
-    *_, false_alarms, missed, _ = lines
-    assert "34 an hour are expected" in false_alarms
-    assert missed == "Missed faults: not measured, because no fault was recorded."
+    *_, false_alarms, _ = lines
+    assert re.match(r"False alarms: \d of 15 healthy stretches exceed", false_alarms)
     assert f"  - {false_alarms}" in describe(path)[0]
     return path
 
@@ -112,20 +112,6 @@ def test_an_alarm_holds_for_the_facts_of_its_training(run, plant, tmp_path, mode
     assert [row["alarm"] == "not valid here" for row in rows] == [False, True]
     reason = "the load is 11, but the model was fitted on 0"
     assert rows[1]["verdict"] == f"no verdict: {reason}" and reason in out
-    assert "The alarm assumes the bearing, mounting of the training." in out
-
-
-def test_recordings_of_the_training_are_counted_apart(run, plant, tmp_path, model):
-    lines = [f"{name}.npy,healthy,900,{RATE},0" for name in ("h0", "h1", "new")]
-    rows, out = results(run, tmp_path, model, "--table", table(plant, *lines))
-    assert [row["in_training"] for row in rows] == [True, True, False]
-    assert "of 2 verdicts on recordings of the training agree" in out
-    assert "of 1 verdict agree" in out
-    # Quiet output keeps what changes the meaning of a verdict.
-    assert (
-        "The alarm assumes"
-        in run("diagnose", model, plant / "new.npy", *FACTS, *SPEED, "-q")[1]
-    )
 
 
 def test_results_state_levels(run, tmp_path):
@@ -137,7 +123,6 @@ def test_results_state_levels(run, tmp_path):
     assert row["peak"] == pytest.approx(2, rel=1e-3)
     assert row["crest_factor"] == pytest.approx(np.sqrt(2), rel=1e-3)
     assert row["unit"] == "g"
-    assert row["acceleration_rms_m_s2"] == pytest.approx(9.80665 * np.sqrt(2), rel=1e-3)
     expected = 9806.65 * np.sqrt(2) / (100 * np.pi)
     assert row["velocity_rms_mm_s"] == pytest.approx(expected, rel=1e-2)
     assert row["window_rows"][0]["rms"] == pytest.approx(np.sqrt(2), rel=1e-3)
