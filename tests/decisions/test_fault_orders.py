@@ -3,6 +3,7 @@ import copy
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from scipy.special import log_softmax
 from scipy.stats import gumbel_r
 from sklearn.base import clone
 
@@ -25,6 +26,7 @@ from skarxlag.decisions.comb_limits import (
     without_healthy,
 )
 from skarxlag.decisions.comb_sentences import comb_sentences
+from skarxlag.kernels.evidence import effective_number
 
 from ..bearing_rows import ORDERS, RATE, classifier, row
 
@@ -385,6 +387,20 @@ def test_probability_of_a_comb_beside_spectra(joint):
     without, with_comb = joint.diagnose(rows, rpm=900).comb
     assert without < 0.6 and with_comb > 0.9
     assert np.isnan(joint.diagnose(rows).comb).all()
+
+
+def test_rows_join_by_spectra_and_combs(joint):
+    decide = joint["decide"]
+    found = joint.diagnose(
+        [row("outer", seed=seed, amplitude=5) for seed in (2, 3)], rpm=900
+    )
+    one = decide.join(found.row_evidence[:1])
+    np.testing.assert_allclose(one.log_probability[0], found.log_probability[0])
+    mean = found.row_evidence.mean(axis=0)
+    spectra = decide.conditions_.join(mean[np.newaxis, :2], 6).log_probability[0]
+    expected = log_softmax(spectra + effective_number(6) * mean[2:])
+    joined = decide.join(mean[np.newaxis], 6)
+    np.testing.assert_allclose(joined.log_probability[0], expected)
 
 
 def test_combs_of_noise_are_no_evidence_beside_spectra(joint, healthy):

@@ -5,10 +5,8 @@ import warnings
 
 import numpy as np
 import pytest
-from scipy.special import log_softmax
 from scipy.stats import norm
 from sklearn.calibration import CalibratedClassifierCV
-from sklearn.svm import LinearSVC
 
 from skarxlag import (
     ConditionMonitor,
@@ -88,80 +86,34 @@ def test_verdicts_on_windows_are_those_of_the_diagnoser_and_the_detector(
 def test_evidence_fades_with_the_stated_half_life(make, diagnoser):
     signal = np.concatenate([sound("good", 2000, 3), sound("worn", 2000, 4)])
     logs = np.log(diagnoser.diagnose(make_windows(signal, WINDOW)).levels)
-    half_life = 0.7
 
     def probabilities(weights):
         mean = np.average(logs[: len(weights)], axis=0, weights=weights)
         joined = diagnoser["decide"].join(mean[np.newaxis], weights.sum())
         return np.exp(joined.log_probability[0])
 
-    def check(verdict, weights):
-        expected = probabilities(weights)
-        best = [*diagnoser.classes_, "unknown condition"][expected.argmax()]
-        probability = expected.max()
-        exceeds = verdict.alarm_state == "not yet an alarm" or verdict.p_value < 0.05
-        if best == "good" and (verdict.alarm or exceeds):
-            best = "changed" if verdict.alarm else "possibly changed"
-            probability = np.nan
-        assert verdict.verdict == best
-        assert verdict.probability == pytest.approx(probability, 1e-9, nan_ok=True)
-
-    for k, verdict in enumerate(make(half_life=half_life).update(signal)):
-        age = (k - np.arange(k + 1)) * WINDOW / RATE
-        check(verdict, 0.5 ** (age / half_life))
-    check(make(half_life=np.inf).update(signal)[-1], np.ones(len(logs)))
+    for half_life in (0.7, np.inf):
+        # At a speed without healthy limits, evidence alone decides.
+        verdicts = make(detector=None, half_life=half_life).update(signal, rpm=9.0)
+        for k, verdict in enumerate(verdicts):
+            age = (k - np.arange(k + 1)) * WINDOW / RATE
+            expected = probabilities(0.5 ** (age / half_life))
+            best = [*diagnoser.classes_, "unknown condition"][expected.argmax()]
+            assert verdict.verdict == best
+            assert verdict.probability == pytest.approx(expected.max(), 1e-9)
 
 
 def test_p_value_is_that_of_the_recent_windows(make, diagnoser, detector):
     signal = np.concatenate([sound("good", 2000, 3), sound("good", 2000, 4, gain=9.0)])
     table = window_verdicts(diagnoser, make_windows(signal, WINDOW), detector=detector)
     scores = norm.ppf(np.clip(table["p-value"], 1e-300, 0.999))
-    for half_life in (0.7, np.inf):
-        verdicts = make(half_life=half_life).update(signal)
-        for k, verdict in enumerate(verdicts):
-            weights = 0.5 ** ((k - np.arange(k + 1)) * WINDOW / RATE / half_life)
-            n = effective_number(weights.sum(), P_VALUE_CORRELATION)
-            expected = norm.cdf(
-                np.sqrt(n) * np.average(scores[: k + 1], weights=weights)
-            )
-            assert verdict.p_value == pytest.approx(expected, rel=1e-9)
-        if half_life < 1:
-            assert verdicts[9].p_value > 0.1 > verdicts[19].p_value
-    assert all(np.isnan(v.p_value) for v in make(detector=None).update(signal))
-
-
-def test_conditions_name_the_healthy_one(make):
-    assert make(detector=None).healthy == "good"
-    monitor = make(conditions=["worn", "good"])
-    assert monitor.healthy == "worn" and monitor.conditions == ["worn", "good"]
-    assert monitor.update(sound("worn", 1000, 4))[-1].window_verdict == "worn"
-    alone = make(None, conditions=["run in"])
-    assert alone.update(sound("good", 1000, 3))[-1].verdict == "run in"
-
-
-def test_a_short_half_life_follows_a_change_sooner(make):
-    signal = np.concatenate([sound("good", 6000, 3), sound("worn", 6000, 4)])
-    changed = {}
-    for half_life in (0.2, 2.0):
-        verdicts = make(half_life=half_life).update(signal)
-        assert verdicts[0].verdict == "good" and verdicts[-1].verdict == "worn"
-        changed[half_life] = next(v.start for v in verdicts if v.verdict == "worn")
-    assert 6000 <= changed[0.2] < changed[2.0]
-
-
-def test_alarm_goes_on_with_the_fault_and_off_after_it(make):
-    parts = [(8000, 3, 1.0), (8000, 4, 9.0), (24_000, 5, 1.0)]
-    signal = np.concatenate([sound("good", *part) for part in parts])
-    monitor = make(false_alarm_interval=0.5)
-    verdicts = monitor.update(signal)
-    alarms = np.array([v.alarm for v in verdicts])
-    on, off = np.flatnonzero(np.diff(alarms.astype(int)))[:2] + 1
-    assert 8000 <= verdicts[on].start < 16_000 < verdicts[off].start
-    assert not alarms[:on].any() and alarms[on:off].all() and not alarms[off:].any()
-    # Hysteresis: the level falls all the way before the alarm goes off.
-    assert verdicts[on].alarm_level == 1.0 and verdicts[off].alarm_level == 0.0
-    assert monitor.counts["alarms"] == 1
-    assert [v.exceeds for v in verdicts[: on + 1]].count(True) > 1
+    verdicts = make(half_life=0.7).update(signal)
+    for k, verdict in enumerate(verdicts):
+        weights = 0.5 ** ((k - np.arange(k + 1)) * WINDOW / RATE / 0.7)
+        n = effective_number(weights.sum(), P_VALUE_CORRELATION)
+        mean = np.average(scores[: k + 1], weights=weights)
+        assert verdict.p_value == pytest.approx(norm.cdf(np.sqrt(n) * mean), rel=1e-9)
+    assert verdicts[9].p_value > 0.1 > verdicts[19].p_value
 
 
 def test_alarm_settings_move_its_delay(make):
@@ -183,7 +135,8 @@ def test_the_delay_of_the_alarm_is_stated_or_chosen(make, settings):
     monitor = make(**settings)
     verdicts = monitor.update(sound("good", 40 * WINDOW, 4, gain=9.0))
     assert all(v.exceeds for v in verdicts)
-    assert [v.alarm for v in verdicts].index(True) + 1 == monitor.alarm_delay
+    on = [v.alarm for v in verdicts].index(True)
+    assert on + 1 == monitor.alarm_delay and verdicts[on].alarm_level == 1.0
     assert settings.get("alarm_delay", monitor.alarm_delay) == monitor.alarm_delay
 
 
@@ -215,14 +168,11 @@ def test_a_latched_alarm_stays_on_until_it_is_acknowledged(make):
     assert not make(alarm_delay=3).restore(monitor.state()).latched
     again.acknowledge()
     assert again.alarm_state == "off" and not again.update(calm)[-1].alarm
-    # The next alarm is latched again; acknowledged while it is on, it goes off by
-    # itself.
-    assert again.update(signal)[-1].alarm_state == "latched"
-    again.acknowledge()
+    # Acknowledged while it is on, the next alarm goes off by itself.
     assert again.update(signal[: 6 * WINDOW])[-1].alarm_state == "on"
     again.acknowledge()
     assert again.alarm_state == "on" and again.update(calm)[-1].alarm_state == "off"
-    assert again.counts["alarms"] == 3
+    assert again.counts["alarms"] == 2
 
 
 def test_no_verdict_is_healthy_while_windows_exceed_the_limits(make, diagnoser):
@@ -262,11 +212,9 @@ def test_levels_are_those_of_the_output(make, of_two):
     verdicts = make().update(signal)
     assert [v.rms for v in verdicts] == pytest.approx(windows.std(axis=1))
     assert [v.peak for v in verdicts] == pytest.approx(peaks)
-    crest = peaks / windows.std(axis=1)
-    assert [v.crest_factor for v in verdicts] == pytest.approx(crest)
     two = ConditionMonitor(of_two[0], RATE, window_length=WINDOW)
     first = two.update(np.stack([signal, 0 * signal]))
-    assert [v.rms for v in first] == [v.rms for v in verdicts]
+    assert [v.crest_factor for v in first] == pytest.approx(peaks / windows.std(axis=1))
 
 
 def test_monitors_are_diagnosed_together_as_alone(make, detector):
@@ -302,11 +250,7 @@ def test_dead_missing_and_clipped_windows_are_counted_and_give_no_opinion(make):
     for verdict in verdicts:
         assert (verdict.window_verdict is None) == (verdict.quality != "good")
         assert (verdict.exceeds is None) == (verdict.quality != "good")
-        samples = signal[verdict.start : verdict.start + WINDOW]
-        if verdict.quality in ("good", "not finite"):
-            assert verdict.quality_share == np.mean(~np.isfinite(samples))
-        else:
-            assert verdict.quality_share > 0
+        assert (verdict.quality_share > 0) == (verdict.quality != "good")
     dead = [v for v in verdicts if v.quality == "constant"]
     # The last verdict stands for a while, with less confidence.
     assert {v.verdict for v in dead} == {"good"}
@@ -339,15 +283,6 @@ def test_gaps_and_clock_steps_are_counted_and_windows_start_afresh(make):
     assert monitor.counts["clock_steps_back"] == 1 and monitor.counts["gaps"] == 1
 
 
-def test_evidence_grows_old_over_a_gap(make):
-    good, worn = sound("good", 1000, 3), sound("worn", 200, 4)
-    stayed, gone = make(half_life=1.0), make(half_life=1.0)
-    stayed.update(good, time=0.0)
-    gone.update(good, time=0.0)
-    assert stayed.update(worn, time=1.0)[-1].verdict == "possibly changed"
-    assert gone.update(worn, time=60.0)[-1].verdict == "worn"
-
-
 @pytest.mark.parametrize("pause", [0.05, 7.0])
 def test_a_pause_before_a_restart_is_a_gap(make, pause):
     signal = sound("good", 1000, 3)
@@ -357,7 +292,6 @@ def test_a_pause_before_a_restart_is_a_gap(make, pause):
     after = again.update(signal[500:])
     is_gap = pause == 7.0
     assert again.counts["gaps"] == is_gap
-    assert again.counts["missing_seconds"] == pytest.approx(pause if is_gap else 0)
     assert after[0].start == (500 if is_gap else 400)
     expected = before[-1].time + 0.2 + pause + (0.1 if is_gap else 0.0)
     assert after[0].time == pytest.approx(expected)
@@ -391,17 +325,8 @@ def test_state_goes_through_a_file_and_the_next_verdicts_are_the_same(make, tmp_
     ("change", "message"),
     [
         (lambda s: s["settings"].update(hop=7), "hop == 7, expected 200"),
-        (lambda s: s["settings"].update(conditions=["a"]), "conditions == "),
-        (
-            lambda s: s["evidence"].update(sums=[1.0]),
-            "expected 2 finite sums",
-        ),
-        (
-            lambda s: s["evidence"].update(sums=[np.nan, 0.0]),
-            "expected 2 finite sums",
-        ),
+        (lambda s: s["evidence"].update(sums=[1.0]), "expected 2 finite sums"),
         (lambda s: s["evidence"].update(time=np.inf), "expected 2 finite sums"),
-        (lambda s: s["evidence"].update(age=None), "damaged"),
         (lambda s: s["alarm"].update(sum=10**6), "expected a sum from 0 to"),
         (lambda s: s["stream"].update(rest=[[0.0] * 5] * 2), "that fit each other"),
         (lambda s: s["stream"].pop("next_start"), "next_start"),
@@ -409,27 +334,14 @@ def test_state_goes_through_a_file_and_the_next_verdicts_are_the_same(make, tmp_
             lambda s: s["stream"].update(n_gaps="x"),
             "'x', expected an integer of at least 0",
         ),
-        (lambda s: s["stream"].update(rest=[1.0]), "damaged"),
         (lambda s: s["stream"].update(reference=[]), "damaged"),
         (lambda s: s["stream"].update(missing_seconds=-1.0), "that fit each other"),
-        (lambda s: s["stream"].update(missing_seconds=10**400), "that fit each other"),
-        (lambda s: s["stream"].update(reference=[0, 10**400]), "damaged"),
-        (lambda s: s["evidence"].update(weight=np.inf), "finite sums"),
-        (
-            lambda s: s["p_values"].update(weight=-1.0),
-            "expected 1 finite sums",
-        ),
-        (
-            lambda s: s["settings"].update(healthy="worn"),
-            "healthy == 'worn', expected 'good'",
-        ),
-        (lambda s: s["settings"].update(n_channels=2), "n_channels == 2, expected 1"),
-        (lambda s: s["settings"].update(train_rpm=[50.0]), "train_rpm == "),
-        (lambda s: s["settings"].update(rate=0.3), "rate == 0.3, expected 0.05"),
+        (lambda s: s["p_values"].update(weight=-1.0), "expected 1 finite sums"),
+        (lambda s: s["settings"].update(healthy="worn"), "expected 'good'"),
         (lambda s: s["stream"].update(rest=[[0.0] * 150] * 3), "that fit each other"),
         (lambda s: s["qualities"].update(good=-3), "-3, expected an integer"),
         (lambda s: s.update(rpm="fast"), "damaged: could not convert"),
-        (lambda s: s.clear(), "damaged: 'settings'"),
+        (lambda s: s.clear(), "another monitor, or damaged: 'settings'"),
     ],
 )
 def test_a_state_that_does_not_fit_is_refused(make, change, message):
@@ -443,12 +355,6 @@ def test_a_state_that_does_not_fit_is_refused(make, change, message):
     assert other.counts["samples"] == 0
     # What was refused has left nothing behind.
     assert other.state() == make().state()
-
-
-@pytest.mark.parametrize("state", [None, [], "state", 5])
-def test_what_is_no_state_is_refused(make, state):
-    with pytest.raises(ValueError, match="state of another monitor, or damaged"):
-        make().restore(state)
 
 
 @pytest.mark.parametrize(
@@ -557,13 +463,13 @@ def with_speeds():
 @pytest.mark.parametrize("rpm", [15.0, 1e9, 0.0, -900.0, np.nan, np.inf])
 def test_implausible_speed_gets_no_verdict(rpm, make, diagnoser, with_speeds):
     signal = sound("good", 2000, 3)
-    for model, watching, speeds in (
-        (diagnoser, None, [900.0]),
-        (diagnoser, with_speeds, ()),
-        (None, with_speeds, ()),
+    for model, watching in (
+        (diagnoser, None),
+        (diagnoser, with_speeds),
+        (None, with_speeds),
     ):
-        monitor = make(model, detector=watching, train_rpm=speeds)
-        good = monitor.update(signal[:1000], rpm=850.0 if watching else 900.0)
+        monitor = make(model, detector=watching, train_rpm=[850.0])
+        good = monitor.update(signal[:1000], rpm=850.0)
         assert not any(str(v.verdict).startswith("no verdict") for v in good)
         refused = monitor.update(signal[1000:], rpm=rpm)
         assert {v.quality for v in refused} == {"no verdict"}
@@ -573,8 +479,6 @@ def test_implausible_speed_gets_no_verdict(rpm, make, diagnoser, with_speeds):
             assert np.isnan(verdict.probability) and verdict.exceeds is None
             assert verdict.alarm_level == good[-1].alarm_level
         assert monitor.counts["windows"] == {"good": 5, "no verdict": 5}
-        again = monitor.update(signal[:200], rpm=850.0 if watching else 900.0)
-        assert not again[0].verdict.startswith("no verdict")
 
 
 def test_a_speed_for_each_sample(make):
@@ -588,11 +492,6 @@ def test_a_speed_for_each_sample(make):
     middles = np.arange(100, 2000, 200)
     expected = [rpm[m] if np.isfinite(rpm[m]) else rpm[m - 1] for m in middles]
     assert [v.rpm for v in whole] == expected
-    for seed in range(3):
-        blocks = random_blocks(np.stack([signal, rpm]), seed)
-        one = make(detector=None, train_rpm=[900.0])
-        parts = [v for block in blocks for v in one.update(block[0], rpm=block[1])]
-        assert repr(parts) == repr(whole)
     steps = np.repeat([900.0, np.nan, 910.0], [500, 300, 1200])
     assert [v.rpm for v in update(steps)] == [900.0] * 4 + [910.0] * 6
     unknown = np.r_[np.full(500, np.nan), np.full(1500, 900.0)]
@@ -617,22 +516,6 @@ def test_a_speed_holds_from_its_sample_on(make):
     again.restore(json.loads(json.dumps(monitor.state())))
     verdicts += again.update(signal[620:])
     assert [v.rpm for v in verdicts] == [900.0, 900.0, 910.0, 910.0]
-
-
-def test_speed_must_be_a_number(make):
-    with pytest.raises(ValueError, match="rpm must hold numbers, got 'fast'"):
-        make().update([0.0], rpm="fast")
-
-
-def test_windows_of_the_monitor_are_those_of_window_verdicts(
-    make, diagnoser, with_speeds
-):
-    signal = np.concatenate([sound("good", 1000, 3), sound("worn", 1000, 4)])
-    verdicts = make(detector=with_speeds).update(signal, rpm=870.0)
-    windows = make_windows(signal, WINDOW)
-    table = window_verdicts(diagnoser, windows, rpm=870.0, detector=with_speeds)
-    assert [v.window_verdict for v in verdicts] == table["verdict"].tolist()
-    assert [v.exceeds for v in verdicts] == table["alarm"].tolist()
 
 
 def test_no_samples_are_no_trouble(make):
@@ -669,10 +552,6 @@ def test_a_diagnoser_alone_and_a_detector_alone(make, detector):
     last = watching.update(signal)[-1]
     assert (last.verdict, last.window_verdict) == ("healthy", None)
     assert last.alarm is False and watching.conditions == []
-    with pytest.raises(ValueError, match="diagnoser and detector: None"):
-        make(None, detector=None)
-    with pytest.raises(ValueError, match="states no probabilities"):
-        make(LinearSVC().fit(np.eye(4), [0, 0, 1, 1]), detector=None)
 
 
 def test_a_classifier_of_others_names_conditions_and_raises_no_alarm(make):
@@ -713,7 +592,7 @@ def test_faint_combs_are_joined_and_forgotten(by_orders):
         monitor.update(rows.ravel(), rpm=900) for rows in (healthy, faint, healthy)
     )
     assert {v.verdict for v in before} == {"healthy"}
-    assert [v.verdict for v in during[20:]] == ["outer"] * 20
+    assert {v.verdict for v in during[20:]} == {"outer"}
     # One by one, few of the same windows are named.
     assert sum(v.window_verdict == "outer" for v in during[20:]) < 5
     # The mean scatters less than one window, and the name is surer.
@@ -722,41 +601,9 @@ def test_faint_combs_are_joined_and_forgotten(by_orders):
     assert after[-1].verdict == "healthy"
 
 
-@pytest.fixture(scope="module")
-def joint():
-    # Innovations of 2.82 turns are too short for order spectra.
-    X = np.concatenate([turning(20, 0, 0, 850.0), turning(20, 9, 1, 850.0)])
-    diagnoser = make_diagnoser(bearing="6205", sampling_rate=1e4, healthy="healthy")
-    return diagnoser.fit(X, np.repeat(["healthy", "worn outer"], 20), rpm=850)
-
-
-def test_rows_are_joined_by_spectra_and_combs(joint):
-    decide = joint["decide"]
-    found = joint.diagnose(turning(6, 3, 5, 850.0), rpm=850)
-    one = decide.join(found.row_evidence[:1])
-    np.testing.assert_allclose(one.log_probability[0], found.log_probability[0])
-    mean = found.row_evidence.mean(axis=0)
-    spectra = decide.conditions_.join(mean[np.newaxis, :2], 6).log_probability[0]
-    expected = log_softmax(spectra + effective_number(6) * mean[2:])
-    joined = decide.join(mean[np.newaxis], 6)
-    np.testing.assert_allclose(joined.log_probability[0], expected)
-
-
-def test_spectra_decide_alone_while_the_speed_is_not_known(joint):
-    rows = turning(8, 9, 3, 850.0)
-    monitor = ConditionMonitor(joint, 1e4, window_length=2000, half_life=np.inf)
-    blind = monitor.update(rows[:4].ravel())[-1]
-    evidence = joint.diagnose(rows[:4]).row_evidence.mean(axis=0)
-    joined = joint["decide"].join(evidence[np.newaxis], 4)
-    assert blind.probability == pytest.approx(np.exp(joined.log_probability).max())
-    seen = monitor.update(rows[4:].ravel(), rpm=850)[-1]
-    assert seen.verdict == blind.verdict == "worn outer"
-    assert seen.probability > blind.probability
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("name", ["joint", "by_orders", "make"])
+@pytest.mark.parametrize("name", ["by_orders", "make"])
 def test_a_restart_after_each_block_changes_nothing(request, name, seed):
     """Blocks with a speed, with speeds of samples, with missing ones, with none, and with gaps."""
     model = request.getfixturevalue(name)
@@ -764,8 +611,7 @@ def test_a_restart_after_each_block_changes_nothing(request, name, seed):
     def monitor():
         if name == "make":
             return model()
-        hop = 1500 if name == "joint" else None
-        return ConditionMonitor(model, 1e4, window_length=2000, hop=hop)
+        return ConditionMonitor(model, 1e4, window_length=2000, hop=1500)
 
     rng = np.random.default_rng(seed)
     unbroken, restarted = monitor(), monitor()
