@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.lanes import LANES
+from ..kernels.arx_laguerre import LANES
 
 #: Bytes of the rows of a batch: so many that the calls around the loops take little
 #: time, and so few that the results of several models for them are soon used again.

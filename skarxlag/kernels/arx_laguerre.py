@@ -7,17 +7,20 @@ then of channel 1, and so on. It is strictly causal: x(k) depends on samples bef
 only.
 """
 
-import math
-
 import numpy as np
 from scipy import linalg
 
 from .arrays import Array
-from .compiled import compiled, inlined
-from .laguerre import TOGETHER, advance_block, impulse_responses, network_matrices
-from .lanes import LANES, TILE, deinterleave, interleave
+from .compiled import compiled
+from .laguerre import impulse_responses, network_matrices
 
-#: Models whose predictions one pass over a block takes together.
+#: Windows whose states are advanced together. All go through the same instructions, so
+#: no result depends on its lane.
+LANES = 16
+#: Samples for which the histories of states stay in the fastest memory.
+_TILE = 16
+#: States and models that one pass over a tile takes together.
+_STATES = 4
 _MODELS = 2
 
 
@@ -169,81 +172,105 @@ def innovations(
     ndarray
         `out`: the innovations, in the unit of the output.
     """
+    n_windows, n_channels, n_samples = windows.shape
     # Coefficients of zero for models and states that are not there fill the last pass.
-    filled = -(-orders // TOGETHER) * TOGETHER
-    padded = np.zeros((-(-len(coef) // _MODELS) * _MODELS, filled.sum()))
-    begin = first = 0
-    for channel, order in enumerate(orders.tolist()):
-        # The networks are driven by the signals themselves, so their gain is that of
-        # the coefficients.
-        gain = math.sqrt(1 - poles[channel] ** 2)
-        of_channel = coef[:, begin : begin + order]
-        padded[: len(coef), first : first + order] = gain * of_channel
-        begin += order
-        first += filled[channel]
-    windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
-    states = np.zeros((filled.sum(), LANES))
-    histories = np.zeros((TOGETHER, (TILE + 1) * LANES))
-    blocks = np.zeros((1 + len(padded), TILE * LANES))
-    networks = (filled, poles, padded)
-    _subtract_predictions(
-        windows, *networks, n_transient, out, states, histories, blocks
-    )
+    filled = -(-orders // _STATES) * _STATES
+    is_used = [np.arange(n) < order for n, order in zip(filled, orders, strict=True)]
+    n_filled = -(-len(coef) // _MODELS) * _MODELS
+    padded = np.zeros((n_filled, filled.sum()))
+    # The networks are driven by the signals themselves, so their gain is that of the
+    # coefficients.
+    gains = np.repeat(np.sqrt(1 - poles**2), orders)
+    padded[: len(coef), np.concatenate(is_used)] = coef * gains
+    n_tiles = -(-n_samples // _TILE)
+    signals = np.zeros((n_channels, n_tiles, _TILE * LANES))
+    errors = np.empty((n_filled, n_tiles, _TILE * LANES))
+    states = np.empty((filled.sum(), LANES))
+    drive = np.empty(_TILE * LANES)
+    histories = np.empty((_STATES, (_TILE + 1) * LANES))
+    by_sample = signals.reshape(n_channels, -1, LANES)
+    errors_by_sample = errors.reshape(n_filled, -1, LANES)
+    for start in range(0, n_windows, LANES):
+        lanes = slice(start, start + LANES)
+        n_lanes = len(windows[lanes])
+        by_sample[:, :n_samples, :n_lanes] = windows[lanes].transpose(1, 2, 0)
+        errors[:] = signals[0]
+        states[:] = 0.0
+        _subtract_predictions(
+            signals, filled, poles, padded, states, drive, histories, errors
+        )
+        for c in range(len(coef)):
+            of_model = errors_by_sample[c, n_transient:n_samples, :n_lanes]
+            out[lanes, c] = of_model.T
     return out
 
 
 @compiled
 def _subtract_predictions(
-    windows, orders, poles, coef, n_transient, errors, states, histories, blocks
+    signals, orders, poles, coef, states, drive, histories, errors
 ):
-    """Fill `errors` with the innovations, block by block.
+    r"""Subtract the predictions from `errors`, tile by tile of `_TILE` samples.
 
-    `orders` and `coef` are padded. The last three arrays are working memory, of which
-    the fastest holds all but the states. The caller allocates them, because their
-    allocation in here would take as long to compile as the rest of the function.
+    `LANES` signals lie side by side, sample by sample, so that vector instructions can
+    run the recursions over time. Each state n follows :math:`x_n(k+1) = \zeta x_n(k) +
+    d_n(k)`, with the drive :math:`d_{n+1}(k) = x_n(k) - \zeta x_n(k+1)`. The first
+    drive is the signal itself, so the states are those of the network divided by
+    :math:`\sqrt{1-\zeta^2}`. A history begins with the last sample before the tile.
+
+    Rows of arrays are not held in variables: the compiler could not know that they are
+    apart, and would use no vector instructions.
     """
-    drive = blocks[0]
-    remaining = blocks[1:]
-    n_windows, n_channels, n_samples = windows.shape
-    _, n_models, _ = errors.shape
-    for w in range(0, n_windows, LANES):
-        states[:] = 0.0
-        for start in range(0, n_samples, TILE):
-            first = 0
-            for channel in range(n_channels):
-                interleave(windows, w, channel, start, drive)
-                if channel == 0:
-                    for c in range(len(remaining)):
-                        for i in range(TILE * LANES):
-                            remaining[c, i] = drive[i]
-                for _ in range(0, orders[channel], TOGETHER):
-                    advance_block(states[first:], drive, poles[channel], histories)
-                    _subtract_block(coef, first, histories, remaining)
-                    first += TOGETHER
-            if start + TILE > n_transient:
-                for c in range(n_models):
-                    deinterleave(remaining[c], errors, w, c, start - n_transient)
-
-
-@inlined
-def _subtract_block(coef, n, histories, errors):
-    """Subtract what some states add to the predictions."""
-    for c in range(0, len(coef), _MODELS):
-        a0 = coef[c, n]
-        a1 = coef[c, n + 1]
-        a2 = coef[c, n + 2]
-        a3 = coef[c, n + 3]
-        b0 = coef[c + 1, n]
-        b1 = coef[c + 1, n + 1]
-        b2 = coef[c + 1, n + 2]
-        b3 = coef[c + 1, n + 3]
-        for i in range(TILE * LANES):
-            x0 = histories[0, i]
-            x1 = histories[1, i]
-            x2 = histories[2, i]
-            x3 = histories[3, i]
-            errors[c, i] = errors[c, i] - a0 * x0 - a1 * x1 - a2 * x2 - a3 * x3
-            errors[c + 1, i] = errors[c + 1, i] - b0 * x0 - b1 * x1 - b2 * x2 - b3 * x3
+    n_channels, n_tiles, _ = signals.shape
+    for tile in range(n_tiles):
+        first = 0
+        for channel in range(n_channels):
+            pole = poles[channel]
+            for i in range(_TILE * LANES):
+                drive[i] = signals[channel, tile, i]
+            last = first + orders[channel]
+            for n in range(first, last, _STATES):
+                for m in range(_STATES):
+                    for lane in range(LANES):
+                        histories[m, lane] = states[n + m, lane]
+                for i in range(_TILE * LANES):
+                    histories[0, i + LANES] = pole * histories[0, i] + drive[i]
+                for m in range(1, _STATES):
+                    for i in range(_TILE * LANES):
+                        driven = (
+                            histories[m - 1, i] - pole * histories[m - 1, i + LANES]
+                        )
+                        histories[m, i + LANES] = pole * histories[m, i] + driven
+                for i in range(_TILE * LANES):
+                    before = histories[_STATES - 1, i]
+                    drive[i] = before - pole * histories[_STATES - 1, i + LANES]
+                for m in range(_STATES):
+                    for lane in range(LANES):
+                        states[n + m, lane] = histories[m, _TILE * LANES + lane]
+                for c in range(0, len(coef), _MODELS):
+                    a0 = coef[c, n]
+                    a1 = coef[c, n + 1]
+                    a2 = coef[c, n + 2]
+                    a3 = coef[c, n + 3]
+                    b0 = coef[c + 1, n]
+                    b1 = coef[c + 1, n + 1]
+                    b2 = coef[c + 1, n + 2]
+                    b3 = coef[c + 1, n + 3]
+                    for i in range(_TILE * LANES):
+                        x0 = histories[0, i]
+                        x1 = histories[1, i]
+                        x2 = histories[2, i]
+                        x3 = histories[3, i]
+                        errors[c, tile, i] = (
+                            errors[c, tile, i] - a0 * x0 - a1 * x1 - a2 * x2 - a3 * x3
+                        )
+                        errors[c + 1, tile, i] = (
+                            errors[c + 1, tile, i]
+                            - b0 * x0
+                            - b1 * x1
+                            - b2 * x2
+                            - b3 * x3
+                        )
+            first = last
 
 
 def free_run(

@@ -9,11 +9,6 @@ from scipy import signal
 from scipy.linalg import block_diag, toeplitz
 
 from .arrays import Array
-from .compiled import inlined
-from .lanes import LANES, TILE
-
-#: States that are advanced together.
-TOGETHER = 4
 
 
 def laguerre_matrices(order: int, pole: float) -> tuple[Array, Array]:
@@ -118,43 +113,6 @@ def impulse_responses(order: int, pole: float, n_samples: int) -> Array:
     for _ in range(1, order):
         responses.append(signal.lfilter([-pole, 1.0], [1.0, -pole], responses[-1]))
     return np.array(responses)
-
-
-@inlined
-def advance_block(states: Array, drive: Array, pole: float, histories: Array) -> None:
-    r"""Advance `TOGETHER` all-passes of a cascade by a block of signals, see `lanes`.
-
-    Each state n follows :math:`x_n(k+1) = \zeta x_n(k) + d_n(k)`, with the drive
-    :math:`d_{n+1}(k) = x_n(k) - \zeta x_n(k+1)`. If the first drive is the signal
-    itself, the states are those of the network divided by :math:`\sqrt{1-\zeta^2}`.
-
-    Parameters
-    ----------
-    states : ndarray of shape (TOGETHER, LANES)
-        States at the first sample. They are replaced by those after the last one.
-    drive : ndarray of shape (TILE * LANES,)
-        Drive of the first of these states. It is replaced by that of the state after
-        them.
-    pole : float
-        The shared pole.
-    histories : ndarray of shape (TOGETHER, (TILE + 1) * LANES)
-        Histories of the states, which are written.
-    """
-    for n in range(TOGETHER):
-        for lane in range(LANES):
-            histories[n, lane] = states[n, lane]
-    for i in range(TILE * LANES):
-        histories[0, i + LANES] = pole * histories[0, i] + drive[i]
-    for n in range(1, TOGETHER):
-        for i in range(TILE * LANES):
-            driven = histories[n - 1, i] - pole * histories[n - 1, i + LANES]
-            histories[n, i + LANES] = pole * histories[n, i] + driven
-    last = histories[TOGETHER - 1]
-    for i in range(TILE * LANES):
-        drive[i] = last[i] - pole * last[i + LANES]
-    for n in range(TOGETHER):
-        for lane in range(LANES):
-            states[n, lane] = histories[n, TILE * LANES + lane]
 
 
 def settling_length(order: int, pole: float) -> int:

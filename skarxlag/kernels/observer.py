@@ -1,15 +1,13 @@
 """Observer loops on innovations (equations 17-20, A-1, A-2) and their stability."""
 
+import math
 from typing import Any
 
 import numpy as np
 
 from .arrays import Array
-from .compiled import compiled, inlined
-from .lanes import LANES, TILE, deinterleave, interleave
-
-#: Rows of the histories of a loop.
-INNOVATION, ERROR, CORRECTION, INTEGRAL, ESTIMATE, POWER = range(6)
+from .compiled import compiled
+from .scaling import root_mean_square
 
 
 def observe(innovations: Array, loop: tuple[Any, ...]) -> tuple[Array, Array]:
@@ -40,73 +38,65 @@ def observe(innovations: Array, loop: tuple[Any, ...]) -> tuple[Array, Array]:
     fault_estimate : ndarray of shape (n_windows, n_models, n_samples)
         The fault estimate at sample k, computed from the samples before k.
     """
-    error = np.empty(innovations.shape)
-    fault_estimate = np.empty(innovations.shape)
-    _record_trajectories(innovations, loop, loop_histories(), error, fault_estimate)
-    return error, fault_estimate
+    shape = innovations.shape
+    fault_estimate = np.empty((shape[-1], math.prod(shape[:-1])))
+    error, _ = _run_loops(innovations, loop, fault_estimate)
+    return error.T.reshape(shape), fault_estimate.T.reshape(shape)
 
 
-def loop_histories() -> Any:
-    """Allocate the histories of the loop's signals and of the sum of e squared, for one block."""
-    return np.zeros((POWER + 1, (TILE + 1) * LANES))
-
-
-@compiled
-def _record_trajectories(innovations, loop, histories, error, fault_estimate):
-    """Compute `error` and `fault_estimate` block by block, and write them into these arrays."""
-    n_windows, n_models, n_samples = innovations.shape
-    for w in range(0, n_windows, LANES):
-        for c in range(n_models):
-            histories[CORRECTION:, :LANES] = 0.0
-            for start in range(0, n_samples, TILE):
-                observe_block(innovations, w, c, start, loop, histories)
-                deinterleave(histories[ERROR], error, w, c, start)
-                deinterleave(histories[ESTIMATE], fault_estimate, w, c, start)
-                carry_loop(histories, TILE)
-
-
-@inlined
-def observe_block(
-    innovations: Any,
-    first: int,
-    model: int,
-    start: int,
-    loop: tuple[Any, ...],
-    histories: Any,
-) -> None:
-    """Run the loop through one block of windows, see `lanes`.
+def power_levels(innovations: Array, loop: tuple[Any, ...]) -> Array:
+    """Compute the root mean square of the output error.
 
     Parameters
     ----------
     innovations : ndarray of shape (n_windows, n_models, n_samples)
         The innovations.
-    first, model, start : int
-        First window, model and first sample.
     loop : tuple of 4 floats
         As in `observe`.
-    histories : ndarray of shape (6, (TILE + 1) * LANES)
-        Innovations, error, correction, integral, fault estimate and sum of squared
-        errors.
+
+    Returns
+    -------
+    ndarray of shape (n_windows, n_models)
+        Levels, in the unit of the innovations.
     """
-    pole, kp, ki, bound = loop
-    interleave(innovations, first, model, start, histories[INNOVATION])
-    for i in range(TILE * LANES):
-        e = histories[INNOVATION, i] - histories[CORRECTION, i]
-        integral = histories[INTEGRAL, i] + ki * e
-        correction = pole * histories[CORRECTION, i] + kp * e + histories[ESTIMATE, i]
-        histories[ERROR, i] = e
-        histories[CORRECTION, i + LANES] = correction
-        histories[INTEGRAL, i + LANES] = integral
-        histories[ESTIMATE, i + LANES] = integral + min(abs(integral), bound) * integral
-        histories[POWER, i + LANES] = histories[POWER, i] + e * e
+    *shape, n_samples = innovations.shape
+    error, power = _run_loops(innovations, loop, np.empty((0, 0)))
+    levels = np.sqrt(power / n_samples)
+    # Squares of extreme windows may have overflowed or underflowed.
+    is_extreme = ~((levels > 1e-140) & (levels < 1e140))
+    levels[is_extreme] = root_mean_square(error.T[is_extreme])
+    return levels.reshape(shape)
 
 
-@inlined
-def carry_loop(histories: Any, n_samples: Any) -> None:
-    """Copy one sample of the block to the beginning of the histories, for the next block."""
-    for row in range(CORRECTION, POWER + 1):
-        for lane in range(LANES):
-            histories[row, lane] = histories[row, n_samples * LANES + lane]
+def _run_loops(innovations, loop, fault_estimate):
+    """Return errors of shape (n_samples, n_signals), and the sum of their squares."""
+    # Signals side by side are worked on together.
+    signals = innovations.reshape(-1, innovations.shape[-1])
+    error = signals.T.astype(np.float64, order="C")
+    state = np.zeros((4, error.shape[1]))
+    _replace_by_error(error, *loop, state, fault_estimate)
+    return error, state[3]
+
+
+@compiled
+def _replace_by_error(error, pole, kp, ki, bound, state, fault_estimate):
+    """Replace innovations by the output error, and fill the fault estimate.
+
+    `state` holds correction, integral, estimate and sum of squares of each signal.
+    """
+    n_samples, n_signals = error.shape
+    for k in range(n_samples):
+        if k < len(fault_estimate):
+            for i in range(n_signals):
+                fault_estimate[k, i] = state[2, i]
+        for i in range(n_signals):
+            e = error[k, i] - state[0, i]
+            integral = state[1, i] + ki * e
+            state[0, i] = pole * state[0, i] + kp * e + state[2, i]
+            state[1, i] = integral
+            state[2, i] = integral + min(abs(integral), bound) * integral
+            state[3, i] += e * e
+            error[k, i] = e
 
 
 def spectral_radius(pole: float, kp: float, ki: float) -> float:

@@ -1,21 +1,11 @@
 """Residual evaluation: one number for each signal (equations 21, 22 and the innovations test)."""
 
 import math
-from typing import Any
 
 import numpy as np
 
 from .arrays import Array
 from .compiled import compiled
-from .lanes import LANES, TILE
-from .observer import (
-    CORRECTION,
-    POWER,
-    carry_loop,
-    loop_histories,
-    observe,
-    observe_block,
-)
 from .scaling import root_mean_square
 
 #: Share of a window over which the switching gain is averaged, at its end, once it has
@@ -108,43 +98,3 @@ def settled_level(gain: Array) -> Array:
         # A sum's order follows the order in memory, and may not depend on the number of
         # signals.
         return np.exp(np.mean(np.log(tail, order="C"), axis=1))
-
-
-def power_levels(innovations: Array, loop: tuple[Any, ...]) -> Array:
-    """Compute the root mean square of the output error, without its trajectory.
-
-    Parameters
-    ----------
-    innovations : ndarray of shape (n_windows, n_models, n_samples)
-        The innovations.
-    loop : tuple of 4 floats
-        Parameters of the loop, see `observer.observe`.
-
-    Returns
-    -------
-    ndarray of shape (n_windows, n_models)
-        Levels, in the unit of the innovations.
-    """
-    levels = np.empty(innovations.shape[:2])
-    _fill_power_levels(innovations, loop, loop_histories(), levels)
-    # Squares of extreme windows may have overflowed or underflowed.
-    is_ordinary = (levels > 1e-140) & (levels < 1e140)
-    extreme = np.flatnonzero(~is_ordinary.all(axis=1))
-    if len(extreme) > 0:
-        error, _ = observe(innovations[extreme], loop)
-        levels[extreme] = root_mean_square(error)
-    return levels
-
-
-@compiled
-def _fill_power_levels(innovations, loop, histories, levels):
-    """Fill `levels`, block by block."""
-    n_windows, n_models, n_samples = innovations.shape
-    for w in range(0, n_windows, LANES):
-        for c in range(n_models):
-            histories[CORRECTION:, :LANES] = 0.0
-            for start in range(0, n_samples, TILE):
-                observe_block(innovations, w, c, start, loop, histories)
-                carry_loop(histories, min(TILE, n_samples - start))
-            for lane in range(min(LANES, n_windows - w)):
-                levels[w + lane, c] = math.sqrt(histories[POWER, lane] / n_samples)

@@ -26,7 +26,6 @@ from ..core.validation import (
 )
 from ..distances.comparison import SpectralDistance
 from ..kernels import observer, residual_levels
-from ..kernels.lanes import LANES
 from ..kernels.observer_bank import bank_levels, member_gains
 
 #: Residuals of a single observer.
@@ -179,7 +178,7 @@ class Observer(SignalEstimator, TransformerMixin, BaseEstimator):
 
     def _measure(self, innovations):
         """Return groups of log spectra of each window, or the level of each model."""
-        measure, together = self._levels, max(LANES, BATCH // innovations.shape[1])
+        measure, together = self._levels, max(BATCH // innovations.shape[1], 1)
         if self._is_bank():
             measure, together = self._groups, BATCH
         # The trajectories of so few windows stay in the processor's caches.
@@ -194,8 +193,8 @@ class Observer(SignalEstimator, TransformerMixin, BaseEstimator):
     def _levels(self, innovations):
         rows = np.require(innovations, dtype=np.float64, requirements=["C", "W"])
         if self.evaluation == "power":
-            return residual_levels.power_levels(rows, self._loop())
-        error = observer.observe(rows, self._loop())[0]
+            return observer.power_levels(rows, self._loop())
+        error, _ = observer.observe(rows, self._loop())
         surface = residual_levels.sliding_surface(error, self.sliding_slope)
         surface = surface.reshape(-1, surface.shape[-1])
         gain = residual_levels.switching_gain(surface, self.adaptation_step)

@@ -43,7 +43,6 @@ CALLS = {
     "bank": lambda: observer_bank.bank_levels(
         noise(2, 7), 0.3, *np.full((3, 33), 0.1), 0.05
     ),
-    "power": lambda: residual_levels.power_levels(noise(17, 2, 21), LOOP),
     "gain": lambda: residual_levels.switching_gain(noise(3, 5), 0.1),
     "samples": lambda: sample_statistics.sample_statistics(
         noise(2, 7).round(), 0.7, 0.1, 1e-9
