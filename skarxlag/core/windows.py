@@ -1,15 +1,32 @@
 """Cut recordings into windows, the rows of X for every estimator of the package."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, overload
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array
 
 from .validation import as_samples, check_count
 
 
+@overload
+def make_windows(
+    recording: ArrayLike,
+    window_length: int = ...,
+    *,
+    hop: int | None = ...,
+    facts: None = ...,
+) -> NDArray[Any]: ...
+@overload
+def make_windows(
+    recording: Sequence[ArrayLike],
+    window_length: int = ...,
+    *,
+    hop: int | None = ...,
+    facts: Mapping[str, Any] | pd.DataFrame,
+) -> tuple[NDArray[Any], pd.DataFrame]: ...
 def make_windows(
     recording: Any,
     window_length: int = 1200,
