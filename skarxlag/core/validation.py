@@ -80,7 +80,7 @@ def validate_signals(
             return check_array(
                 np.asarray(X)[:, 0], dtype=[np.float64, np.float32]
             ), None
-        _check_window_shape(estimator, np.asarray(X).shape[1:], any_length)
+        _check_window_shape(estimator, shape, any_length)
     check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
     if y is None and not (reset and get_tags(estimator).target_tags.required):
         X = validate_data(estimator, X, **check)
@@ -151,16 +151,13 @@ def is_plain(estimator: Any, X: Any, shape: tuple[int, ...]) -> bool:
     pipeline repeats them.
     """
     return (
-        is_of_floats(X)
+        type(X) is np.ndarray
+        and X.dtype in (np.float64, np.float32)
+        and X.size > 0
         and X.shape[1:] == shape
         and "feature_names_in_" not in vars(estimator)
         and bool(np.isfinite(X).all())
     )
-
-
-def is_of_floats(X: Any) -> bool:
-    """Return whether X is an array of NumPy with floats, which `check_array` leaves as they are."""
-    return type(X) is np.ndarray and X.dtype in (np.float64, np.float32) and X.size > 0
 
 
 def _check_window_shape(estimator, shape, any_length):
@@ -190,22 +187,12 @@ def check_labels(y: ArrayLike | None) -> None:
         ...
     ValueError: y == ['normal', 3], expected labels that are all texts or all numbers.
     """
-    if isinstance(y, np.ma.MaskedArray):
-        expect(not np.ma.is_masked(y), "Masked labels in y", y.mask.sum(), "none")
+    expect(not np.ma.is_masked(y), "Masked labels in y", np.ma.count_masked(y), "none")
     if isinstance(y, np.ndarray) and y.dtype != object:
         return
-    labels = np.asarray(y, dtype=object).ravel()
-    kinds = {
-        isinstance(label, str): label
-        for label in labels
-        if isinstance(label, str | Real)
-    }
-    expect(
-        len(kinds) < 2,
-        "y",
-        list(kinds.values()),
-        "labels that are all texts or all numbers",
-    )
+    kinds = {isinstance(label, str): label for label in np.asarray(y, object).ravel()}
+    expected = "labels that are all texts or all numbers"
+    expect(len(kinds) < 2, "y", [*kinds.values()], expected)
 
 
 def validate_innovations(

@@ -151,11 +151,8 @@ class OrderResidual(StretchTransformer):
 
     def _learn(self, X, target, weights, rpm):
         self.orders_: NDArray[Any] = _ORDERS.copy()
-        revolution_lengths = np.full(len(X), X.shape[-1] / _SUPPOSED_REVOLUTIONS)
-        if rpm is not None:
-            revolution_lengths = samples_per_revolution(
-                rpm, self.sampling_rate, len(X), X.shape[-1], REVOLUTIONS_LEFT
-            )
+        supposed = X.shape[-1] / _SUPPOSED_REVOLUTIONS
+        revolution_lengths = self._revolution_lengths(X, rpm, supposed)
         mean_of_row = np.log(revolution_lengths).reshape(len(X), -1).mean(axis=1)
         self.samples_per_revolution_: float = float(
             np.exp(np.average(mean_of_row, weights=weights))
@@ -198,21 +195,17 @@ class OrderResidual(StretchTransformer):
         return self._match(X, rpm).residuals
 
     def _match(self, X, rpm):
-        if rpm is None:
-            revolution_lengths = np.full(len(X), self.samples_per_revolution_)
-            factors = np.ones(len(X))
-            deviation = np.log(_SPEED_RANGE) / 2
-        else:
-            revolution_lengths = samples_per_revolution(
-                rpm, self.sampling_rate, len(X), X.shape[-1], REVOLUTIONS_LEFT
-            )
+        lengths = self._revolution_lengths(X, rpm, self.samples_per_revolution_)
+        factors = np.ones(len(X))
+        deviation = np.log(_SPEED_RANGE) / 2
+        if rpm is not None:
             log_speed = log_speeds(rpm, len(X), X.shape[-1])
             distance = speed_distance(log_speed, np.log(self.speeds_))
             factors = drift_factor(distance.variance)
             deviation = _SPEED_TOLERANCE
 
         def of_row(row, samples):
-            envelopes = _envelopes(samples, revolution_lengths[row])
+            envelopes = _envelopes(samples, lengths[row])
             variances = self.variances_ + _DRIFT * factors[row]
             of_classes = (self.references_, variances)
             return match(*envelopes, _N_TURNS, self.orders_, deviation, *of_classes)
@@ -221,6 +214,14 @@ class OrderResidual(StretchTransformer):
         residuals, factors, spectra = map(np.stack, zip(*matches, strict=True))
         return Bunch(
             residuals=residuals.astype(X.dtype), factors=factors, spectra=spectra
+        )
+
+    def _revolution_lengths(self, X, rpm, supposed):
+        """Return the samples in a revolution of each row, supposed ones without a speed."""
+        if rpm is None:
+            return np.full(len(X), supposed)
+        return samples_per_revolution(
+            rpm, self.sampling_rate, len(X), X.shape[-1], REVOLUTIONS_LEFT
         )
 
     def _check_parameters(self):

@@ -13,7 +13,7 @@ from sklearn.utils import check_array
 from ..core.parallel import map_batches
 from ..core.speeds import speeds_of_rows
 from ..core.state import expect
-from ..core.validation import ABOVE_0, as_samples, check_real, is_of_floats
+from ..core.validation import ABOVE_0, as_samples, check_real
 from ..kernels.sample_statistics import sample_statistics
 from ..kernels.scaling import ROUNDING, largest
 from ..kernels.short_time import windowed_segments
@@ -195,11 +195,9 @@ def signal_quality(
     """
     if sampling_rate is not None:
         check_real(sampling_rate, "sampling_rate", **ABOVE_0)
-    X = as_samples(X, "X")
-    if np.ndim(X) < 2 or not is_of_floats(X):
-        X = check_array(
-            X, dtype=[np.float64, np.float32], allow_nd=True, ensure_all_finite=False
-        )
+    check: Any = {"allow_nd": True, "ensure_all_finite": False}
+    types = [np.float64, np.float32]
+    X = check_array(as_samples(X, "X"), dtype=types, **check)
     shapes = "(n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)"
     expect(X.ndim <= 3, "X.shape", X.shape, shapes)
     frequencies = speeds_of_rows(np.nan if rpm is None else rpm, len(X)) / 60
@@ -270,19 +268,18 @@ def quality_of_outputs(
     >>> X = np.random.default_rng(0).normal(size=(1, 2, 1000))
     >>> X[:, 1] = 0.0
     >>> quality_of_outputs(X, ["left", "right"])
-    (array(['constant in right'], dtype='<U21'), array([1.]))
+    (array(['constant in right'], dtype='<U17'), array([1.]))
     """
     if len(outputs) == 1:
         return signal_quality(X, return_share=True, **options)
-    of_outputs = [
-        signal_quality(X[:, s:], return_share=True, **options)
-        for s in range(len(outputs))
-    ]
-    qualities, shares = map(np.array, zip(*of_outputs, strict=True))
-    named = np.char.add(qualities, [[f" in {name}"] for name in outputs])
-    named = np.where(qualities == "good", "good", named)
-    first_bad = (named != "good").argmax(axis=0), np.arange(len(X))
-    return named[first_bad], shares[first_bad]
+    quality = np.full(len(X), "good", dtype=object)
+    share = np.zeros(len(X))
+    for s, name in reversed([*enumerate(outputs)]):
+        found, shares = signal_quality(X[:, s:], return_share=True, **options)
+        is_bad = found != "good"
+        quality[is_bad] = [f"{criterion} in {name}" for criterion in found[is_bad]]
+        share[is_bad] = shares[is_bad]
+    return quality.astype(str), share
 
 
 def _quality_of_batch(windows, sampling_rate, shaft_frequency):
