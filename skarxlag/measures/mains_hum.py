@@ -62,6 +62,7 @@ def share_of_hum(
     if n_pieces > 1:
         n_samples //= n_pieces
         windows = windows[:, : n_pieces * n_samples].reshape(-1, n_samples)
+        windows = without_trend(windows)
         shaft_frequency = np.repeat(shaft_frequency, n_pieces)
     seconds = (np.arange(n_samples) - (n_samples - 1) / 2) / sampling_rate
     duration = n_samples / sampling_rate
@@ -75,10 +76,6 @@ def share_of_hum(
     of_sine = 2 * np.pi * (max(MAINS) + _DEVIATION) / sampling_rate
     most = of_sine + 2 * np.sqrt(1 - LARGEST_SHARE)
     slow = np.flatnonzero(steps <= 1.2 * most**2 * energy)
-    pieces = windows if n_pieces == 1 else np.empty_like(windows)
-    if n_pieces > 1:
-        pieces[slow] = without_trend(windows[slow])
-        energy[slow] = np.einsum("wk,wk->w", pieces[slow], pieces[slow])
     for mains in MAINS:
         if duration * mains < _FEWEST_PERIODS or mains > sampling_rate / 4:
             continue
@@ -89,7 +86,7 @@ def share_of_hum(
         is_of_shaft = distance <= max(_DEVIATION, _SPEED_ERROR * mains, 1 / duration)
         candidates = slow[~is_of_shaft]
         if len(candidates) > 0:
-            of_sine = _energy_of_sine(pieces[candidates], seconds, mains, duration)
+            of_sine = _energy_of_sine(windows[candidates], seconds, mains, duration)
             fitted[candidates] = np.maximum(fitted[candidates], of_sine)
     fitted = fitted.reshape(n_rows, n_pieces).sum(axis=1)
     energy = energy.reshape(n_rows, n_pieces).sum(axis=1)
