@@ -128,18 +128,6 @@ def test_speeds_that_cannot_be(fitted, rpm, message):
         OrderResidual(sampling_rate=RATE).fit(X, y, rpm=rpm)
 
 
-@pytest.mark.parametrize("rpm", [0.0, -900.0, np.nan, 100.0, 1e9])
-def test_stretches_at_an_implausible_speed_name_no_condition(fitted, rpm):
-    X, speeds = stretches(900)[0][:3], np.array([900.0, rpm, 900.0])
-    with pytest.warns(
-        UserWarning, match="1 of 3 rows are treated as rows without a"
-    ) as caught:
-        found = fitted.transform(X, rpm=speeds)
-    assert len(caught) == 1
-    assert_array_equal(found[1], 1.0)
-    assert_array_equal(found[[0, 2]], fitted.transform(X[[0, 2]], rpm=900.0))
-
-
 def test_speeds_without_what_they_need():
     X, y = stretches(900, n=1)
     with pytest.raises(

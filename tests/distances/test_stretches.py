@@ -10,9 +10,7 @@ from sklearn.base import clone
 from skarxlag import (
     OrderResidual,
     StretchResidual,
-    load_diagnoser,
     make_diagnoser,
-    save_diagnoser,
 )
 from skarxlag.core.capabilities import capabilities
 from skarxlag.core.state import check_model_state
@@ -127,10 +125,6 @@ def test_state_of_the_parts_is_checked(diagnoser):
     broken["decide"].residual_.order_residual_.classes_ = np.array(["a", "b"])
     with pytest.raises(ValueError, match=r"order_residual_ == .*expected a fitted est"):
         check_model_state(broken)
-    broken = copy.deepcopy(diagnoser)
-    broken["decide"].residual_.order_residual_.variances_ *= -1
-    with pytest.raises(ValueError, match="variances_"):
-        check_model_state(broken)
     check_model_state(diagnoser)
 
 
@@ -168,7 +162,7 @@ def with_bearing(data):
     return make_diagnoser(sampling_rate=RATE, bearing=BEARING).fit(*data, rpm=900)
 
 
-def test_combs_name_the_place_after_another_mounting(diagnoser, with_bearing, tmp_path):
+def test_combs_name_the_place_after_another_mounting(diagnoser, with_bearing):
     X, y = stretches(1100, seed=3)
     moved = remounted(X)
     found = {
@@ -181,9 +175,6 @@ def test_combs_name_the_place_after_another_mounting(diagnoser, with_bearing, tm
     }
     assert right[with_bearing] == 1 > right[diagnoser]
     assert with_bearing.score(X, y, rpm=1100) == 1
-    save_diagnoser(with_bearing, tmp_path / "model.skops")
-    loaded, _ = load_diagnoser(tmp_path / "model.skops")
-    assert_array_equal(loaded.predict_proba(moved, rpm=1100), found[with_bearing])
 
 
 def test_combs_join_the_spectra(diagnoser, with_bearing, data):
@@ -213,9 +204,6 @@ def test_combs_join_the_spectra(diagnoser, with_bearing, data):
         assert np.isnan(decide.diagnose(rows, rpm=rpm).comb).all()
 
 
-def test_a_bearing_keeps_adapt_and_the_display_of_orders(with_bearing, data):
-    X, y = data
+def test_orders_are_compared_beside_a_bearing(with_bearing):
     learned = with_bearing["decide"].conditions_
     assert order_comparison(with_bearing)[1] is learned.residual_.order_residual_
-    adapted = copy.deepcopy(with_bearing).adapt(lfilter([1], [1, -0.5], X), y)
-    assert not np.array_equal(adapted.predict_proba(X), with_bearing.predict_proba(X))
