@@ -303,7 +303,13 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
     held = found.n_held / n_samples
     run = found.longest_run
     overflow = is_overflow(output).mean(axis=1)
-    clipped = found.n_extreme / n_samples
+    trendless = mains_hum.without_trend(scaled)
+    # Shorter windows have no such bands, and without a rate there is no hum.
+    empty = hum = np.zeros(n_windows)
+    if n_samples >= _SEGMENT:
+        empty = _empty_bands(trendless)
+    if sampling_rate is not None:
+        hum = mains_hum.share_of_hum(trendless, sampling_rate, shaft_frequency)
     checks = {
         "not finite": (not_finite > 0, not_finite),
         "overflow": (overflow > 0, overflow),
@@ -317,46 +323,18 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
             (coarse * (_FEWEST_LEVELS - 1.5) > 1) & (n_samples >= _SHORTEST_COARSE),
             coarse,
         ),
-        "clipped": (_are_clipped(scaled, found, coarse), clipped),
+        "clipped": (_are_clipped(scaled, found, coarse), found.n_extreme / n_samples),
+        "wrapped": (_wrapped(scaled, found.n_leaps), found.n_leaps / n_samples),
+        "ramp": (_are_ramps(trendless, found.span), np.ones(n_windows)),
+        "band missing": (empty > _MOST_EMPTY, empty),
+        "hum": (hum > mains_hum.LARGEST_SHARE, hum),
     }
-    quality, share = _first_failed(checks, n_windows)
-    # The other criteria cost more, and only make sense for a signal that moves.
-    rest = np.flatnonzero(quality == "good")
-    if len(rest) > 0:
-        quality[rest], share[rest] = _quality_of_moving(
-            scaled[rest],
-            found.span[rest],
-            found.n_leaps[rest],
-            sampling_rate,
-            shaft_frequency[rest],
-        )
-    return quality, share
-
-
-def _quality_of_moving(windows, span, leaps, sampling_rate, shaft_frequency):
-    """Return the same by the criteria for windows that move."""
-    n_windows, n_samples = windows.shape
-    trendless = mains_hum.without_trend(windows)
-    checks = {
-        "wrapped": (_wrapped(windows, leaps), leaps / n_samples),
-        "ramp": (_are_ramps(trendless, span), np.ones(n_windows)),
-    }
-    if n_samples >= _SEGMENT:
-        empty = _empty_bands(trendless)
-        checks["band missing"] = (empty > _MOST_EMPTY, empty)
-    if sampling_rate is not None:
-        hum = mains_hum.share_of_hum(trendless, sampling_rate, shaft_frequency)
-        checks["hum"] = (hum > mains_hum.LARGEST_SHARE, hum)
-    return _first_failed(checks, n_windows)
-
-
-def _first_failed(checks, n_windows):
     quality = np.full(n_windows, "good", dtype="<U12")
     share = np.zeros(n_windows)
-    for name, (fails, share_of_check) in reversed(checks.items()):
-        if fails.any():
-            quality[fails] = name
-            share[fails] = share_of_check[fails]
+    # The first criterion that fails is written last.
+    for name, (fails, of_window) in reversed(checks.items()):
+        quality[fails] = name
+        share[fails] = of_window[fails]
     return quality, share
 
 
