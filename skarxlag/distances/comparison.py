@@ -247,7 +247,7 @@ class SpectralDistance(StretchTransformer):
         X, y = validate_signals(self, X, y, reset=reset)
         if isinstance(X, RowsInBatches):
             return X, y
-        largest = max(float(X.max()), -float(X.min()))
+        largest = float(np.abs(X).max())
         expected = "natural logarithms of power"
         expect(largest <= _LARGEST, "Largest size in X", largest, expected)
         return X.reshape(len(X), -1, X.shape[-1]), y
@@ -289,12 +289,10 @@ def _moments(X, group, n_groups, weights):
         if centre is None:
             centre = rows.mean(axis=0)
         rows = rows - centre
-        of_rows = weights[batch]
-        for number in np.unique(group[batch]):
-            of_group = group[batch] == number
-            sums[number] += np.tensordot(of_rows[of_group], rows[of_group], axes=1)
+        is_of_group = group[batch] == np.arange(n_groups)[:, np.newaxis]
+        sums += np.tensordot(is_of_group * weights[batch], rows, axes=1)
         # A covariance holds squares, so a weight counts by its root.
-        coefficients = _coefficients(rows) * np.sqrt(of_rows)[:, np.newaxis]
+        coefficients = _coefficients(rows) * np.sqrt(weights[batch])[:, np.newaxis]
         scatter += coefficients.T @ coefficients
     weight = np.bincount(group, weights, n_groups)
     means = sums / np.where(weight > 0, weight, 1.0)[:, np.newaxis, np.newaxis]

@@ -146,9 +146,7 @@ class StretchResidual(StretchTransformer):
         if self.order_residual_ is not None:
             rows, speeds = _long_rows(X, rpm, self.order_residual_.sampling_rate)
             if len(rows) > 0:
-                are_all = len(rows) == len(X)
-                long_rows = X if are_all else X[rows]
-                of_orders = self.order_residual_.transform(long_rows, rpm=speeds)
+                of_orders = self.order_residual_.transform(X[rows], rpm=speeds)
                 residuals[rows] *= np.asarray(of_orders) ** self.order_weight
         return residuals
 

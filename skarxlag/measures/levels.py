@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.scaling import centred
+
 
 class Levels(NamedTuple):
     """Levels of windows, or of a recording, about its mean.
@@ -49,18 +51,11 @@ def signal_levels(X: NDArray[Any]) -> Levels:
     >>> np.round(signal_levels(sine), 3).tolist()
     [2.121, 3.0, 1.414]
     """
-    # Without this scale, squares of 1e300 overflow, and those of 1e-300 vanish.
-    with np.errstate(invalid="ignore"):
-        scale = np.abs(X).max(axis=-1, keepdims=True, initial=0.0)
-    scale = np.where((scale > 0) & np.isfinite(scale), scale, 1.0)
     with np.errstate(invalid="ignore", over="ignore"):
-        scaled = X / scale
-        deviations = scaled - scaled.mean(axis=-1, keepdims=True)
+        deviations, unit = centred(X)
         rms = np.sqrt(np.square(deviations).mean(axis=-1))
-        peak = np.abs(deviations).max(axis=-1, initial=0.0)
-    is_finite = np.isfinite(rms)
-    factor = np.where(is_finite, scale[..., 0], np.nan)
-    return _levels(rms * factor, peak * factor)
+        peak = np.abs(deviations).max(axis=-1)
+        return _levels(rms * unit[..., 0], peak * unit[..., 0])
 
 
 def joined_levels(rms: NDArray[Any], peak: NDArray[Any]) -> Levels:
