@@ -36,8 +36,8 @@ def list_files(
     ----------
     source : path-like
         A folder, of which all files with a known suffix are taken, also in folders
-        below; or a glob such as ``runs/*/acc_*.tdms``, in which ``**`` stands for
-        folders of any depth; or a file.
+        below, but not behind links; or a glob such as ``runs/*/acc_*.tdms``, in which
+        ``**`` stands for folders of any depth; or a file.
     pattern : str, default=None
         Regular expression that is searched for in the path of each file, below the
         folder or as the glob gives it, written with ``/``. Its named groups are facts
@@ -85,34 +85,18 @@ def _files(source):
     """Return the names and paths of the files of a folder, a glob, or one file."""
     root = Path(source)
     if root.is_dir():
-        files = [
-            (path.relative_to(root).as_posix(), path) for path in _files_below(root)
-        ]
+        ends = suffixes()
+        paths = (p for p in root.rglob("*") if p.name.lower().endswith(ends))
+        files = [(path.relative_to(root).as_posix(), path) for path in paths]
     else:
         names = [str(source)] if root.exists() else glob(str(source), recursive=True)
-        paths = map(Path, names)
-        files = [(path.as_posix(), path) for path in paths if path.is_file()]
+        files = [(Path(name).as_posix(), Path(name)) for name in names]
+    files = sorted((name, path) for name, path in files if path.is_file())
     if not files:
         raise FileNotFoundError(
             f"{source}: no such file, expected a recording, folder or glob"
         )
-    return sorted(files)
-
-
-def _files_below(folder):
-    """Yield the files with a known suffix. Links are followed; each folder is visited once."""
-    visited = set()
-    ends = suffixes()
-    for parent, folders, names in os.walk(folder, followlinks=True):
-        # A link may lead to a folder that is listed anyway, or back to one above it.
-        real = os.path.realpath(parent)
-        if real in visited:
-            folders.clear()
-            continue
-        visited.add(real)
-        folders.sort(key=lambda name: (Path(parent, name).is_symlink(), name))
-        paths = (Path(parent, name) for name in names if name.lower().endswith(ends))
-        yield from filter(Path.is_file, paths)
+    return files
 
 
 def list_recordings(
