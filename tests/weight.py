@@ -3,7 +3,6 @@
 Docstrings, comments and layout do not count. The exit status is 1 if a budget is exceeded.
 """
 
-import ast
 import io
 import sys
 import tokenize
@@ -48,19 +47,18 @@ def weigh(source: str) -> tuple[int, int]:
     >>> weigh('def f(x):\\n    "Docstring."\\n    return x + 1  # comment')
     (10, 2)
     """
-    documented = set()
-    for node in ast.walk(ast.parse(source)):
-        is_owner = isinstance(
-            node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
-        )
-        if is_owner and ast.get_docstring(node, clean=False) is not None:
-            text = node.body[0]
-            documented |= set(range(text.lineno, text.end_lineno + 1))
+    tokens = list(tokenize.generate_tokens(io.StringIO(source).readline))
+    neighbours = zip([None, *tokens], tokens, [*tokens[1:], None], strict=False)
     places = [
         token.start[0]
-        for token in tokenize.generate_tokens(io.StringIO(source).readline)
+        for before, token, after in neighbours
         if token.type not in _LAYOUT
-        and not (token.type == tokenize.STRING and token.start[0] in documented)
+        # A docstring is a statement of its own.
+        and not (
+            token.type == tokenize.STRING
+            and (before is None or before.type in _LAYOUT)
+            and after.type == tokenize.NEWLINE
+        )
     ]
     return len(places), len(set(places))
 
