@@ -74,16 +74,12 @@ def test_a_pi_observer_at_the_edge_is_finite_or_refused(pole):
 @pytest.mark.parametrize("saturation", [0.0, 2.0, 1e100])
 def test_an_extended_observer_at_the_edge_is_finite_or_refused(saturation):
     rows, results = np.tile(X, 20), []
+    options = {"n_observers": 1, "saturation": saturation}
     for pole in (0.3, NEXT_TO_1, -NEXT_TO_1):
         edge = 1 - pole + 0.1
         for ki in [1e-300, 0.1 * edge, *beside(edge)]:
-            parameters = {
-                "pole": pole,
-                "ki": ki,
-                "n_observers": 1,
-                "saturation": saturation,
-            }
-            results.append(levels(ExtendedStatePIObserver(**parameters), rows))
+            observer = ExtendedStatePIObserver(pole=pole, ki=ki, **options)
+            results.append(levels(observer, rows))
     refused = [each is None for each in results]
     assert any(refused) and not all(refused)
 

@@ -1,6 +1,5 @@
-"""Output in a notebook: progress of a fit, and links to the documentation."""
+"""Callbacks of a fit, and links from a notebook to the documentation."""
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -9,47 +8,11 @@ from sklearn.base import BaseEstimator
 from sklearn.utils import estimator_html_repr
 
 import skarxlag
-from skarxlag import (
-    load_diagnoser,
-    make_alpio,
-    make_detector,
-    make_diagnoser,
-    make_extended_state_pio,
-    make_known_conditions,
-    save_diagnoser,
-)
+from skarxlag import load_diagnoser, make_diagnoser, save_diagnoser
 
 DOCS = Path(__file__).parents[1] / "docs"
 X = np.random.default_rng(0).normal(size=(12, 300))
 Y = np.repeat(["good", "worn"], 6)
-
-
-@pytest.mark.parametrize(
-    "make",
-    [
-        make_alpio,
-        make_detector,
-        make_diagnoser,
-        make_extended_state_pio,
-        make_known_conditions,
-    ],
-)
-@pytest.mark.filterwarnings("ignore:.* rows of condition .* are too few:UserWarning")
-@pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
-@pytest.mark.filterwarnings(
-    "ignore:All rows of condition .* have one speed:UserWarning"
-)
-@pytest.mark.filterwarnings("ignore:.* healthy rows are too few:UserWarning")
-def test_verbose_prints_the_time_of_each_step(make, capsys):
-    labels = None if make is make_detector else Y
-    make().fit(X, labels)
-    assert capsys.readouterr().out == ""
-    diagnoser = make(verbose=True).fit(X, labels)
-    lines = capsys.readouterr().out.splitlines()
-    for number, (line, (name, _)) in enumerate(
-        zip(lines, diagnoser.steps, strict=True), 1
-    ):
-        assert f"(step {number} of {len(lines)}) Processing {name}, total=" in line
 
 
 class Noting:
@@ -99,13 +62,7 @@ ESTIMATORS = [
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_html_links_to_the_page_of_the_estimator(estimator):
-    settings = re.search(
-        r"^html_baseurl = SITE$", (DOCS / "conf.py").read_text("utf-8"), re.M
-    )
-    index = (DOCS / "api" / "index.rst").read_text("utf-8")
-    pages = re.split(r"^\.\. currentmodule:: ", index, flags=re.M)
-    of_package = "".join(page for page in pages if page.startswith("skarxlag\n"))
-    assert settings and f"\n   {estimator.__name__}\n" in of_package
+    assert "\nhtml_baseurl = SITE\n" in (DOCS / "conf.py").read_text("utf-8")
     # autosummary writes a page for each name into this folder; the build checks that it
     # did.
     page = f"api/generated/skarxlag.{estimator.__name__}.html"

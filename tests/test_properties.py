@@ -6,11 +6,11 @@ other ones each time.
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from skarxlag import make_alpio, make_diagnoser, make_extended_state_pio, signal_quality
+from skarxlag import make_alpio, make_diagnoser, make_extended_state_pio
 from tests.damage import some_examples
 
 MAKERS = [make_alpio, make_extended_state_pio, make_diagnoser]
@@ -56,51 +56,13 @@ def test_unit_and_offset_of_the_sensor_do_not_matter(
 
 @some_examples
 @given(seeds, st.randoms(use_true_random=False))
-def test_order_of_windows_does_not_matter(fitted, seed, random):
+def test_neither_order_nor_number_of_windows_matters(fitted, seed, random):
     X, _ = recordings(seed, n_windows=70)
     order = random.sample(range(len(X)), len(X))
-    np.testing.assert_array_equal(
-        fitted.predict_proba(X[order]), fitted.predict_proba(X)[order]
-    )
-
-
-@some_examples
-@given(seeds, st.integers(0, 69))
-def test_window_alone_gets_the_verdict_that_it_gets_among_others(fitted, seed, row):
-    X, _ = recordings(seed, n_windows=70)
-    np.testing.assert_array_equal(
-        fitted.predict_proba(X[row : row + 1]), fitted.predict_proba(X)[row : row + 1]
-    )
-
-
-@some_examples
-@example(0, ">f4", "C")
-@given(
-    seeds,
-    st.sampled_from(["<f8", ">f8", "<f4", ">f4"]),
-    st.sampled_from(["C", "F", "strided", "reversed", "read-only", "list"]),
-)
-def test_layout_and_byte_order_do_not_matter(fitted, seed, dtype, layout):
-    X, _ = recordings(seed)
-    native = X.astype(np.dtype(dtype).newbyteorder("="))
-    given_as = {
-        "C": lambda a: a,
-        "F": np.asfortranarray,
-        "strided": lambda a: np.repeat(a, 3, axis=1)[:, ::3],
-        "reversed": lambda a: np.ascontiguousarray(a[::-1, ::-1])[::-1, ::-1],
-        "read-only": np.copy,
-        "list": lambda a: a,
-    }[layout](X.astype(dtype))
-    if layout == "read-only":
-        given_as.flags.writeable = False
-    if layout == "list":
-        given_as, native = given_as.tolist(), native.astype(float)
-    np.testing.assert_allclose(
-        fitted.predict_proba(given_as),
-        fitted.predict_proba(native),
-        rtol=1e-9,
-        atol=1e-12,
-    )
+    expected = fitted.predict_proba(X)[order]
+    np.testing.assert_array_equal(fitted.predict_proba(X[order]), expected)
+    alone = fitted.predict_proba(X[order[:1]])
+    np.testing.assert_array_equal(alone, expected[:1])
 
 
 @pytest.mark.slow
@@ -122,12 +84,3 @@ def test_names_of_conditions_and_order_of_training_do_not_matter(make, names, ra
     np.testing.assert_allclose(
         renamed.predict_proba(X)[:, column], expected, rtol=1e-4, atol=1e-6
     )
-
-
-@some_examples
-@given(seeds, st.sampled_from([1.0, -2.5, 1e-200, 1e200]), st.floats(-10, 10))
-def test_quality_does_not_depend_on_the_unit(seed, factor, offset):
-    X, _ = recordings(seed)
-    X[::5] = np.clip(X[::5], -1, 1)
-    X[1::7, 50:] = 0.0
-    assert signal_quality(factor * (X + offset)).tolist() == signal_quality(X).tolist()

@@ -1,9 +1,10 @@
-"""Searches and cross-validation with speeds and weights, against loops written by hand."""
+"""Searches with speeds and weights, against loops written by hand, and ensembles."""
 
 import numpy as np
 import pytest
 import sklearn
 from sklearn.base import clone
+from sklearn.ensemble import BaggingClassifier
 from sklearn.exceptions import FitFailedWarning
 from sklearn.experimental import enable_halving_search_cv  # noqa: F401
 from sklearn.model_selection import (
@@ -49,7 +50,6 @@ def rows():
 
 
 MODELS = {
-    "windows": (make_diagnoser(), {"identify__pole": [0.0, 0.4]}),
     "stretches": (
         make_diagnoser(sampling_rate=RATE),
         {"decide__residual__order_residual__n_jobs": [None, 2]},
@@ -65,21 +65,6 @@ MODELS = {
 }
 
 
-def scores_by_hand(model, grid, X, y, metadata, cv):
-    """Fit each candidate on each split with the metadata of its rows, and score it with them."""
-    return np.array(
-        [
-            [
-                score_by_hand(
-                    clone(model).set_params(**candidate), X, y, metadata, *split
-                )
-                for split in cv.split(X, y)
-            ]
-            for candidate in ParameterGrid(grid)
-        ]
-    )
-
-
 def score_by_hand(model, X, y, metadata, train, test):
     """Fit on some rows and score on others, each with their metadata."""
     of_fit, of_score = (
@@ -87,12 +72,6 @@ def score_by_hand(model, X, y, metadata, train, test):
         for rows in (train, test)
     )
     return model.fit(X[train], y[train], **of_fit).score(X[test], y[test], **of_score)
-
-
-def scores_of(search):
-    return np.stack(
-        [search.cv_results_[f"split{n}_test_score"] for n in range(2)], axis=1
-    )
 
 
 @pytest.mark.slow
@@ -105,8 +84,13 @@ def test_a_grid_search_is_a_loop_with_the_metadata_of_each_split(routing, rows, 
     search = GridSearchCV(clone(model), grid, cv=CV, error_score="raise").fit(
         X, y, **metadata
     )
-    expected = scores_by_hand(model, grid, X, y, metadata, CV)
-    np.testing.assert_array_equal(scores_of(search), expected)
+    expected = [
+        score_by_hand(clone(model).set_params(**candidate), X, y, metadata, *split)
+        for split in CV.split(X, y)
+        for candidate in ParameterGrid(grid)
+    ]
+    scores = [search.cv_results_[f"split{n}_test_score"] for n in range(2)]
+    assert np.concatenate(scores).tolist() == expected
     best = clone(model).set_params(**search.best_params_).fit(X, y, **metadata)
     # A search of scikit-learn takes no metadata in predict, and its best estimator
     # does.
@@ -129,3 +113,9 @@ def test_a_candidate_with_unstable_gains_scores_as_failed_and_the_others_count(r
         search.fit(X, y)
     assert np.isnan(search.cv_results_["mean_test_score"]).tolist() == [False, True]
     assert search.best_params_ == {"observe__ki": 0.1}
+
+
+def test_the_healthy_condition_of_an_ensemble_is_its_number(rows):
+    X, y, _ = rows
+    with pytest.raises(ValueError, match="number the sorted conditions: pass the num"):
+        BaggingClassifier(make_diagnoser(healthy="good"), n_estimators=2).fit(X, y)

@@ -2,7 +2,6 @@
 
 import re
 
-import numpy as np
 import pytest
 from sklearn.utils import Bunch
 
@@ -31,7 +30,6 @@ def test_long_window_holds_three_impacts_of_the_slowest_defect():
     needed = 3 * 250_000 / impacts_per_second
     length = paper_tables.window_of_impacts(3)
     assert needed <= length < needed + 1200 and length % 1200 == 0
-    assert paper_tables.window_of_impacts(1) < length
 
 
 @pytest.mark.parametrize("run", paper_tables.SHOWN)
@@ -50,17 +48,3 @@ def test_cells_are_those_of_the_files(blocks, reports):
     cells = {row[0]: row[1:] for row in rows}
     assert [float(value) for value in cells["IR-Ball"]] == frame.loc["IR-Ball"].tolist()
     assert cells["Average"][-4:] == ["96.375", "97.875", "76.875", "79.125"]
-
-
-def test_runs_are_compared_below_the_paper(blocks, reports):
-    text = blocks["paper tables compared"].split("Improvement")[1]
-    lines = [line.strip("| ").split(" | ") for line in text.split("\n")]
-    basis = "rows of Tables 2-5"
-    rows = {line[0]: line[2:] for line in lines if line[1:2] == [basis]}
-    assert list(rows) == ["paper", *(f"simulated rig, {run}" for run in reports)]
-    assert rows["paper"] == ["17.312", "16.375"]
-    for run, tables in reports.items():
-        (frame,) = [t.frame for t in tables if t.stem == "improvements"]
-        shown = np.array(rows[f"simulated rig, {run}"], dtype=float)
-        expected = frame.loc[("simulated rig", basis)]
-        np.testing.assert_allclose(shown, expected, atol=0.051)
