@@ -7,6 +7,8 @@ then of channel 1, and so on. It is strictly causal: x(k) depends on samples bef
 only.
 """
 
+import math
+
 import numpy as np
 from scipy import linalg
 
@@ -175,13 +177,17 @@ def innovations(
     n_windows, n_channels, n_samples = windows.shape
     # Coefficients of zero for models and states that are not there fill the last pass.
     filled = -(-orders // _STATES) * _STATES
-    is_used = [np.arange(n) < order for n, order in zip(filled, orders, strict=True)]
     n_filled = -(-len(coef) // _MODELS) * _MODELS
     padded = np.zeros((n_filled, filled.sum()))
-    # The networks are driven by the signals themselves, so their gain is that of the
-    # coefficients.
-    gains = np.repeat(np.sqrt(1 - poles**2), orders)
-    padded[: len(coef), np.concatenate(is_used)] = coef * gains
+    begin = first = 0
+    for channel, order in enumerate(orders.tolist()):
+        # The networks are driven by the signals themselves, so their gain is that of
+        # the coefficients.
+        gain = math.sqrt(1 - poles[channel] ** 2)
+        of_channel = coef[:, begin : begin + order]
+        padded[: len(coef), first : first + order] = gain * of_channel
+        begin += order
+        first += filled[channel]
     n_tiles = -(-n_samples // _TILE)
     signals = np.zeros((n_channels, n_tiles, _TILE * LANES))
     errors = np.empty((n_filled, n_tiles, _TILE * LANES))
