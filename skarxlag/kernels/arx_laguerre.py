@@ -190,7 +190,7 @@ def innovations(
         first += filled[channel]
     n_tiles = -(-n_samples // _TILE)
     signals = np.zeros((n_channels, n_tiles, _TILE * LANES))
-    errors = np.empty((n_filled, n_tiles, _TILE * LANES))
+    errors = np.zeros((n_filled, n_tiles, _TILE * LANES))
     states = np.empty((filled.sum(), LANES))
     drive = np.empty(_TILE * LANES)
     histories = np.empty((_STATES, (_TILE + 1) * LANES))
@@ -200,7 +200,7 @@ def innovations(
         lanes = slice(start, start + LANES)
         n_lanes = len(windows[lanes])
         by_sample[:, :n_samples, :n_lanes] = windows[lanes].transpose(1, 2, 0)
-        errors[:] = signals[0]
+        errors[: len(coef)] = signals[0]
         states[:] = 0.0
         _subtract_predictions(
             signals, filled, poles, padded, states, drive, histories, errors
