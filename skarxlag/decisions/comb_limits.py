@@ -84,10 +84,6 @@ class ComparedCombs(NamedTuple):
         As `p_values_of_healthy` returns them.
     score_limits : ndarray of shape (n_rows,)
         Limits of the scores of the strongest faults themselves.
-    is_used : ndarray of bool of shape (n_rows,)
-        Rows of a plausible speed, with two revolutions or more.
-    healthy_was_recorded : bool
-        Whether healthy rows of the machine set the limits.
     """
 
     beyond_limit: NDArray[Any]
@@ -96,8 +92,6 @@ class ComparedCombs(NamedTuple):
     is_close: NDArray[np.bool_]
     p_value: NDArray[Any]
     score_limits: NDArray[Any]
-    is_used: NDArray[np.bool_]
-    healthy_was_recorded: bool
 
 
 def healthy_combs(
@@ -199,8 +193,7 @@ def compare_combs(
     is_far = ~(distances.min(axis=1, initial=np.inf) <= _SAME_SPEED)
     elsewhere = limit_elsewhere(healthy.limit, false_alarm_rate)
     allowance = np.zeros(len(is_far))
-    is_recorded = len(healthy.best) > 0
-    if not is_recorded:
+    if len(healthy.best) == 0:
         allowance = length_allowance(matches.n_revolutions)
     limits = np.where(is_far, elsewhere, healthy.limit) + allowance
     certainty = np.where(is_far, 1.0, gain_of_rows(n_rows))
@@ -219,8 +212,6 @@ def compare_combs(
         is_close=alarm & (best - second < _LEAST_LEAD),
         p_value=p_values_of_healthy(best - allowance, healthy.best, is_far),
         score_limits=healthy.reference[ranking[:, 0]] + limits / certainty,
-        is_used=~np.isnan(matches.rpm),
-        healthy_was_recorded=is_recorded,
     )
 
 

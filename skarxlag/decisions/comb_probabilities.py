@@ -17,7 +17,7 @@ from ..core.fault_locations import (
     NOT_IDENTIFIABLE,
     OWN_LOCATION,
 )
-from .comb_limits import ODDS, OF_NOISE, ComparedCombs
+from .comb_limits import ODDS, OF_NOISE, ComparedCombs, HealthyCombs
 
 #: Probability that a fault shows its comb, beside spectra, chosen by leaving rigs out.
 VISIBLE = 0.1
@@ -76,6 +76,8 @@ def comb_evidence(
 
 
 def verdicts_by_combs(
+    matches: Bunch,
+    healthy: HealthyCombs,
     compared: ComparedCombs,
     classes: NDArray[Any],
     class_locations: NDArray[Any],
@@ -84,9 +86,13 @@ def verdicts_by_combs(
 
     Parameters
     ----------
+    matches : Bunch
+        As `CombSearch.match` returns it. Rows whose combs are not used get equal
+        probabilities.
+    healthy : HealthyCombs
+        What healthy rows of the machine show.
     compared : ComparedCombs
-        Scores of combs, compared with those of healthy rows. Rows whose combs are not
-        used get equal probabilities.
+        Scores of combs, compared with those of healthy rows.
     classes : ndarray of shape (n_classes,)
         Labels.
     class_locations : ndarray of int of shape (n_classes,)
@@ -101,11 +107,11 @@ def verdicts_by_combs(
     scores = comb_evidence(
         compared.beyond_limit, class_locations, visible=VISIBLE_ALONE
     )
-    scores[~compared.is_used] = 0.0
+    scores[np.isnan(matches.rpm)] = 0.0
     best = scores.argmax(axis=1)
     verdict = classes[best]
     named = np.where(compared.is_close, NOT_IDENTIFIABLE, verdict.astype(object))
-    if not compared.healthy_was_recorded:
+    if len(healthy.best) == 0:
         is_learned = class_locations[best] == OWN_LOCATION
         named[~compared.alarm & ~is_learned] = NO_FINDING
     is_pair = len(classes) == 2

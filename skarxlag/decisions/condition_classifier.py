@@ -144,12 +144,13 @@ class ConditionClassifier(SignalClassifier):
     def _learn(self, X, y, rpm, sample_weight, specimen):
         rows, labels, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         classes, target = np.unique(labels, return_inverse=True)
-        located = locate_conditions(classes.tolist(), self.locations, self.healthy)
+        locations, healthy = locate_conditions(
+            classes.tolist(), self.locations, self.healthy
+        )
         # Without a located fault, the conditions need not be of bearings.
-        if (located.numbers < FAULT_LOCATIONS.index(HEALTHY)).any():
-            own = classes[located.numbers >= len(FAULT_LOCATIONS)]
+        if (locations < FAULT_LOCATIONS.index(HEALTHY)).any():
+            own = classes[locations >= len(FAULT_LOCATIONS)]
             warn_of_own_locations(own.tolist(), self.locations)
-        healthy = located.healthy_index
         names = _specimens(specimen, rows, len(X))
         residual = clone(self._residual())
         residual.fit(X, y, **self._metadata(rpm, sample_weight))
@@ -169,10 +170,10 @@ class ConditionClassifier(SignalClassifier):
         probes, speeds = _probes(X, rpm)
         noise_gaps = posterior.noise_gaps(
             posterior.logarithms(_levels(residual, probes, speeds)),
-            *location_answers(located.numbers),
+            *location_answers(locations),
         )
         self.classes_: NDArray[Any] = classes
-        self.class_locations_: NDArray[Any] = located.numbers
+        self.class_locations_: NDArray[Any] = locations
         self.healthy_index_: int = healthy
         of_classes = pd.Series(names).groupby(target)
         self.n_specimens_: NDArray[Any] = of_classes.nunique().to_numpy()

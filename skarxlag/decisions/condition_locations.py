@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import count
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,27 +19,11 @@ from ..core.fault_locations import (
 )
 
 
-class LocatedConditions(NamedTuple):
-    """Locations of conditions.
-
-    Parameters
-    ----------
-    numbers : ndarray of int of shape (n_conditions,)
-        Indices into :data:`skarxlag.core.fault_locations.FAULT_LOCATIONS`. Conditions
-        of other locations have larger numbers, one each.
-    healthy_index : int
-        Index of the healthy condition that counts for the alarm; -1 if there is none.
-    """
-
-    numbers: NDArray[np.int64]
-    healthy_index: int
-
-
 def locate_conditions(
     conditions: Sequence[Any],
     locations: Mapping[Any, str | None] | None,
     healthy: Any,
-) -> LocatedConditions:
+) -> tuple[NDArray[np.int64], int]:
     """Return the locations of conditions, and the healthy condition.
 
     Parameters
@@ -55,8 +39,11 @@ def locate_conditions(
 
     Returns
     -------
-    LocatedConditions
-        Numbers of locations, and the index of the healthy condition.
+    numbers : ndarray of int of shape (n_conditions,)
+        Indices into :data:`skarxlag.core.fault_locations.FAULT_LOCATIONS`. Conditions
+        of other locations have larger numbers, one each.
+    healthy_index : int
+        Index of the healthy condition that counts for the alarm; -1 if there is none.
 
     Raises
     ------
@@ -66,7 +53,7 @@ def locate_conditions(
     Examples
     --------
     >>> locate_conditions(["IR2", "Normal", "worn"], {"worn": "ball"}, None)
-    LocatedConditions(numbers=array([1, 3, 0]), healthy_index=1)
+    (array([1, 3, 0]), 1)
     """
     stated = dict(locations or {})
     by_name = {condition: location_of_label(condition) for condition in conditions}
@@ -82,7 +69,7 @@ def locate_conditions(
     healthy_index = names.index(HEALTHY) if HEALTHY in names else -1
     if healthy is not None:
         healthy_index = conditions.index(healthy)
-    return LocatedConditions(location_numbers(names), healthy_index)
+    return location_numbers(names), healthy_index
 
 
 def locations_by_combs(

@@ -304,7 +304,9 @@ class FaultOrderClassifier(SignalClassifier):
         if self.conditions_ is None:
             judged.refusal = refusals(matches)
             judged.row_evidence = evidence_of_rows(matches)
-            judged.update(verdicts_by_combs(compared, self.classes_, locations))
+            judged.update(
+                verdicts_by_combs(matches, healthy, compared, self.classes_, locations)
+            )
             return judged
         learned = self.conditions_.diagnose(X, rpm)
         logs, judged.comb = evidence_beside_spectra(
@@ -323,7 +325,9 @@ class FaultOrderClassifier(SignalClassifier):
             matches = matches_of_evidence(evidence)
             healthy = self._healthy(None)
             compared = compare_combs(matches, healthy, n_rows, self.false_alarm_rate)
-            return verdicts_by_combs(compared, self.classes_, self.class_locations_)
+            return verdicts_by_combs(
+                matches, healthy, compared, self.classes_, self.class_locations_
+            )
         by_spectra, by_combs = np.split(evidence, [len(self.classes_)], axis=1)
         learned = self.conditions_.join(by_spectra, n_rows)
         weights = effective_number(n_rows).reshape(-1, 1)
