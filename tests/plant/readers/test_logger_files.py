@@ -105,12 +105,6 @@ READ = {
     "signs of thousands between quotes": "time,acc\n"
     + lines(T, 1000 * Y, form=("{:.6f}", '"{:,.1f}"')),
     "sep=": "sep=;\ntime;acc\n" + SEMICOLONS,
-    "an oscilloscope that states its increment": "X,acc,Start,Increment,\n"
-    "Sequence,Volt,-1.0e-01,5.0e-04\n" + lines(range(N), Y, form=("{}", "{},")),
-    "an increment after the names": "Time(s),acc,t0 = -0.1s, tInc = 0.0005,\n"
-    + lines(T - 0.1, Y, form=("{:.6e}", "{},")),
-    "an increment after the only name": "acc,t0 = -0.1s, tInc = 0.0005,\n"
-    + lines(Y, form="{},,"),
     "facts next to the samples": lines(
         ["Record Length,300,", "Sample Interval,5e-4,", *[",,"] * (N - 2)],
         T,

@@ -98,27 +98,6 @@ def _fitted(fields, n_fields, n_filled):
     return [*fields, *[""] * n_fields][:n_fields]
 
 
-def split_facts(
-    above: list[list[str]], n_filled: int
-) -> tuple[list[list[str]], list[list[str]]]:
-    """Return the lines above samples without the facts that oscilloscopes append, and these.
-
-    >>> split_facts([["t(s)", "CH1(V)", "t0 = -1s", "tInc = 5e-4", ""]], 2)
-    ([['t(s)', 'CH1(V)']], [['t0 = -1s'], ['tInc = 5e-4']])
-    >>> split_facts([["X", "CH1", "Increment"], ["Sequence", "V", "5e-4"]], 2)
-    ([['X', 'CH1'], ['Sequence', 'V']], [['Increment', '5e-4']])
-    """
-    surplus = [[text for text in fields[n_filled:] if text] for fields in above[-2:]]
-    if not surplus or not surplus[-1]:
-        return above, []
-    cut = [fields[:n_filled] for fields in above[-2:]]
-    if all("=" in text for text in surplus[-1]):
-        return [*above[:-1], cut[-1]], [[text] for text in surplus[-1]]
-    if len(cut) == 2 and {*map(kind_of, surplus[-1])} == {"number"}:
-        return [*above[:-2], *cut], [[*pair] for pair in zip(*surplus, strict=False)]
-    return above, []
-
-
 def stated_rates(rows: Iterable[list[str]]) -> dict[str, float]:
     """Return the sampling rates that lines state, by their names."""
     rates = {}

@@ -26,7 +26,6 @@ from .text_header import (
     are_texts,
     kind_of,
     names_and_units,
-    split_facts,
     stated_rates,
 )
 
@@ -164,12 +163,12 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     ]
     decimal, thousands = _signs(numbers)
     n_filled = max((i + 1 for i, kind in enumerate(usual) if kind), default=1)
-    above, facts = split_facts([fields for fields in rows[:first] if fields], n_filled)
+    above = [fields for fields in rows[:first] if fields]
     names, unit_fields = names_and_units(above, n_fields, n_filled)
     has_header = names is not None
     names = distinct(names or [str(i) for i in range(n_fields)])
     # Some instruments state facts in columns next to the samples.
-    rates = stated_rates([*above, *facts, *samples])
+    rates = stated_rates([*above, *samples])
     channels = {}
     units = unit_fields or [unit_in_name(name) or "" for name in names]
     for i, (name, unit) in enumerate(zip_longest(names, units, fillvalue="")):

@@ -50,8 +50,10 @@ _OTHER_UNITS = (1e-3, 1e-6, 1e-9, 60.0, 3600.0, DAY)
 #: how coarse times became.
 _N_WRITTEN = 100
 _N_LAST = 10
-#: Steps of the last decimal from which two equal times are not the same by rounding.
+#: Steps of the last decimal from which two equal times are not the same by rounding, and
+#: seconds below which a decimal was computed, not written.
 _FINE = 1.5
+_FINEST = 1e-10
 
 
 @dataclass(frozen=True)
@@ -291,7 +293,8 @@ def _problem_of_equal(contents, name, times, last_digit):
     usual = np.median(np.abs(np.diff(known[starts])))
     written = last_digit or last_decimal(known[-_N_WRITTEN:])
     is_slow_clock = sizes[1:-1].min() > 2 and np.ptp(sizes[1:-1]) > 0
-    return "" if written > usual / _FINE or is_slow_clock else problem
+    is_finer = _FINEST < written < usual / _FINE
+    return problem if is_finer and not is_slow_clock else ""
 
 
 def changes(times: NDArray[Any]) -> NDArray[Any]:

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.io import wavfile
 
 from skarxlag import read_recording
 
@@ -14,7 +13,9 @@ soundfile = pytest.importorskip("soundfile")
 Y, U = np.random.default_rng(0).integers(-1000, 1000, size=(2, 103)) / 1024
 
 
-@pytest.mark.parametrize("suffix", ["flac", "w64", "rf64", "aiff", "aif", "caf", "au"])
+@pytest.mark.parametrize(
+    "suffix", ["wav", "flac", "w64", "rf64", "aiff", "aif", "caf", "au"]
+)
 def test_samples_and_rate(tmp_path, suffix):
     path = tmp_path / f"run.{suffix}"
     kind = "AIFF" if suffix == "aif" else None
@@ -34,17 +35,7 @@ def test_widths_of_samples(tmp_path, suffix, subtype):
     np.testing.assert_array_equal(read_recording(path)[0], Y)
 
 
-def test_wav_of_24_bit_and_two_channels_in_parts(tmp_path):
-    path = tmp_path / "run.wav"
-    samples = np.random.default_rng(0).uniform(-1, 1, size=(103, 2))
-    soundfile.write(path, samples, 51_200, subtype="PCM_24")
-    _, expected = wavfile.read(path)
-    signal, rate, longest = in_blocks(path, 10, channel=[0, 1])
-    np.testing.assert_array_equal(signal, expected.T / 2.0**31)
-    assert (rate, longest) == (51_200, 10)
-
-
-@pytest.mark.parametrize("suffix", ["flac", "w64", "rf64", "aiff", "caf", "au"])
+@pytest.mark.parametrize("suffix", ["wav", "flac", "w64", "rf64", "aiff", "caf", "au"])
 @pytest.mark.parametrize("kept", [0, 10, 0.6])
 def test_truncated_files(tmp_path, suffix, kept):
     path = tmp_path / f"run.{suffix}"
