@@ -10,11 +10,9 @@ from .arrays import Array
 from .drift import ROUGH, SMOOTH, smooth_variance
 from .scaling import centred, root_mean_square
 from .short_time import LENGTH
-from .spectra import cepstrum, own_spectra
+from .spectra import SPECTRUM_ORDER, cepstrum, own_spectra
 from .speed_references import group_means, speed_distance
 
-#: Order of a window's own autoregressive model.
-SPECTRUM_ORDER = 128
 #: Fewest and most blocks of time that the rows of one speed are divided into. Between
 #: these, a block has this many rows.
 FEWEST_BLOCKS = 5

@@ -24,6 +24,8 @@ _EPS = np.finfo(np.float64).eps
 #: zeros to a multiple, since a loop over the entries that remain would take half as
 #: long as all others.
 _LANES = 16
+#: Samples whose products with all later ones are added together.
+_TOGETHER = 4
 
 
 def predictors(signals: Array, order: int, alpha: float) -> Array:
@@ -48,8 +50,7 @@ def predictors(signals: Array, order: int, alpha: float) -> Array:
     >>> predictors(0.5 ** np.arange(20.0)[np.newaxis], 1, 1e-12).round(6)
     array([[0.5]])
     """
-    # The last of four sums is three places ahead of the lag.
-    width = -(-(order + 4) // _LANES) * _LANES
+    width = -(-(order + 1) // _LANES) * _LANES
     padded = np.zeros((2, signals.shape[1] + width + _LANES))
     generators = np.zeros((4, width + _LANES))
     factor = np.empty((order, width))
@@ -85,68 +86,46 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
     n_signals, n_samples = signals.shape
     order, width = factor.shape
     n_products = n_samples - order
-    # The rows serve as sums before they are filled, and the first one again at the end.
-    t0 = generators[0]
-    t1 = generators[1]
-    t2 = generators[2]
-    t3 = generators[3]
+    u = generators[0]
+    entering = generators[1]
+    v = generators[2]
+    leaving = generators[3]
     for w in range(n_signals):
         for m in range(n_samples):
-            padded[0, m] = signals[w, m] if m < n_products else 0.0
             padded[1, m] = signals[w, m]
+        for m in range(n_products):
+            padded[0, m] = signals[w, m]
         for b in range(width):
-            t0[b] = t1[b] = t2[b] = t3[b] = 0.0
-        # Loads take longer than products, so each sample that is loaded goes into four
-        # sums.
-        for m in range(0, n_products, _LANES):
-            r = padded[0, m:]
-            s = padded[1, m:]
+            u[b] = 0.0
+        for m in range(0, n_products, _TOGETHER):
             # In registers, because the compiler cannot know that the sums are apart.
+            r = padded[0, m:]
             r0 = r[0]
             r1 = r[1]
             r2 = r[2]
             r3 = r[3]
-            r4 = r[4]
-            r5 = r[5]
-            r6 = r[6]
-            r7 = r[7]
-            r8 = r[8]
-            r9 = r[9]
-            r10 = r[10]
-            r11 = r[11]
-            r12 = r[12]
-            r13 = r[13]
-            r14 = r[14]
-            r15 = r[15]
+            s = padded[1, m:]
             for b in range(width):
-                s0 = s[b]
-                s4 = s[b + 4]
-                s8 = s[b + 8]
-                s12 = s[b + 12]
-                t0[b] += (r0 * s0 + r4 * s4) + (r8 * s8 + r12 * s12)
-                t1[b] += (r1 * s0 + r5 * s4) + (r9 * s8 + r13 * s12)
-                t2[b] += (r2 * s0 + r6 * s4) + (r10 * s8 + r14 * s12)
-                t3[b] += (r3 * s0 + r7 * s4) + (r11 * s8 + r15 * s12)
-        for b in range(order + 1):
-            t0[b] += t1[b + 1] + (t2[b + 2] + t3[b + 3])
-        diagonal = power = t0[0]
+                near = r0 * s[b] + r1 * s[b + 1]
+                u[b] += near + (r2 * s[b + 2] + r3 * s[b + 3])
+        for b in range(order + 1, width):
+            u[b] = 0.0
+        diagonal = power = u[0]
         for a in range(1, order + 1):
-            t1[a] = signals[w, n_products - 1 + a]
-            t3[a] = signals[w, a - 1]
-            diagonal += t1[a] * t1[a] - t3[a] * t3[a]
+            entering[a] = signals[w, n_products - 1 + a]
+            leaving[a] = signals[w, a - 1]
+            diagonal += entering[a] * entering[a] - leaving[a] * leaving[a]
             power += diagonal
         ridge = alpha * power / (order + 1)
         if ridge == 0:
             continue
-        scale = 1 / math.sqrt(t0[0] + ridge)
+        first = math.sqrt(u[0] + ridge)
         for b in range(width):
-            t0[b] *= scale
-            t2[b] = t0[b]
-        for b in range(order + 1, width + _LANES):
-            t0[b] = t1[b] = t2[b] = t3[b] = 0.0
-        t0[0] = 1 / scale
-        t1[0] = t2[0] = t3[0] = 0.0
-        plus = t0
+            u[b] /= first
+            v[b] = u[b]
+        u[0] = first
+        entering[0] = v[0] = leaving[0] = 0.0
+        plus = u
         for a in range(order):
             enters = generators[1, a:]
             minus = generators[2, a:]
@@ -184,15 +163,13 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
             factor_row = factor[a]
             solution = solutions[w, a:]
             for lane in range(_LANES):
-                t0[lane] = 0.0
+                u[lane] = 0.0
             for first in range(0, order - a, _LANES):
                 row = factor_row[first:]
                 values = solution[first:]
                 for lane in range(_LANES):
-                    t0[lane] += row[lane] * values[lane]
-            total = 0.0
-            for lane in range(_LANES // 4):
-                first_pair = t0[lane] + t0[lane + 4]
-                second_pair = t0[lane + 8] + t0[lane + 12]
-                total += first_pair + second_pair
-            solution[0] = (factor_row[order - a] - total) / factor_row[0]
+                    u[lane] += row[lane] * values[lane]
+            total = factor_row[order - a]
+            for lane in range(_LANES):
+                total -= u[lane]
+            solution[0] = total / factor_row[0]

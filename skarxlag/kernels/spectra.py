@@ -14,6 +14,8 @@ from .linear_prediction import predictors
 from .scaling import largest
 from .short_time import LENGTH, band_levels, hann_window
 
+#: Order of the autoregressive model of a window, if no other is given.
+SPECTRUM_ORDER = 128
 #: Frequencies at which the spectral shape is evaluated, at least. Their logarithms are
 #: averaged over each band, so that a sharp line counts wherever in its band it lies.
 _LEAST_CELLS = 252

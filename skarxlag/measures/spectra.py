@@ -12,7 +12,7 @@ from ..core.base import ArrayTransformer, InnovationsTransformer
 from ..core.parallel import map_batches
 from ..core.state import uses_fitted
 from ..core.validation import check_count, validate_innovations
-from ..kernels.spectra import own_spectra
+from ..kernels.spectra import SPECTRUM_ORDER, own_spectra
 
 _GROUPS = ("spectral_shape", "steadiness")
 
@@ -75,7 +75,7 @@ class LogSpectra(InnovationsTransformer, ArrayTransformer, auto_wrap_output_keys
     -0.3
     """
 
-    spectrum_order: int = 128
+    spectrum_order: int = SPECTRUM_ORDER
     n_jobs: int | None = None
 
     _learns_in_batches = True

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.pipeline import Pipeline
 
-from ..core.capabilities import unfolded_steps
+from ..core.capabilities import offers, unfolded_steps
 from ..core.state import expect
-from ..decisions.fault_orders import FaultOrderClassifier
 from ..decisions.order_comparison import order_comparison
 from ..kernels.fault_orders import FAULTS, N_MULTIPLES, NEPER_IN_DB, ORDER_STEP
 from ..measures.envelope_spectra import impact_orders
@@ -100,7 +99,7 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
     @classmethod
     def from_estimator(
         cls,
-        estimator: FaultOrderClassifier | Pipeline,
+        estimator: Any,
         row: ArrayLike,
         *,
         rpm: ArrayLike | None = None,
@@ -131,8 +130,8 @@ class EnvelopeSpectrumDisplay(AxesDisplay):
             If the last step is no FaultOrderClassifier.
         """
         *before, classifier = unfolded_steps(estimator)
-        is_right = isinstance(classifier, FaultOrderClassifier)
-        expect(is_right, "Last step", classifier, "a FaultOrderClassifier")
+        matches_combs = offers(classifier, "match")
+        expect(matches_combs, "Last step", classifier, "a FaultOrderClassifier")
         X = np.asarray(row)[np.newaxis]
         for step in before:
             X = step.transform(X)
