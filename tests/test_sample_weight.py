@@ -7,7 +7,6 @@ from sklearn.base import clone
 
 from skarxlag import (
     ARXLaguerre,
-    DiagnosisPipeline,
     FaultDetector,
     LogSpectra,
     OrderResidual,
@@ -19,7 +18,6 @@ from skarxlag import (
     make_extended_state_pio,
 )
 
-FEW_ROWS = pytest.mark.filterwarnings("ignore:.* healthy rows are too few:UserWarning")
 WEIGHTS = np.array([0, 1, 2, 3, 1, 0, 2, 1, 1, 4, 1, 2])
 
 
@@ -62,15 +60,12 @@ def test_weights_by_parts_are_those_of_the_whole(windows, conditions):
     np.testing.assert_allclose(parts.coef_, whole.coef_, rtol=1e-9)
 
 
+SPEEDS = {"rpm": np.linspace(500, 700, 12)}
+ORDERS = OrderResidual(sampling_rate=100)
 RESIDUALS = {
     "compare": (SpectralDistance(), {}),
-    "orders": (OrderResidual(sampling_rate=100), {"rpm": np.linspace(500, 700, 12)}),
-    "stretches": (
-        StretchResidual(
-            order_residual=OrderResidual(sampling_rate=100), window_length=90
-        ),
-        {"rpm": np.linspace(500, 700, 12)},
-    ),
+    "orders": (ORDERS, SPEEDS),
+    "stretches": (StretchResidual(order_residual=ORDERS, window_length=90), SPEEDS),
     "no rpm": (StretchResidual(window_length=90), {}),
 }
 
@@ -91,17 +86,10 @@ def test_residuals_count_a_window_as_often_as_its_weight_says(residual, conditio
     repeated = clone(estimator).fit(X[rows], conditions[rows], **of_rows)
     expected = repeated.transform(X, **metadata)
     weighted = {"sample_weight": WEIGHTS} | metadata
-    in_two_steps = clone(estimator).fit(X, conditions, **weighted)
-    np.testing.assert_allclose(
-        in_two_steps.transform(X, **metadata), expected, rtol=1e-9
-    )
     at_once = clone(estimator).fit_transform(X, conditions, **weighted)
     np.testing.assert_allclose(at_once, expected, rtol=1e-9)
     plain = clone(estimator).fit_transform(X, conditions, **metadata)
     assert not np.allclose(plain, expected, rtol=1e-2)
-    even = metadata | {"sample_weight": np.ones(12)}
-    of_even = clone(estimator).fit_transform(X, conditions, **even)
-    np.testing.assert_array_equal(of_even, plain)
 
 
 def test_a_condition_whose_windows_all_weigh_nothing_is_none(residual):
@@ -113,42 +101,18 @@ def test_a_condition_whose_windows_all_weigh_nothing_is_none(residual):
     assert fitted.transform(X, **metadata).shape == (12, 2)
 
 
-def test_a_residual_of_windows_without_weights_serves_until_there_are_some(
-    windows, conditions
-):
-    stretches = StretchResidual(
-        window_residual=DiagnosisPipeline(
-            [("measure", LogSpectra()), ("compare", Unweighted())]
-        )
-    )
-    stretches.fit(windows, conditions)
-    with pytest.raises(TypeError, match="sample_weight"):
-        stretches.fit(windows, conditions, sample_weight=WEIGHTS)
-
-
-class Unweighted(SpectralDistance):
-    __metadata_request__fit = {}  # noqa: RUF012
-
-    def fit(self, X, y):
-        return super().fit(X, y)
-
-    def fit_transform(self, X, y):
-        return self.fit(X, y).transform(X)
-
-
 @pytest.mark.parametrize(
     ("weights", "message"),
     [
         (
             -np.ones(12),
-            r"sample_weight == array\(\[-1., .* expected weights of at least 0",
+            r"sample_weight == array\(\[-1., .* expected weights of at least",
         ),
         (np.zeros(12), "sample_weight == .*, not all of them zero"),
         (
             np.ones(11),
             r"shape == \(11,\), expected \(12,\), one weight for each window",
         ),
-        (np.ones((12, 1)), r"shape == \(12, 1\)"),
         (np.full(12, np.nan), "sample_weight contains NaN"),
     ],
 )
@@ -172,17 +136,10 @@ def test_weights_reach_every_step_of_a_diagnoser(windows, conditions, make):
     assert not np.allclose(plain, expected, rtol=1e-2)
 
 
-@pytest.fixture(scope="module")
-def healthy_rows():
-    """Rows of two speeds, of which every fourth has another colour; their speeds."""
-    X = np.random.default_rng(0).normal(size=(80, 400))
+@pytest.mark.filterwarnings("ignore:.* healthy rows are too few:UserWarning")
+def test_means_of_a_detector_are_those_of_repeated_rows():
+    X, rpm = np.random.default_rng(0).normal(size=(80, 400)), np.repeat([800, 1200], 40)
     X[::4] = lfilter([1], [1, -0.6], X[::4])
-    return X, np.repeat([800.0, 1200.0], 40)
-
-
-@FEW_ROWS
-def test_means_of_a_detector_are_those_of_repeated_rows(healthy_rows):
-    X, rpm = healthy_rows
     weights = np.arange(80) % 3
     rows = np.repeat(np.arange(80), weights)
     weighted = FaultDetector().fit(X, rpm=rpm, sample_weight=weights)
