@@ -209,15 +209,11 @@ class KnownConditions(RowOutlierDetector):
         expect(fits, "detectors_", detectors, f"{n_classes} detectors by classes_")
         for detector in detectors:
             check_state(detector)
-        rows = [
-            (
-                detector.window_shape_.tolist(),
-                detector.n_windows_,
-                len(detector.deviations_),
-            )
+        rows = {
+            (*detector.window_shape_, detector.n_windows_, len(detector.deviations_))
             for detector in detectors
-        ]
-        shape = self.window_shape_.tolist()
-        are_alike = rows == [(shape, *rows[0][1:])] * n_classes
+        }
+        shape = tuple(self.window_shape_)
+        are_alike = len(rows) == 1 and next(iter(rows))[:-2] == shape
         expected = f"the same rows for all, of window_shape_ {shape}"
         expect(are_alike, "Rows of detectors_", rows, expected)

@@ -68,8 +68,7 @@ def diagnose_together(cuts: Sequence[CutBlock]) -> list[list[MonitorVerdict]]:
     """
     alike = defaultdict(list)
     for number, cut in enumerate(cuts):
-        kind = None if cut.rpm is None else cut.rpm.ndim
-        alike[cut.monitor._models, kind].append(number)
+        alike[cut.monitor._models, np.ndim(cut.rpm)].append(number)
     verdicts: list[list[MonitorVerdict]] = [[] for _ in cuts]
     for numbers in alike.values():
         owners = [(i, row) for i in numbers for row in range(len(cuts[i].rows))]
@@ -82,10 +81,11 @@ def diagnose_together(cuts: Sequence[CutBlock]) -> list[list[MonitorVerdict]]:
 
 def _of_batch(cuts, owners):
     """Yield the number of the monitor and the verdict of each window of a batch."""
-    judge = cuts[owners[0][0]].monitor._judge
+    first = cuts[owners[0][0]]
+    judge = first.monitor._judge
     rows = np.stack([cuts[i].rows[row] for i, row in owners])
     rpm = None
-    if cuts[owners[0][0]].rpm is not None:
+    if first.rpm is not None:
         rpm = np.stack([cuts[i].rpm[row] for i, row in owners])
     counted = []
     for (i, row), result in zip(owners, _results(judge, rows, rpm), strict=True):

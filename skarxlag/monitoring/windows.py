@@ -64,8 +64,6 @@ class WindowStream:
         self._length = length
         self._hop = hop
         self._rate = rate
-        # Seconds by which the stated time of a block may be wrong.
-        self._tolerance = 0.5 * length / rate
         self.rest: NDArray[Any] = np.empty((n_rows, 0))
         self.n_samples: int = 0
         self.next_start: int = 0
@@ -113,7 +111,8 @@ class WindowStream:
         """State the time of the next sample; if it is not as expected, windows start again."""
         delay = time - self.time_of(self.n_samples)
         self._reference = (self.n_samples, time)
-        if self.n_samples == 0 or abs(delay) <= self._tolerance:
+        # The stated time of a block may be wrong by half a window.
+        if self.n_samples == 0 or abs(delay) <= 0.5 * self._length / self._rate:
             return
         self.n_gaps += delay > 0
         self.n_steps_back += delay < 0

@@ -201,11 +201,10 @@ class VerdictNames:
             return Named(UNKNOWN, float(unknown), str(self.conditions[best]))
         if self._healthy is not None and healthy >= faulty:
             return self._named_in(self._groups[self._healthy], of_conditions)
-        of_faults = of_groups.copy()
-        if self._healthy is not None:
-            of_faults[self._healthy] = -1.0
-        order = sorted(range(len(of_faults)), key=of_faults.__getitem__, reverse=True)
-        nearest = order[:2]
+        of_faults = {
+            g: share for g, share in enumerate(of_groups) if g != self._healthy
+        }
+        nearest = sorted(of_faults, key=of_faults.__getitem__, reverse=True)[:2]
         are_locations = all(self._groups[g].location in _TITLES for g in nearest)
         if are_locations and of_faults[nearest[0]] < _SURE_LOCATION * faulty:
             shares = [
@@ -227,19 +226,14 @@ class VerdictNames:
 
 def _groups(conditions, healthy, described):
     """Return the conditions by their locations, in the order of their first conditions."""
-    locations = {}
-    if described.locations is not None:
-        locations = dict(zip(described.conditions, described.locations, strict=True))
-    n_specimens = dict.fromkeys(conditions, 1)
-    if described.n_specimens is not None:
-        n_specimens = dict(
-            zip(described.conditions, described.n_specimens, strict=True)
-        )
+    fitted = described.conditions
+    locations = described.locations or [None] * len(fitted)
+    n_specimens = described.n_specimens or [1] * len(fitted)
+    locations = dict(zip(fitted, locations, strict=True)) | {healthy: HEALTHY}
+    n_specimens = dict(zip(fitted, n_specimens, strict=True))
     members: dict[Any, list[int]] = {}
     for index, name in enumerate(conditions):
-        location = HEALTHY if name == healthy else locations.get(name)
-        if location is None:
-            location = ("condition", name)
+        location = locations[name] or ("condition", name)
         members.setdefault(location, []).append(index)
     groups = []
     for location, positions in members.items():
