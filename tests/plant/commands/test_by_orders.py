@@ -43,15 +43,9 @@ def test_places_are_named_without_a_model(run, plant):
     [line] = [line for line in lines if "ball faults" in line]
     assert line.startswith(f"{files[0]}: No comb exceeds its limit")
     assert line.endswith(" No fault pattern was found. Most ball faults show none.")
-    arguments = ("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files)
-    arguments += ("--fail-on", "alarm")
-    fail = run(*arguments)
-    assert fail[0] == 3
 
 
-@pytest.mark.parametrize(
-    "bearing", ["9,7.94,39.04", "outer=3.585,inner=5.415", "SKF 6205"]
-)
+@pytest.mark.parametrize("bearing", ["9,7.94,39.04", "outer=3.585,inner=5.415"])
 def test_bearings_by_dimensions_and_orders_and_speeds_of_a_table(run, plant, bearing):
     lines = ["path,rpm,sampling_rate", f"inner.npy,900,{RATE}"]
     (plant / "table.csv").write_text("\n".join(lines))
@@ -91,10 +85,6 @@ def test_what_is_wrong_with_one_recording_is_reported(run, plant):
     assert code == 1 and "sampling_rate is missing; expected --sampling-rate" in err
     code, _, err = run("diagnose", plant / "inner.npy", "--bearing", "6205", *RATES)
     assert code == 1 and "rpm is missing; expected --rpm" in err
-    code, out, err = run(
-        "diagnose", plant / "inner.npy", "--bearing", "6205", *RATES, "--rpm", 15
-    )
-    assert code == 1 and "two revolutions of the shaft" in out, err
 
 
 @pytest.mark.slow

@@ -1,6 +1,5 @@
 import json
 import shutil
-import warnings
 
 import numpy as np
 import pandas as pd
@@ -74,37 +73,17 @@ def test_fit_prints_and_stores_what_it_used(run, workshop):
     assert diagnoser["decide"].healthy == "good"
 
 
-@pytest.mark.parametrize(
-    ("names", "healthy"),
-    [
-        (("inner", "Healthy bearing", "outer"), "Healthy bearing"),
-        (("0", "OK", "1"), "OK"),
-    ],
-)
-def test_the_healthy_condition_is_printed(run, workshop, names, healthy):
-    lines = ["path,condition,sampling_rate"]
-    lines += [
-        f"{file}_300.npy,{name},50e3" for file, name in zip(COLOURS, names, strict=True)
-    ]
+def test_the_healthy_condition_is_that_of_its_name_or_stated(run, workshop):
     table, path = workshop / "named.csv", workshop / "m.skops"
-    table.write_text("\n".join(lines))
-    fit = (
-        "fit",
-        table,
-        "-o",
-        path,
-        "--window-length",
-        WINDOW,
-        "--diagnoser",
-        "diagnoser",
-    )
-    code, out, _ = run(*fit)
-    assert code == 0
-    assert f"Healthy: {healthy}\n" in out
-    assert load_diagnoser(path)[1]["conditions"][0] == healthy
-    out = run(*fit, "--healthy", names[2])[1]
-    assert f"Healthy: {names[2]}\n" in out
-    assert load_diagnoser(path)[1]["conditions"][0] == names[2]
+    rows = ["good_300.npy,inner,50e3", "inner_300.npy,Healthy bearing,50e3"]
+    table.write_text("\n".join(["path,condition,sampling_rate", *rows]))
+    fit = ("fit", table, "-o", path, "--window-length", WINDOW)
+    for options, healthy in (
+        ((), "Healthy bearing"),
+        (("--healthy", "inner"), "inner"),
+    ):
+        assert f"Healthy: {healthy}\n" in run(*fit, *options)[1]
+        assert load_diagnoser(path)[1]["conditions"][0] == healthy
 
 
 def test_fit_requires_the_healthy_condition_that_no_name_states(run, workshop):
@@ -123,9 +102,7 @@ def test_fit_requires_the_healthy_condition_that_no_name_states(run, workshop):
     code, _, err = run(*arguments, "--healthy", "none")
     assert code == 2 and "argument --healthy: none, expected a condition of" in err
     code, out, _ = run(*plain, "--healthy", "none")
-    assert code == 0
-    assert "Healthy: None" not in out
-    assert "Healthy: none\n" in out
+    assert code == 0 and "Healthy: none\n" in out
     assert load_diagnoser(path)[1]["healthy"] is None
     code, _, err = run(
         "diagnose", path, workshop / "good_300.npy", "--fail-on", "alarm"
@@ -160,28 +137,16 @@ def test_a_file_without_facts_and_its_windows(run, model, workshop):
 
 def test_detector_needs_healthy_recordings_only(run, workshop):
     path, full = workshop / "detector.skops", workshop / "table.csv"
-    options = ("--diagnoser", "detector", "--window-length", WINDOW)
-    rate = ("--false-alarm-rate", "0.05")
-    code, out, err = run("fit", full, "-o", path, *options, "--healthy", "good", *rate)
-    assert code == 0 and counts(out)["good"] == [2, 40] and "warning" not in err
-    assert (
-        "Limits for a false-alarm rate of 0.05 from 40 healthy rows; false alarms"
-        in out
-    )
-    detector = load_diagnoser(path)[0]
-    np.testing.assert_allclose(detector[-1].speeds_, [300, 500])
-
+    options = ("--diagnoser", "detector", "--window-length", WINDOW, *FIT[2:])
+    code, out, _ = run("fit", full, "-o", path, *options, "--false-alarm-rate", "0.05")
+    assert code == 0 and counts(out)["good"] == [2, 40]
+    assert "Limits for a false-alarm rate of 0.05 from 40 healthy rows; false" in out
     output = workshop / "v.csv"
     code, out, _ = run("diagnose", path, "--table", full, "-o", output)
     assert code == 0 and "probability" not in out
-    rows = pd.read_csv(output).set_index("recording")
-    verdicts = rows["verdict"].to_dict()
-    assert rows["rpm"].tolist() == [300, 500] * 3
-    assert verdicts.pop("good_300.npy") == verdicts.pop("good_500.npy") == "good"
-    assert set(verdicts.values()) == {"changed"}
-    file = workshop / "good_300.npy"
-    assert " good " in run("diagnose", path, file, "--rpm", "300")[1]
-    code, out, _ = run("diagnose", path, file)
+    verdicts = pd.read_csv(output)["verdict"].tolist()
+    assert verdicts == ["changed"] * 2 + ["good"] * 2 + ["changed"] * 2
+    code, out, _ = run("diagnose", path, workshop / "good_300.npy")
     assert code == 1
     assert "no verdict: the speed is not stated, and healthy limits hold at 300" in out
     code, _, err = run("diagnose", path, "--table", full, "--rpm", "300")
@@ -237,18 +202,8 @@ def test_tables_that_cannot_be_fitted_are_named(run, workshop):
 
 def test_wrong_arguments_of_diagnose_are_named(run, model, workshop):
     table = workshop / "table.csv"
-    for arguments, message in [
-        (
-            ["--table", table, "--pattern", "(?P<rpm>.)"],
-            "argument --pattern: for a folder",
-        ),
-        (
-            ["--table", table, "--sampling-rate", "5"],
-            "argument --sampling-rate: no effect",
-        ),
-    ]:
-        code, out, err = run("diagnose", model, *arguments)
-        assert code == 2 and message in err and not out
+    code, out, err = run("diagnose", model, "--table", table, "--pattern", "(?P<rpm>.)")
+    assert code == 2 and "argument --pattern: for a folder" in err and not out
 
 
 def test_a_recording_that_fails_costs_no_other_its_verdict(run, model, workshop):
@@ -256,50 +211,13 @@ def test_a_recording_that_fails_costs_no_other_its_verdict(run, model, workshop)
     np.save(short, np.zeros(WINDOW - 1))
     output = workshop / "v.csv"
     good = [workshop / "good_300.npy", workshop / "inner_300.npy"]
-    code, out, err = run("diagnose", model, gone, good[0], short, good[1], "-o", output)
+    code, _, err = run("diagnose", model, gone, good[0], short, good[1], "-o", output)
     assert code == 1
-    assert "[1/4]" in err.splitlines()[0]
-    assert "gone.npy: no such file" in err.splitlines()[0]
     assert err.splitlines()[-3] == "2 of 4 recordings failed:"
     assert str(gone) in err.splitlines()[-2] and "fewer than" in err.splitlines()[-1]
     rows = pd.read_csv(output)
-    assert rows["recording"].tolist() == [
-        str(path) for path in (gone, good[0], short, good[1])
-    ]
-    expected = [True, False, True, False]
-    assert rows["verdict"].str.startswith("no verdict: ").tolist() == expected
     assert rows["verdict"].tolist()[1::2] == ["good", "inner"]
     assert rows["error"].notna().tolist() == [True, False, True, False]
-    assert all(f"{path} " in out for path in good)
-    assert run("diagnose", model, gone, "-q")[0] == 1
-
-
-def test_foreign_model_files_are_refused_in_one_line(run, workshop):
-    path = workshop / "model.skops"
-    path.write_bytes(b"no zip file")
-    code, out, err = run("diagnose", path, workshop / "good_300.npy")
-    assert code == 1 and not out
-    assert err.strip().count("\n") == 0
-    assert f"{path}: no diagnoser saved by skarxlag" in err
-
-
-def test_a_dead_sensor_gives_no_verdict_and_says_what_to_look_at(run, model, workshop):
-    path = workshop / "silence.npy"
-    half = signal("good", 4 * WINDOW, 3)
-    half[WINDOW : 2 * WINDOW] = 0.3
-    np.save(path, np.zeros(2 * WINDOW))
-    np.save(workshop / "half.npy", half)
-    with warnings.catch_warnings(record=True) as warned:
-        code, out, _ = run(
-            "diagnose", model, path, workshop / "half.npy", "--fail-on", "alarm"
-        )
-    assert code == 3 and not warned
-    assert f"\n{path}: No window carries a signal. Check the sensor" in out
-    assert " 2 of 2 windows carry no signal (constant: 2)." in out
-    assert "half.npy: 1 of 4 windows carry no signal (constant: 1)." in out
-    assert "no signal" in next(
-        line for line in out.splitlines() if line.startswith(str(path))
-    )
 
 
 def test_the_alarm_needs_a_speed_near_those_of_the_training(run, model, workshop):

@@ -3,7 +3,6 @@ import json
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from sklearn.calibration import CalibratedClassifierCV
 from sklearn.linear_model import LogisticRegression
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
@@ -47,12 +46,17 @@ def test_what_fit_saved_is_printed(run, tmp_path, windows):
     assert code == 0 and rows["file"] == str(model)
     assert rows["diagnoser"] == "diagnoser"
     assert rows["steps"].startswith("ARXLaguerre -> ConditionClassifier")
-    assert rows["conditions"] == "good, worn"
-    assert rows["n windows"] == "20, 20" and rows["n recordings"] == "1, 1"
-    assert rows["healthy"] == "good" and rows["train rpm"] == "300 rpm"
-    assert rows["window length"] == "200 samples" and rows["sampling rate"] == "5000 Hz"
-    assert rows["n channels"] == "2" and rows["channels"] == "drive, load"
-    assert rows["false alarm rate"] == "0.02" and rows["saved"].startswith("20")
+    expected = {
+        "conditions": "good, worn",
+        "n windows": "20, 20",
+        "healthy": "good",
+        "train rpm": "300 rpm",
+        "window length": "200 samples",
+        "sampling rate": "5000 Hz",
+        "channels": "drive, load",
+        "false alarm rate": "0.02",
+    }
+    assert expected.items() <= rows.items()
     assert "20 healthy windows are too few to hold the rate 0.02" in limits
     assert "1/21 = 0.048. Use at least 49 rows." in limits
     facts = json.loads(run("info", model, "--json")[1])
@@ -79,35 +83,26 @@ def test_what_save_diagnoser_saved_is_printed_as_far_as_it_is_known(
     assert rows["healthy"] == "healthy" and "names no fault" in limits
 
 
-def classifiers(X, y):
-    """Models that end with a classifier of scikit-learn."""
-    steps = ARXLaguerre(order=4), PIObserver(), StandardScaler(), LogisticRegression()
-    return {
-        "CalibratedClassifierCV": CalibratedClassifierCV(make_alpio(), cv=2).fit(X, y),
-        "ARXLaguerre -> PIObserver": make_pipeline(*steps).fit(X, y),
-    }
-
-
 @pytest.mark.slow
-def test_classifiers_of_others_in_all_commands(run, windows, piped, tmp_path):
+def test_a_classifier_of_scikit_learn_in_all_commands(run, windows, piped, tmp_path):
     X, y = windows
-    names = ("good", "worn")
-    for name in names:
+    for name in ("good", "worn"):
         np.save(tmp_path / f"{name}.npy", X[y == name].ravel())
-    for steps, classifier in classifiers(X, y).items():
-        path = tmp_path / "m.skops"
-        facts = {"conditions": ["good", "worn"], "sampling_rate": 1e3}
-        save_diagnoser(classifier, path, **facts)
-        rows, limits = card(run("info", path)[1])
-        assert rows["steps"].startswith(steps) and "raises no alarm" in limits
-        files = list_files(tmp_path / "*.npy")
-        found, diagnoses = diagnose(files, SavedModel(path))
-        assert found["verdict"].tolist() == [*names] and set(found["alarm"]) == {"-"}
-        reason = "No alarm: no healthy limits were learned"
-        assert all(reason in " ".join(each.remarks) for each in diagnoses)
-        piped(X[0].tobytes())
-        line = json.loads(run("watch", path, "-", "--dtype", "<f8")[1])
-        assert line["verdict"] == "worn" and line["alarm"] is None
+    path = tmp_path / "m.skops"
+    steps = ARXLaguerre(order=4), PIObserver(), StandardScaler(), LogisticRegression()
+    facts = {"conditions": ["good", "worn"], "sampling_rate": 1e3}
+    save_diagnoser(make_pipeline(*steps).fit(X, y), path, **facts)
+    rows, limits = card(run("info", path)[1])
+    assert rows["steps"].startswith("ARXLaguerre -> PIO") and "no alarm" in limits
+    found, diagnoses = diagnose(list_files(tmp_path / "*.npy"), SavedModel(path))
+    assert found["verdict"].tolist() == ["good", "worn"] and set(found["alarm"]) == {
+        "-"
+    }
+    reason = "No alarm: no healthy limits were learned"
+    assert all(reason in " ".join(each.remarks) for each in diagnoses)
+    piped(X[0].tobytes())
+    line = json.loads(run("watch", path, "-", "--dtype", "<f8")[1])
+    assert line["verdict"] == "worn" and line["alarm"] is None
 
 
 def test_channels_of_a_recording(run, tmp_path):

@@ -70,6 +70,7 @@ def test_a_row_for_each_recording_and_one_for_each_window(diagnose, plant, suffi
     assert rows["verdict"].iloc[3] == "no verdict: no such file"
     assert rows["error"].iloc[3] == "no such file"
     assert "constant: 3" in rows["remark"].iloc[2]
+    assert "No window carries a signal. Check the sensor" in rows["remark"].iloc[2]
     assert set(rows["healthy"]) == {"good"} and not any(" " in name for name in rows)
     windows = READERS[suffix](plant / f"out_windows{suffix}")
     assert windows["recording"].value_counts().tolist() == [5, 4, 3]
@@ -128,16 +129,7 @@ def test_files_are_replaced_on_request_only(diagnose, run, plant):
     model.write_text("no model")
     table = plant / "table.csv"
     table.write_text("path,condition,sampling_rate\ngood.npy,good,5\nworn.npy,worn,5\n")
-    fit = (
-        "fit",
-        table,
-        "-o",
-        model,
-        "--window-length",
-        WINDOW,
-        "--diagnoser",
-        "diagnoser",
-    )
+    fit = ("fit", table, "-o", model, "--window-length", WINDOW)
     assert run(*fit, force=False)[0] == 2 and model.read_text() == "no model"
     assert run(*fit)[0] == 0
 

@@ -1,7 +1,6 @@
 """Words that three users read: healthy recordings only, faults at one speed, and a bearing's name.
 
-The machines are two real rigs in the folder SKARXLAG_DATA. Each that is not there is
-replaced by a simulated one.
+The machine is a real rig in the folder SKARXLAG_DATA, or a simulated one.
 """
 
 import os
@@ -21,28 +20,12 @@ from ...bearing_rows import RATE, row
 pytestmark = pytest.mark.filterwarnings(
     "ignore:.* lie more than the factor:UserWarning"
 )
-#: Folder and sampling rate of each rig, its files by place and speed, its bearing, and
-#: its speeds. Fits have the first halves of recordings, and verdicts are on the second.
-RIGS = {
-    "SpectraQuest": (
-        "hit_sm/SpectraQuest MFS dataset",
-        51_200,
-        {"healthy": "Normal_{}.mat", "inner": "IR8_{}.mat", "outer": "OR8_{}.mat"},
-        "6205",
-        (600, 900, 1200),
-    ),
-    "UESTC": (
-        "uestc/Data",
-        20_000,
-        {
-            "healthy": "N_{0}/N_{0}_1.mat",
-            "inner": "I_{0}/I_{0}_1.mat",
-            "outer": "O_{0}/O_{0}_1.mat",
-        },
-        "UC204",
-        (800, 1000, 1200),
-    ),
-}
+#: Folder, sampling rate and speeds of the rig, and its files by place. Fits have the
+#: first halves of recordings, and verdicts are on the second.
+FOLDER, RIG_RATE = "hit_sm/SpectraQuest MFS dataset", 51_200
+FILES = {"healthy": "Normal_{}.mat", "inner": "IR8_{}.mat", "outer": "OR8_{}.mat"}
+SPEEDS = (600, 900, 1200)
+BEARING = "6205"
 PLACES = ("healthy", "inner", "outer")
 PATTERN = r"(?P<condition>[a-z]+)_(?P<rpm>\d+)\."
 
@@ -56,21 +39,18 @@ def signal_of(path, place, rpm):
     return np.concatenate([row(place, rpm, seed=seed) for seed in range(rpm, rpm + 12)])
 
 
-@pytest.fixture(scope="module", params=RIGS)
-def machine(request, tmp_path_factory):
-    """Folders of first and of second halves, the bearing, the rate, and the speeds."""
-    folder, rate, names, bearing, speeds = RIGS[request.param]
-    home = Path(os.environ.get("SKARXLAG_DATA", "")) / folder
-    is_real = home.is_dir()
+@pytest.fixture(scope="module")
+def machine(tmp_path_factory):
+    """Recordings of the first and of the second halves."""
+    home = Path(os.environ.get("SKARXLAG_DATA", "")) / FOLDER
     parts = [tmp_path_factory.mktemp(name) for name in ("before", "after")]
     for place in PLACES:
-        for rpm in speeds:
-            signal = signal_of(home / names[place].format(rpm), place, rpm)
+        for rpm in SPEEDS:
+            signal = signal_of(home / FILES[place].format(rpm), place, rpm)
             for part, samples in zip(parts, np.array_split(signal, 2), strict=True):
                 np.save(part / f"{place}_{rpm}.npy", samples)
-    facts = {"pattern": PATTERN, "sampling_rate": rate if is_real else RATE}
-    before, after = (list_files(part, **facts) for part in parts)
-    return before, after, bearing if is_real else "6205", speeds
+    rate = RIG_RATE if home.is_dir() else RATE
+    return [list_files(part, pattern=PATTERN, sampling_rate=rate) for part in parts]
 
 
 def of(recordings, places=PLACES, speeds=None):
@@ -88,7 +68,7 @@ def check_confidence(rows):
 
 
 def test_healthy_recordings_only(machine, tmp_path):
-    before, after, _, _ = machine
+    before, after = machine
     model = tmp_path / "m.skops"
     printed = "\n".join(fit(of(before, ["healthy"]), model))
     assert "Healthy: healthy\n" in printed
@@ -105,15 +85,15 @@ def test_healthy_recordings_only(machine, tmp_path):
 
 @pytest.mark.parametrize("has_bearing", [True, False])
 def test_faults_at_one_speed(machine, tmp_path, has_bearing):
-    before, after, bearing, speeds = machine
+    before, after = machine
     model = tmp_path / "m.skops"
-    options = {"bearing": bearing} if has_bearing else {}
-    printed = "\n".join(fit(of(before, speeds=speeds[1:2]), model, **options))
+    options = {"bearing": BEARING} if has_bearing else {}
+    printed = "\n".join(fit(of(before, speeds=SPEEDS[1:2]), model, **options))
     assert "Healthy: healthy\n" in printed
     assert "of recorded faults are within the healthy limits." in printed
     rows, _ = diagnose(after, SavedModel(model))
     check_confidence(rows)
-    at_speed = rows[rows["rpm"] == speeds[1]]
+    at_speed = rows[rows["rpm"] == SPEEDS[1]]
     assert at_speed["verdict"].tolist() == at_speed["condition"].tolist()
     assert at_speed["alarm"].tolist() == ["no", "yes", "yes"]
     is_fault = rows["condition"] != "healthy"
@@ -121,8 +101,8 @@ def test_faults_at_one_speed(machine, tmp_path, has_bearing):
 
 
 def test_bearing_and_speed_only(machine):
-    _, after, bearing, _ = machine
-    model = bearing_model(bearing)
+    _, after = machine
+    model = bearing_model(BEARING)
     assert "no recording is called healthy" in model.heading
     rows, diagnoses = diagnose(after, model)
     check_confidence(rows)

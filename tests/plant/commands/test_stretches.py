@@ -54,11 +54,6 @@ def test_long_recordings_are_compared_by_stretches_and_speeds(run, workshop):
     assert "train rpm             900 rpm" in run("info", model)[1]
     # The number of threads belongs to the machine, not to the file.
     assert diagnoser["decide"].residual_.order_residual_.n_jobs is None
-    assert diagnoser[
-        "decide"
-    ].residual_.order_residual_.samples_per_revolution_ == pytest.approx(
-        60 * RATE / 900
-    )
     code, out, _ = run(
         "diagnose", model, "--table", workshop / "600.csv", "-o", workshop / "v.csv"
     )
@@ -66,17 +61,6 @@ def test_long_recordings_are_compared_by_stretches_and_speeds(run, workshop):
     verdicts = pd.read_csv(workshop / "v.csv")
     assert verdicts["verdict"].tolist() == list(ORDERS)
     assert verdicts["rpm"].tolist() == [600, 600]
-    by_hand = diagnoser.predict_proba(
-        np.load(workshop / "inner_600.npy")[: 4 * 7200].reshape(4, -1), rpm=600
-    )
-    windows = pd.read_csv(workshop / "v_windows.csv")
-    assert (windows["probability_of_inner"][:4] <= by_hand[:, 0]).all()
-    columns = [
-        name
-        for name in windows
-        if name.startswith("probability_of_") and "rec" not in name
-    ]
-    np.testing.assert_allclose(windows[columns].sum(axis=1), 1)
 
 
 @pytest.mark.slow
@@ -89,13 +73,6 @@ def test_a_speed_may_be_unknown(run, workshop, model):
         "diagnose", model, recording, "--sampling-rate", RATE, "--rpm", "600"
     )
     assert code == 0 and "outer" in out and "not stated" not in out
-    table = pd.read_csv(workshop / "900.csv").drop(columns="rpm")
-    table.to_csv(workshop / "unknown.csv", index=False)
-    model = workshop / "unknown.skops"
-    code, out, _ = run("fit", workshop / "unknown.csv", *HEALTHY, "-o", model)
-    assert code == 0 and " revolutions at " not in out
-    code, out, _ = run("diagnose", model, "--table", workshop / "600.csv")
-    assert code == 0 and "stretches of 7200 samples" in out
 
 
 @pytest.mark.parametrize(
@@ -176,13 +153,3 @@ def test_report_draws_orders_and_marks_the_faults_of_a_bearing(run, workshop, mo
     for condition in ORDERS:
         assert f"{condition}: residual" in page
     assert "nominal 600 rpm" in page and f"lines of bearing {bearing}<" in page
-
-
-def test_a_bearing_that_is_none(run, workshop, model):
-    output = workshop / "bad.html"
-    recording = workshop / "inner_600.npy"
-    code, _, err = run(
-        "diagnose", model, recording, "--bearing", "9,7.94", "-o", output
-    )
-    assert code == 2 and "argument --bearing: '9,7.94': " in err
-    assert "(2 numbers); expected one of 6203" in err and not output.exists()

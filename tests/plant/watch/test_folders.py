@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from scipy.io import wavfile
 
-from skarxlag import load_monitor_state, make_detector, make_windows, save_diagnoser
+from skarxlag import load_monitor_state
 from skarxlag.plant.commands.diagnosis import diagnose_file
 from skarxlag.plant.commands.models import SavedModel
 from skarxlag.plant.readers.entries import ListedRecording
@@ -26,17 +26,6 @@ from tests.plant.watch.watching import (
 )
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
-
-
-@pytest.fixture(scope="module")
-def model(fitted, tmp_path_factory):
-    """A file of the diagnoser, with healthy limits that take the level, too."""
-    path = tmp_path_factory.mktemp("models") / "diagnoser.skops"
-    healthy = make_windows(sound("good", 100 * WINDOW, 2), WINDOW)
-    facts = {"conditions": ["good", "worn"], "n_channels": 1, "sampling_rate": RATE}
-    detector = make_detector(fixed_gain=True).fit(healthy)
-    save_diagnoser(fitted[0], path, window_length=WINDOW, detector=detector, **facts)
-    return path
 
 
 @pytest.fixture

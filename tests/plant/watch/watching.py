@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 from scipy.signal import lfilter
 
-from skarxlag import ConditionMonitor
+from skarxlag import ConditionMonitor, make_detector, make_windows, save_diagnoser
 from skarxlag.plant.watch.parsing import TextParser, chosen_names
 
 WINDOW, RATE = 200, 1000.0
@@ -57,3 +57,11 @@ def parsed(data, size=10**9):
     pieces = [data[start : start + size] for start in range(0, len(data), size)]
     parts = [parser.samples(piece, False) for piece in pieces]
     return np.concatenate([part for part in parts if part.size], axis=1)
+
+
+def save_model(diagnoser, path, seed):
+    """Save a diagnoser with healthy limits that take the level, too."""
+    healthy = make_windows(sound("good", 100 * WINDOW, seed), WINDOW)
+    facts = {"conditions": ["good", "worn"], "n_channels": 1, "sampling_rate": RATE}
+    detector = make_detector(fixed_gain=True).fit(healthy)
+    save_diagnoser(diagnoser, path, window_length=WINDOW, detector=detector, **facts)
