@@ -1,8 +1,8 @@
 """Many recordings, on threads, and on processes and workers of a cluster that may die."""
 
 import io
+import multiprocessing
 import os
-import signal
 import threading
 import time
 from contextlib import suppress
@@ -20,9 +20,9 @@ from skarxlag.plant.commands.journal import Journal
 from skarxlag.plant.commands.messages import CommandError
 from skarxlag.plant.commands.workers import cancelled, run_tasks
 
+from .deadly_tasks import DiesWhileSending, die
+
 WINDOW, N_RECORDINGS = 200, 20
-#: On Windows any other signal ends a process like this.
-KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
 
 
 @pytest.fixture(scope="module")
@@ -75,6 +75,10 @@ def cluster():
         "distributed.comm.timeouts.connect": "5s",
         "distributed.deploy.lost-worker-timeout": "5m",
     }
+    if hasattr(os, "fork"):
+        # A worker that is forked from a process with this module starts in no time.
+        multiprocessing.set_forkserver_preload(["distributed.worker"])
+        options["distributed.worker.multiprocessing-method"] = "forkserver"
     with dask.config.set(options):
         cluster = distributed.LocalCluster(
             n_workers=2,
@@ -91,7 +95,7 @@ def cluster():
 def test_threads_and_processes_change_nothing(diagnose):
     in_order = diagnose("--n-jobs", "1", name="order.csv")
     assert diagnose("--n-jobs", "2") == in_order
-    assert diagnose("--n-jobs", "2", "--processes") == in_order
+    assert diagnose("--n-jobs", "1", "--processes") == in_order
 
 
 @pytest.mark.slow
@@ -135,26 +139,6 @@ def test_a_cluster_on_which_nothing_happens_is_not_waited_for(
         threading.Timer(0.5, end).start()
         with pytest.raises(CommandError, match=f"--dask .*: {message}"):
             list(results)
-
-
-def die(home, flag=None):
-    """End the process, unless it is that of the tests or the flag exists."""
-    if os.getpid() != home and not (flag and flag.exists()):
-        if flag:
-            flag.touch()
-        os.kill(os.getpid(), KILL)
-    return "survived"
-
-
-class DiesWhileSending:
-    """Result that ends the process which writes it to the parent."""
-
-    def __init__(self, home):
-        self.home = home
-
-    def __reduce__(self):
-        die(self.home)
-        return DiesWhileSending, (self.home,)
 
 
 @pytest.mark.slow
