@@ -85,14 +85,9 @@ def read_file(
     """
     module = find_format(path, dtype)
     options = [] if dtype is None else [dtype]
-    suffix = path.suffix.lower()
     try:
         for contents in module.contents(path, *options):
             yield from function(contents.printable(), *arguments)
-    except DamagedError as error:
-        raise _named(path, f"cannot be read as {suffix}, damaged? {error}") from error
-    except ContentError as error:
-        raise _named(path, str(error)) from error
     except ImportError as error:
         library = module.FORMAT.library or error.name
         extra = module.FORMAT.extra
@@ -100,20 +95,24 @@ def read_file(
         raise ImportError(
             f"{path}: this format needs {library}: pip install {source}"
         ) from error
-    except OSError as error:
-        if error.errno is None:
-            raise _named(path, f"cannot be read as {suffix}, damaged?") from error
-        raise OSError(error.errno, error.strerror, str(path)) from error
-    except MemoryError as error:
-        reason = "needs more memory than a file of its size may, damaged?"
-        raise _named(path, reason) from error
     except Exception as error:
-        # What libraries say of a damaged file is meant for their programmers.
-        reason = f"cannot be read as {suffix}, damaged? Or is it of another format?"
-        if "pickle" in str(error) or "Python objects" in str(error):
-            reason = "holds pickled objects, which are refused, or is damaged; expected numbers"
-        raise _named(path, reason) from error
+        if isinstance(error, OSError) and error.errno is not None:
+            raise OSError(error.errno, error.strerror, str(path)) from error
+        reason = _reason(error, path.suffix.lower())
+        raise ValueError(printable(f"{path}: {reason}")) from error
 
 
-def _named(path, reason):
-    return ValueError(printable(f"{path}: {reason}"))
+def _reason(error, suffix):
+    """Return why a file cannot be read."""
+    if isinstance(error, MemoryError):
+        return "needs more memory than a file of its size may, damaged?"
+    if isinstance(error, DamagedError):
+        return f"cannot be read as {suffix}, damaged? {error}"
+    if isinstance(error, ContentError):
+        return str(error)
+    if "pickle" in str(error) or "Python objects" in str(error):
+        return (
+            "holds pickled objects, which are refused, or is damaged; expected numbers"
+        )
+    # What libraries say of a damaged file is meant for their programmers.
+    return f"cannot be read as {suffix}, damaged? Or is it of another format?"

@@ -27,7 +27,7 @@ from typing import Any
 #: machine, a good file takes ten times as long as on an idle one.
 _PATIENCE = 200.0
 _BYTES_PER_SECOND = 1e6
-#: Bytes by which a process may grow, and bytes for each byte of its file.
+#: Bytes that a process may take, and more for each byte of its file.
 _MEMORY = 2**32
 _MEMORY_PER_BYTE = 200
 
@@ -155,17 +155,13 @@ def serve() -> None:
 
 
 def _limit_memory(path):
-    """Limit the growth of this process to the needs of a file of this size, on Linux."""
-    statm = Path("/proc/self/statm")
-    if not statm.exists():
+    """Limit the memory of this process to the needs of a file of this size, on Linux."""
+    if sys.platform != "linux":
         return
     import resource
 
-    page = os.sysconf("SC_PAGE_SIZE")
-    n_pages = int(statm.read_text().split()[0])
-    growth = _MEMORY + _MEMORY_PER_BYTE * path.stat().st_size
-    growth = min(growth, page * os.sysconf("SC_PHYS_PAGES"))
+    limit = _MEMORY + _MEMORY_PER_BYTE * path.stat().st_size
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
     # Whoever started this process may have limited it to less.
-    most = hard if hard != resource.RLIM_INFINITY else sys.maxsize
-    resource.setrlimit(resource.RLIMIT_AS, (min(page * n_pages + growth, most), hard))
+    limit = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
