@@ -85,28 +85,6 @@ def test_stated_specimens_and_loads_reach_every_window(folder):
     np.testing.assert_array_equal(rig.load, [1.5, 1.5, np.nan])
 
 
-@pytest.mark.parametrize(
-    ("loads", "expected"),
-    [
-        (["2", "1e3"], [2.0, 1000.0]),
-        (["2", "full"], ["2", "full"]),
-        (["half", ""], ["half", ""]),
-        (["2", "nan"], ["2", "nan"]),
-    ],
-)
-def test_loads_are_numbers_if_all_that_are_stated_are(folder, loads, expected):
-    path = write(
-        folder,
-        f"path,load,sampling_rate\na.npy,{loads[0]},50e3\nd.wav,{loads[1]},50e3\n",
-    )
-    assert read_recording_table(path).load.tolist() == expected
-
-
-def test_a_load_that_is_not_stated_equals_no_other(folder):
-    load = load_recordings(write(folder, GOOD), window_length=4).load
-    assert load.shape == (6,) and (load != load[0]).all()
-
-
 def test_paths_may_be_absolute(folder, tmp_path_factory):
     elsewhere = tmp_path_factory.mktemp("elsewhere")
     text = f"path,sampling_rate\n{folder / 'a.npy'},5\n"
@@ -150,47 +128,6 @@ def test_one_file_may_hold_several_recordings(folder):
     assert table.recording == ["sub/b.mat:u", "sub/b.mat:y", "a.npy"]
 
 
-@pytest.mark.parametrize(
-    "text", ["path\nd.wav\n", "path,sampling_rate\nd.wav,\na.npy,50e3\n"]
-)
-def test_wav_states_its_sampling_rate(folder, text):
-    assert read_recording_table(write(folder, text)).sampling_rate == 50_000
-
-
-def test_rig(folder):
-    rig = load_recordings(write(folder, GOOD), window_length=4)
-    assert rig.target_names == ["normal", "ball", "inner race"]
-    assert rig.target.tolist() == ["normal"] * 2 + ["ball"] * 2 + ["inner race"] * 2
-    assert rig.rpm.tolist() == [300, 300, 400.5, 400.5, 300, 300]
-    assert rig.recording.tolist() == ["a.npy"] * 2 + ["sub/b.mat"] * 2 + ["c.csv"] * 2
-    assert rig.start.tolist() == [0, 4] * 3
-    assert rig.data.dtype == rig.rpm.dtype == np.float64
-    assert rig.sampling_rate == 50_000
-    assert str(folder / "table.csv") in rig.DESCR
-    expected = [signal[k : k + 4] for signal in SIGNALS.values() for k in (0, 4)]
-    np.testing.assert_array_equal(rig.data, expected)
-
-
-def test_default_window_length_is_1200(folder):
-    np.save(folder / "a.npy", np.zeros(2500))
-    path = write(folder, "path,sampling_rate\na.npy,5\n")
-    assert load_recordings(path).data.shape == (2, 1200)
-
-
-def test_healthy_condition(folder):
-    rig = load_recordings(write(folder, GOOD), window_length=4, healthy="inner race")
-    assert rig.target_names == ["inner race", "normal", "ball"]
-    message = r"healthy is 'worn', which is not a condition of .*table.csv"
-    with pytest.raises(ValueError, match=message):
-        load_recordings(folder / "table.csv", window_length=4, healthy="worn")
-
-
-def test_recording_shorter_than_a_window_is_named(folder):
-    message = r"b.mat: recording has 9 samples.*window_length=10"
-    with pytest.raises(ValueError, match=message):
-        load_recordings(write(folder, GOOD), window_length=10)
-
-
 OF_C = "c.csv,inner race,300,50000.0,1"
 
 
@@ -203,17 +140,13 @@ OF_C = "c.csv,inner race,300,50000.0,1"
         ("sub/b.mat", "d.mp3", r"line 3: .*d.mp3: unknown suffix"),
         ("50000,y", "50000,", r"line 3: .*b.mat: several channels.*'y', 'u'"),
         ("50000,y", "50000,x", r"line 3: .*b.mat: no channel 'x'"),
-        ("50000,y", "50000,y;", r"line 3: .*b.mat: no channel ''"),
         ("50000,y", "50000,y;u", r"line 3: .* channels: 2, but 1 in .*line 2"),
         (",50000,", ",20000,", r"line 3: .* \(Hz\): 20000, but 50000 in .*line 2"),
         (",50000,", ",,", r"line 3: sampling_rate is missing; expected --sampling"),
         (",50000,", ",fast,", r"line 3: sampling_rate is 'fast', expected a positive"),
-        (",50000,", ",-1,", r"line 3: sampling_rate is '-1', expected a positive"),
         (OF_C, "d.wav,x,1,1,", r"line 4: .*d.wav.* 1 Hz .* 50000 Hz"),
         ("400.5", "", r"line 3: rpm is empty"),
         ("400.5", "0", r"line 3: rpm is '0', expected a positive number"),
-        ("400.5", "nan", r"line 3: rpm is 'nan', expected a positive number"),
-        ("400.5", "quick", r"line 3: rpm is 'quick', expected a positive number"),
         ("ball", " ", r"line 3: condition is empty"),
         (GOOD, "path,specimen\na.npy,\n", r"line 2: specimen is empty"),
         (",condition", ",specimens", r"the column 'specimens' meant to be specimen"),
@@ -223,7 +156,6 @@ OF_C = "c.csv,inner race,300,50000.0,1"
         ("path,", "path,path,", r"columns are path, path.*expected path, and any of"),
         ("50e3,\n", "50e3,,,,\n", r"cannot be read as a csv table"),
         ("50000,y", "50000,y,u", r"cannot be read as a csv table .*line 3"),
-        (GOOD, "path,condition\n", r"lists no recording"),
         (GOOD, "path,condition\n\n,\n", r"lists no recording"),
         (GOOD, "", r"cannot be read as a csv table"),
     ],
@@ -252,23 +184,6 @@ def test_separator_is_inferred_from_the_first_line(folder, separator):
     lines = ["path,condition,rpm,sampling_rate,channel", "sub/b.mat,good,400.5,50e3,y"]
     text = "\n".join(lines).replace(",", separator).replace("400.5", "400,5")
     assert read_recording_table(write(folder, text)).rpm.tolist() == [400.5]
-
-
-def test_columns_in_any_case_and_further_columns(folder):
-    text = "Path,Load,RPM,Sampling Rate,technician\na.npy,3 kN,300,50e3,\nc.csv,,300,50e3,NA\n"
-    text = text.replace("technician", "channel,technician").replace("50e3,", "50e3,0,")
-    table = read_recording_table(write(folder, text))
-    assert table.rpm.tolist() == [300, 300]
-    assert table.sampling_rate == 50_000
-    assert table.further.index.tolist() == ["a.npy", "c.csv"]
-    assert table.load.tolist() == ["3 kN", ""]
-    assert table.further.to_dict("list") == {"technician": ["", "NA"]}
-    rig = load_recordings(folder / "table.csv", window_length=4)
-    assert rig.further.equals(table.further)
-
-
-def test_no_further_columns(folder):
-    assert read_recording_table(write(folder, GOOD)).further.shape == (3, 0)
 
 
 def test_type_of_raw_files(folder):
@@ -310,15 +225,7 @@ def test_windows_to_keep_at_most(folder):
     counts = [np.sum(whole.recording == name) for name in ("long.npy", "short.npy")]
     np.testing.assert_array_equal(whole.available, counts)
     np.testing.assert_array_equal(some.available, counts)
-    for name in ("long.npy", "short.npy"):
-        all_starts = whole.start[whole.recording == name]
-        starts = some.start[some.recording == name]
-        assert 1 <= len(starts) <= 6
-        assert len(starts) >= min(3, len(all_starts))
-        # Evenly spread from the first window to the end.
-        assert set(starts) <= set(all_starts)
-        assert len(np.unique(np.diff(starts))) <= 1
-        assert all_starts[-1] - starts[-1] < np.diff(starts).max(initial=1e9)
+    assert some.start.tolist() == [0, 20, 40, 60, 80, 0, 5]
     np.testing.assert_array_equal(np.abs(some.data[:, 0]), some.start)
     assert ("fewer than there are in 1" in some.DESCR) and "fewer" not in whole.DESCR
 
