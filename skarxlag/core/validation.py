@@ -187,7 +187,8 @@ def check_labels(y: ArrayLike | None) -> None:
         ...
     ValueError: y == ['normal', 3], expected labels that are all texts or all numbers.
     """
-    expect(not np.ma.is_masked(y), "Masked labels in y", np.ma.count_masked(y), "none")
+    if np.ma.is_masked(y):
+        expect(False, "Masked labels in y", np.ma.count_masked(y), "none")
     if isinstance(y, np.ndarray) and y.dtype != object:
         return
     kinds = {isinstance(label, str): label for label in np.asarray(y, object).ravel()}
