@@ -12,12 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..readers.entries import ListedRecording
-from ..readers.listing import (
-    UnusedFactError,
-    is_file_source,
-    list_files,
-    list_recordings,
-)
+from ..readers.listing import is_file_source, list_files, list_recordings
 from ..readers.speeds import TACHO
 from .files import (
     SUFFIXES,
@@ -192,9 +187,4 @@ def _table_recordings(args):
     if not is_file_source(args.table):
         refuse(args, ["pattern"], f"for a folder or a glob; {args.table} is a table")
     with as_command_error():
-        try:
-            return list_recordings(args.table, **_stated(args))
-        except UnusedFactError as error:
-            why = f"no effect, because each line of {error.source} states it"
-            refuse(args, [error.name], why)
-            raise
+        return list_recordings(args.table, **_stated(args))

@@ -246,16 +246,10 @@ class FileVisit:
             if rate is not None:
                 rate *= (channels[name].length or 1) / (channels[longest].length or 1)
         n_mean = max(int(_MEAN_SECONDS * (rate or 0)), 1)
-        n_samples = n_mean * max(_BLOCK // n_mean, 1)
-        means = []
-        rest = np.empty(0)
-        for (block,) in self.blocks([name], n_samples, rate):
-            samples = np.concatenate([rest, block])
-            n_whole = len(samples) // n_mean * n_mean
-            means.append(samples[:n_whole].reshape(-1, n_mean).mean(axis=1))
-            # Without the copy, a few samples would keep the whole block in memory.
-            rest = samples[n_whole:].copy()
-        rpm = np.concatenate(means)
+        blocks = [block for (block,) in self.blocks([name], _BLOCK, rate)]
+        samples = np.concatenate(blocks)
+        n_whole = len(samples) // n_mean * n_mean
+        rpm = samples[:n_whole].reshape(-1, n_mean).mean(axis=1)
         if not len(rpm):
             raise ContentError(f"channel {name!r} is shorter than {_MEAN_SECONDS:g} s")
         if rate is None:

@@ -120,8 +120,8 @@ def list_recordings(
     Raises
     ------
     FileNotFoundError, ValueError
-        As in `read_recording_table`, if the list itself is wrong. `UnusedFactError` if
-        each line of a table states a fact itself.
+        As in `read_recording_table`, if the list itself is wrong; and if each line of a
+        table states a fact itself.
     """
     if is_file_source(path):
         return list_files(path, **stated)
@@ -146,27 +146,6 @@ def list_recordings(
     return _filled(path, listed, stated)
 
 
-class UnusedFactError(ValueError):
-    """Error on a fact that holds for no recording, because each states it itself.
-
-    Parameters
-    ----------
-    source : Path
-        The table.
-    name : str
-        Name of the fact.
-    value : object
-        Its value.
-    """
-
-    def __init__(self, source: Path, name: str, value: Any) -> None:
-        self.source: Path = source
-        self.name: str = name
-        super().__init__(
-            f"{name} {value!r} has no effect, because each line of {source} states it"
-        )
-
-
 def _filled(source, listed, stated):
     """Return the recordings with the facts that their lines do not state."""
     filled = []
@@ -182,5 +161,7 @@ def _filled(source, listed, stated):
     for name, value in stated.items():
         if name not in used:
             shown = name.replace("speed_source", "rpm")
-            raise UnusedFactError(source, shown, value)
+            raise ValueError(
+                f"{shown} {value!r} has no effect, because each line of {source} states it"
+            )
     return filled

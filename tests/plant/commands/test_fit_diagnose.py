@@ -150,7 +150,7 @@ def test_detector_needs_healthy_recordings_only(run, workshop):
     assert code == 1
     assert "no verdict: the speed is not stated, and healthy limits hold at 300" in out
     code, _, err = run("diagnose", path, "--table", full, "--rpm", "300")
-    assert code == 2 and "argument --rpm: no effect, because each line of" in err
+    assert code == 1 and "rpm 300.0 has no effect, because each line of" in err
 
 
 def test_channels_of_inputs(run, workshop):
