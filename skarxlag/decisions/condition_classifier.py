@@ -14,7 +14,7 @@ from sklearn.utils import Bunch, column_or_1d
 
 from ..core.base import NO_RESIDUAL
 from ..core.batches import batches_of, chosen_rows
-from ..core.capabilities import capabilities, requests
+from ..core.capabilities import capabilities
 from ..core.fault_locations import (
     FAULT_LOCATIONS,
     HEALTHY,
@@ -64,8 +64,8 @@ class ConditionClassifier(SignalClassifier):
     ----------
     residual : estimator or None, default=None
         Transformer from rows and their speeds to one residual for each condition, such
-        as `StretchResidual`, or a pipeline that ends with one. None:
-        ``StretchResidual()``.
+        as `StretchResidual`, or a pipeline that ends with one. It is given `rpm` and
+        `sample_weight` if `fit` is. None: ``StretchResidual()``.
     healthy : label or None, default=None
         The healthy condition. None: the conditions whose names say that they are
         healthy, of which the first counts for the alarm. Without one, there is no
@@ -153,7 +153,7 @@ class ConditionClassifier(SignalClassifier):
             warn_of_own_locations(own.tolist(), self.locations)
         names = _specimens(specimen, rows, len(X))
         residual = clone(self._residual())
-        residual.fit(X, y, **self._metadata(rpm, sample_weight))
+        residual.fit(X, y, **_given(rpm=rpm, sample_weight=sample_weight))
         threshold = 0.0
         is_healthy = target == healthy
         if healthy >= 0:
@@ -169,7 +169,7 @@ class ConditionClassifier(SignalClassifier):
             )
         probes, speeds = _probes(X, rpm)
         noise_gaps = posterior.noise_gaps(
-            posterior.logarithms(_levels(residual, probes, speeds)),
+            posterior.logarithms(residual.transform(probes, **_given(rpm=speeds))),
             *location_answers(locations),
         )
         self.classes_: NDArray[Any] = classes
@@ -185,15 +185,6 @@ class ConditionClassifier(SignalClassifier):
     def _residual(self):
         return StretchResidual() if self.residual is None else self.residual
 
-    def _metadata(self, rpm, sample_weight):
-        """Return what `fit` of the residual is given."""
-        metadata = {"rpm": rpm, "sample_weight": sample_weight}
-        return {
-            name: value
-            for name, value in metadata.items()
-            if value is not None and requests(self._residual(), "fit", name)
-        }
-
     def _left_out_levels(self, X, y, rpm, sample_weight, groups, residual):
         """Return the residuals of rows that were left out of the fit, one group at a time.
 
@@ -203,8 +194,9 @@ class ConditionClassifier(SignalClassifier):
         levels = _levels_in_batches(residual, X, rpm)
         for number in range(groups.max() + 1):
             is_other = groups != number
-            metadata = self._metadata(
-                _chosen(rpm, is_other), _chosen(sample_weight, is_other)
+            metadata = _given(
+                rpm=_chosen(rpm, is_other),
+                sample_weight=_chosen(sample_weight, is_other),
             )
             others = chosen_rows(X, is_other)
             fitted = clone(residual).fit(others, y[is_other], **metadata)
@@ -217,7 +209,7 @@ class ConditionClassifier(SignalClassifier):
         return location_answers(self.class_locations_)
 
     def _diagnosed(self, X, rpm):
-        levels = _levels(self.residual_, X, rpm)
+        levels = self.residual_.transform(X, **_given(rpm=rpm))
         # Residuals mark rows without a plausible speed.
         is_plausible = (levels != NO_RESIDUAL).any(axis=1)
         evidence = posterior.logarithms(levels)
@@ -357,17 +349,16 @@ def _left_out_groups(target, is_healthy, rpm, specimen):
     return np.where(has_both, half, -1)
 
 
-def _levels(residual, X, rpm):
-    """Return the residuals of rows, in an array that may be changed."""
-    takes_rpm = rpm is not None and requests(residual, "transform", "rpm")
-    metadata = {"rpm": rpm} if takes_rpm else {}
-    return np.array(residual.transform(X, **metadata))
+def _given(**metadata):
+    """Return the metadata that are known."""
+    return {name: value for name, value in metadata.items() if value is not None}
 
 
 def _levels_in_batches(residual, X, rpm):
-    """Return the same, computed batch by batch."""
+    """Return the residuals of rows, computed batch by batch."""
     parts = [
-        _levels(residual, X[batch], _chosen(rpm, batch)) for batch in batches_of(X)
+        residual.transform(X[batch], **_given(rpm=_chosen(rpm, batch)))
+        for batch in batches_of(X)
     ]
     return np.concatenate(parts)
 

@@ -299,25 +299,10 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         return np.minimum(len(p_values) * np.min(p_values, axis=0), 1.0)
 
     @available_if(_detects_outliers)
-    def score_samples(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
-        """Compute the logarithm of the p-value of each row: that of the nearest condition.
-
-        Parameters
-        ----------
-        X, **params
-            As in `fit`.
-
-        Returns
-        -------
-        ndarray of shape (n_rows,)
-            At most 0; lower is more abnormal.
-        """
-        p_values = self.p_values(X, **params)
-        return np.log(p_values.reshape(len(p_values), -1).max(axis=1))
-
-    @available_if(_detects_outliers)
     def decision_function(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
         """Compute the logarithm of the p-value over the stated rate.
+
+        Of several known conditions, the nearest one counts.
 
         Parameters
         ----------
@@ -329,7 +314,9 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         ndarray of shape (n_rows,)
             Natural logarithms, negative for outliers.
         """
-        return self.score_samples(X, **params) - self.offset_
+        p_values = self.p_values(X, **params)
+        nearest = p_values.reshape(len(p_values), -1).max(axis=1)
+        return np.log(nearest) - self.offset_
 
     @property
     def classes_(self) -> NDArray[Any]:
