@@ -186,27 +186,23 @@ def training_rows(
                 ),
             )
 
-    def in_rows(rig, n_windows):
-        length = n_windows * rig.data.shape[-1]
-        del rig["data"]
-        return cut(length)
-
     word = "stretches" if kind == "stretches" else "windows"
-    if window_length or kind == "diagnoser":
-        rig = cut(window_length or _WINDOW_LENGTH)
-    else:
-        rig = cut(_WINDOW_LENGTH)
+    rig = cut(window_length or _WINDOW_LENGTH)
+    if not window_length and kind != "diagnoser":
         n_windows = _stretch_windows(rig)
         if n_windows is not None:
             word = "stretches"
-            rig = in_rows(rig, n_windows)
         elif kind == "stretches":
             raise CommandError(
                 f"{source}: the shortest recording is too short for two stretches; use "
                 "--diagnoser diagnoser"
             )
         elif kind == "detector":
-            rig = in_rows(rig, _DETECTOR_LENGTH // _WINDOW_LENGTH)
+            n_windows = _DETECTOR_LENGTH // _WINDOW_LENGTH
+        if n_windows is not None:
+            # Two copies of the windows could take all of the memory.
+            del rig["data"]
+            rig = cut(n_windows * _WINDOW_LENGTH)
     speeds, errors = speeds_within_rows(
         rig, LEAST_REVOLUTIONS if word == "stretches" else 0
     )

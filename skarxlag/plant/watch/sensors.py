@@ -195,19 +195,19 @@ class Sensor:
 
     def _restore(self, follower):
         state, facts = self._saved
-        if facts["source"] != self._options.source:
+        if facts.get("source") != self._options.source:
             raise CommandError(
-                f"{self._options.state}: a state of {facts['source']}, expected "
+                f"{self._options.state}: a state of {facts.get('source')}, expected "
                 f"{self._options.source}; name another --state or delete it"
             )
-        is_of_model = facts["model"] == self._facts["model"]
+        is_of_model = facts.get("model") == self._facts["model"]
         try:
             follower.restore(state if is_of_model else {}, facts)
         except (ValueError, KeyError) as error:
             reason = error if is_of_model else "the state is of another model"
             self._say(f"Verdicts and the alarm start afresh: {reason}")
             # Somebody has to acknowledge the alarm, whatever the model is.
-            follower.monitor.latched = self._options.latch and facts["latched"]
+            follower.monitor.latched = self._options.latch and facts.get("latched")
 
     def _new_verdicts(self):
         """Return the fields of new verdicts, or None if nothing new has come."""
@@ -298,8 +298,9 @@ def follow(options: SensorOptions, signals: Sequence[Any] = ()) -> bool:
     # Each model is loaded once.
     load = cache(SavedModel)
     sensors = [Sensor(one, load, is_alone) for one in listed]
-    news_at = time.monotonic()
+    news_at = None
     try:
+        # The first pass loads the models.
         while not signals:
             is_news = any([sensor.step() for sensor in sensors])
             followed = [one for one in sensors if one.follower is not None]
@@ -311,7 +312,8 @@ def follow(options: SensorOptions, signals: Sequence[Any] = ()) -> bool:
             if is_alone and sensors[0].follower.has_ended:
                 break
             now = time.monotonic()
-            if is_news or any(one.follower.is_waiting for one in followed):
+            is_waiting = any(one.follower.is_waiting for one in followed)
+            if is_news or is_waiting or news_at is None:
                 news_at = now
             if options.idle is not None and now - news_at >= options.idle:
                 break

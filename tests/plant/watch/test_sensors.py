@@ -12,10 +12,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skarxlag import load_monitor_state, save_monitor_state
+from skarxlag import ConditionMonitor, load_monitor_state, save_monitor_state
+from skarxlag.plant.commands.models import SavedModel
 from skarxlag.plant.watch import sensors
 from tests.plant.watch.watching import (
     IDLE,
+    RATE,
     WINDOW,
     expected,
     lines_of,
@@ -384,3 +386,28 @@ def test_the_delay_of_a_pipe_follows_from_the_interval(run, model, piped):
     options = ("--alarm-delay", 3, "--false-alarm-interval", 9)
     code, _, err = run("watch", model, "-", *options)
     assert code == 2 and "not allowed with argument" in err
+
+
+def test_the_time_that_a_model_takes_to_load_is_not_idle(
+    run, model, tmp_path, monkeypatch
+):
+    path, saved_model = tmp_path / "pipe", sensors.SavedModel
+
+    def load(path):
+        time.sleep(0.3)
+        return saved_model(path)
+
+    monkeypatch.setattr(sensors, "SavedModel", load)
+    os.mkfifo(path)
+    end = os.open(path, os.O_RDWR)
+    os.write(end, lines_of(sound("good", 2 * WINDOW, 3)))
+    code, out, _ = run("watch", model, path, "--idle", 0.2)
+    os.close(end)
+    assert code == 0 and len(of_kind(out)["pipe"]) == 2
+
+
+def test_a_state_without_facts_is_refused(run, model, tmp_path):
+    state = tmp_path / "state.json"
+    save_monitor_state(ConditionMonitor(SavedModel(model).diagnoser, RATE), state)
+    code, _, err = run("watch", model, tmp_path, *IDLE, "--state", state)
+    assert code == 1 and f"a state of None, expected {tmp_path}" in err
