@@ -227,16 +227,6 @@ def test_columns_of_text_and_flags(tmp_path, suffix):
         read_recording(path, channel="flag")
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
-def test_no_samples(tmp_path, suffix):
-    path = write(tmp_path / f"run{suffix}", {"y": np.zeros(0)})
-    with pytest.raises(ValueError, match=rf"run{suffix}: channel 'y' is"):
-        read_recording(path)
-    np.save(tmp_path / "run.npy", np.zeros(0))
-    with pytest.raises(ValueError, match=r"run.npy: channel '0' is empty"):
-        read_recording(tmp_path / "run.npy")
-
-
 def test_csv_without_header(tmp_path):
     path = tmp_path / "run.csv"
     path.write_text("1,2.5\n3,-4e-3\n")
@@ -291,6 +281,7 @@ def savers():
         "run.npz": lambda path: np.savez(path, y=Y),
         "compressed.npz": lambda path: np.savez_compressed(path, y=Y),
         "run.parquet": lambda path: pd.DataFrame({"y": Y}).to_parquet(path),
+        "run.feather": lambda path: pd.DataFrame({"y": Y}).to_feather(path),
     }
 
 

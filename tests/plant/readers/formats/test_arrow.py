@@ -10,7 +10,7 @@ from skarxlag import list_channels, read_recording
 from skarxlag.plant.readers.files import recording_start
 from tests.plant.readers.blocks import recording_blocks
 
-from .reading import in_blocks, truncate
+from .reading import in_blocks
 
 Y, U = np.random.default_rng(0).normal(size=(2, 103))
 
@@ -47,16 +47,6 @@ def test_an_index_of_numbers_is_not_a_channel(tmp_path):
     path = tmp_path / "run.parquet"
     pd.DataFrame({"y": Y}, index=np.arange(len(Y))[::-1]).to_parquet(path)
     assert list_channels(path)["channel"].tolist() == ["y"]
-
-
-@pytest.mark.parametrize("suffix", ["feather", "parquet"])
-@pytest.mark.parametrize("kept", [0, 4, 60, 0.5])
-def test_truncated_files(tmp_path, suffix, kept):
-    path = tmp_path / f"run.{suffix}"
-    getattr(pd.DataFrame({"y": Y}), f"to_{suffix}")(path)
-    truncate(path, kept)
-    with pytest.raises(ValueError, match=rf"run.{suffix}: .*damaged"):
-        read_recording(path)
 
 
 def test_parquet_is_read_one_group_of_rows_after_another(tmp_path):

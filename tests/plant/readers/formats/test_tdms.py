@@ -78,7 +78,9 @@ def test_a_rate_among_the_properties_of_a_group_or_of_the_file(path, level):
 
 def test_one_name_in_two_groups(path):
     write(path, [("a", "y", Y), ("b", "y", U)])
-    np.testing.assert_array_equal(read_recording(path, channel="b/y")[0], U)
+    np.testing.assert_array_equal(
+        read_recording(path, channel=["b/y", "a/y"])[0], [U, Y]
+    )
 
 
 def test_integers_with_a_scale(path):
@@ -100,20 +102,6 @@ def test_truncated_files(bearing, kept):
     truncate(bearing, kept)
     with pytest.raises(ValueError, match=r"run.tdms: "):
         read_recording(bearing, channel="vibration")
-
-
-def test_channels_without_samples(path):
-    write(path, [("a", "y", np.zeros(0))])
-    with pytest.raises(ValueError, match=r"run.tdms: (channel 'y' is empty|holds no)"):
-        read_recording(path)
-
-
-def test_two_channels_block_by_block(path):
-    parts = slice(0, 60), slice(60, None)
-    write(path, *([("a", "y", Y[part]), ("a", "u", U[part])] for part in parts))
-    signal, _, longest = in_blocks(path, 25, channel=["u", "y"])
-    np.testing.assert_array_equal(signal, [U, Y])
-    assert longest == 25
 
 
 SEVEN = np.datetime64("2026-11-22T07:00:00.25", "us")
