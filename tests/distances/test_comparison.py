@@ -72,15 +72,10 @@ def test_adapt_by_the_formula_of_the_docstring():
         return cosines(shapes.T.reshape(3, *X.shape[1:])).reshape(3, -1)
 
     before = references()
-    deviations = cosines(X).reshape(len(X), -1) - before.repeat(30, axis=0)
+    scatter, drift = literal_covariances(X, y, np.ones(len(X)))
     n = np.tile(np.arange(1.0, N_FREQUENCIES), 3)
-    means = np.stack([X[y == c].mean(axis=0) for c in "abc"])
-    moved = [scaled_frequency(each).reshape(2, 3, -1) for each in means]
-    shifts = cosines(np.concatenate(moved)).reshape(6, -1)
-    covariance = np.cov(deviations.T, bias=True) + np.diag(0.3 / n**2 + 0.01)
-    covariance += 0.06 * shifts.T @ shifts / 6
     change = cosines(fresh[:4]).reshape(4, -1).mean(axis=0) - before[0]
-    expected = before + 0.3 / n**2 * np.linalg.solve(covariance, change)
+    expected = before + 0.3 / n**2 * np.linalg.solve(scatter + drift, change)
     fitted.adapt(fresh[:4], np.repeat("a", 4))
     assert_allclose(references(), expected, rtol=1e-8, atol=1e-10)
 
@@ -171,9 +166,23 @@ def over_speeds(rpm, seed=0):
     return X + slope[:, np.newaxis, np.newaxis] * frequency, y, rpm
 
 
-def literal_residual(
-    X_train, y, rpm, row, speed=None, smooth=0.3, rough=0.01, scaled=0.06
-):
+def literal_covariances(X, y, rpm, smooth=0.3, rough=0.01, scaled=0.06):
+    """Return S_w, and D without what several speeds teach."""
+    rows = cosines(X).reshape(len(X), -1)
+    own = [
+        rows[(y == c) & (rpm == s)].mean(axis=0) for c, s in zip(y, rpm, strict=True)
+    ]
+    scatter = (rows - own).T @ (rows - own) / len(rows)
+    overall = np.array([X[y == c].mean(axis=0) for c in np.unique(y)])
+    moved = [[scaled_frequency(g[np.newaxis]) for g in each] for each in overall]
+    shifts = np.concatenate([cosines(np.stack(each, axis=1)) for each in moved])
+    shifts = shifts.reshape(len(shifts), -1)
+    n = np.tile(np.arange(1, X.shape[-1]), X.shape[1])
+    drift = np.diag(smooth / n**2 + rough) + scaled * shifts.T @ shifts / len(shifts)
+    return scatter, drift
+
+
+def literal_residual(X_train, y, rpm, row, speed=None, **drifts):
     """The docstring's formulas for one window, speed by speed and condition by condition."""
     classes, known = np.unique(y), np.unique(rpm)
     rows = cosines(X_train).reshape(len(X_train), -1)
@@ -194,14 +203,7 @@ def literal_residual(
         parts = np.log(q / below.max()), np.log(above.min() / q)
         return max(parts[0] * parts[1] / max(sum(parts), 1e-300) / 0.4, 0.2)
 
-    own = np.array([mean(c, s) for c, s in zip(y, rpm, strict=True)])
-    scatter = (rows - own).T @ (rows - own) / len(rows)
-    overall = np.array([X_train[y == c].mean(axis=0) for c in classes])
-    moved = [[scaled_frequency(g[np.newaxis]) for g in each] for each in overall]
-    shifts = np.concatenate([cosines(np.stack(each, axis=1)) for each in moved])
-    shifts = shifts.reshape(len(shifts), -1)
-    n = np.tile(np.arange(1, X_train.shape[-1]), X_train.shape[1])
-    drift = np.diag(smooth / n**2 + rough) + scaled * shifts.T @ shifts / len(shifts)
+    scatter, drift = literal_covariances(X_train, y, rpm, **drifts)
     if speed is None:
         speed, at_speed = known[0], 1.0
     else:

@@ -136,9 +136,6 @@ def test_speeds_without_what_they_need():
         OrderResidual().fit(X, y, rpm=900)
     with pytest.raises(ValueError, match="sampling_rate == 0"):
         OrderResidual(sampling_rate=0.0).fit(X, y)
-    residual = OrderResidual(sampling_rate=RATE).fit(X, y)
-    with pytest.raises(ValueError, match="rpm was given, but not in fit"):
-        residual.transform(X, rpm=900)
 
 
 def test_stretches_too_short_for_orders_say_nothing_without_a_speed():

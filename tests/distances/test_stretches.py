@@ -100,8 +100,6 @@ def test_rows_of_less_than_three_turns_are_compared_by_their_windows_alone(data)
     without = clone(residual).fit(short, y)
     assert without.order_residual_ is None
     assert without.transform(short).shape == (8, 2)
-    with pytest.raises(ValueError, match="rpm was given, but not in fit"):
-        without.transform(short, rpm=900)
 
 
 def test_adapt_moves_the_residual_of_windows_only(diagnoser):
@@ -193,15 +191,6 @@ def test_combs_join_the_spectra(diagnoser, with_bearing, data):
     assert_allclose(found.probability, joint[:, :2] + joint[:, 2:] / 2, rtol=1e-6)
     assert_array_equal(found.recorded, spectra.recorded)
     assert_allclose(found.comb, by_place[:, :2].max(axis=1))
-    assert all(sentence.startswith("impacts at 5.") for sentence in found.evidence[:4])
-    # Without a speed, or in rows of less than two turns, spectra decide alone.
-    innovations, decide = diagnoser[0].transform(X), with_bearing["decide"]
-    for rows, rpm in ((innovations, None), (innovations[..., :4800], 190)):
-        found = [
-            model.predict_proba(rows, rpm=rpm) for model in (decide, diagnoser[1:])
-        ]
-        assert_allclose(*found)
-        assert np.isnan(decide.diagnose(rows, rpm=rpm).comb).all()
 
 
 def test_orders_are_compared_beside_a_bearing(with_bearing):

@@ -56,10 +56,6 @@ def test_dead_sensor(value):
     )
 
 
-def test_range_of_the_largest_numbers():
-    assert one(NOISE[0] / np.abs(NOISE[0]).max() * 1.7e308) == "good"
-
-
 def test_dropouts_are_tolerated_up_to_the_stated_share():
     window = NOISE[0].copy()
     window.reshape(-1, 12)[:, :4] = 0.0
@@ -269,19 +265,6 @@ def test_hum_of_a_recording(recorded, frequency):
     # Of 10 dB, nine tenths of the energy are hum.
     faint = with_hum(windows, sampling_rate, frequency, 10)
     assert np.all(signal_quality(faint, sampling_rate=sampling_rate) == "good")
-    # The same line is none if the shaft turns at that frequency, or at half of it.
-    for order in (1, 2):
-        rpm = 60 * frequency / order
-        quality = signal_quality(humming, sampling_rate=sampling_rate, rpm=rpm)
-        assert "hum" not in quality
-    for rpm in (
-        60 * frequency * 2,
-        20 * frequency,
-        np.nan,
-        0,
-        np.full(len(humming), 1e5),
-    ):
-        assert share_of(humming, "hum", sampling_rate=sampling_rate, rpm=rpm) > 0.999
 
 
 def test_a_window_shorter_than_three_periods_has_no_hum():
@@ -292,7 +275,10 @@ def test_a_window_shorter_than_three_periods_has_no_hum():
 
 @pytest.mark.parametrize(
     ("rpm", "kind"),
-    [(1500, "good"), (1490, "good"), (1450, "hum"), (1000, "hum"), (3000, "good")],
+    [
+        *[(rpm, "good") for rpm in (1500, 1490, 3000)],
+        *[(rpm, "hum") for rpm in (1450, 1000, 6000, np.nan, 0, [1e5] * 3)],
+    ],
 )
 def test_a_harmonic_of_the_shaft_is_no_hum(rpm, kind):
     noise = np.random.default_rng(0).normal(size=(3, 4000))
@@ -336,14 +322,6 @@ def test_what_is_wrong_reaches_verdicts_with_its_share():
     assert found["verdict"].tolist() == ["good", "no signal", "no signal"]
     assert found["quality"].tolist() == ["good", "held", "hum"]
     assert_allclose(found["quality share"], [0, 0.75, 1], atol=2e-3)
-    # Without a rate there is no hum, and a shaft may turn at that frequency.
-    assert window_verdicts(diagnoser, new)["quality"].tolist() == [
-        "good",
-        "held",
-        "good",
-    ]
-    same = window_verdicts(diagnoser, new, sampling_rate=2000, rpm=1500)
-    assert same["quality"].tolist() == ["good", "held", "good"]
     run = recording_verdicts(diagnoser, new, ["run"] * 3, sampling_rate=2000)
     assert run.loc["run", "no signal"] == 2
 
