@@ -233,12 +233,3 @@ def test_specimens_reach_the_classifier_through_the_pipeline():
     message = "Length of specimen: 2, expected 24, as X has rows"
     with pytest.raises(ValueError, match=message):
         classifier().fit(X, y, specimen=["a", "b"])
-
-
-def test_rows_of_weight_zero_are_left_out(data):
-    X, y = data
-    weights = (y != "IR5").astype(float)
-    names = np.where(y == "OR2", np.arange(len(y)) % 2, 0)
-    fitted = classifier().fit(X, y, sample_weight=weights, specimen=names)
-    assert fitted.classes_.tolist() == ["IR2", "Normal", "OR2"]
-    assert fitted.n_specimens_.tolist() == [1, 1, 2]

@@ -3,12 +3,10 @@ import warnings
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy import stats
 from scipy.signal import lfilter
 
-from skarxlag import ARXLaguerre, FaultDetector, make_detector
+from skarxlag import FaultDetector, make_detector
 from skarxlag.core.capabilities import capabilities
 from skarxlag.core.state import check_state
 
@@ -116,17 +114,6 @@ def test_a_fixed_gain_counts_on_both_sides(rows):
         assert np.all(fixed.predict(gain * new, rpm=1000) == -1)
 
 
-def test_units_of_sensor_and_speed_do_not_matter(rows):
-    X, rpm = rows
-    scores, others = (
-        fit(scale * X, rpm / speed_scale, fixed_gain=True).score_samples(
-            2 * scale * healthy(20, 1000, 3), rpm=1000 / speed_scale
-        )
-        for scale, speed_scale in ((1, 1), (1e-6, 60))
-    )
-    np.testing.assert_allclose(others, scores, rtol=1e-6, atol=1e-9)
-
-
 def test_attributes_describe_the_calibration(fitted):
     np.testing.assert_allclose(fitted.speeds_, [800, 1200])
     assert fitted.left_out_rates_.shape == (2,)
@@ -149,17 +136,10 @@ def test_without_speeds_limits_are_those_of_another_speed():
     np.testing.assert_array_equal(ignored, scores)
 
 
-@pytest.mark.parametrize(
-    ("speeds", "listed"),
-    [([800.0, 1200.0], r"\[800.0, 1200.0\]"), ([800.12345, 1200.0], r"\[800.123, 12")],
-)
-def test_speeds_are_needed_if_fit_had_them(fitted, speeds, listed):
-    detector = changed(fitted, speeds_=np.array(speeds))
-    message = (
-        f"rpm is missing, expected the speed of each row, as in fit, which had {listed}"
-    )
+def test_speeds_are_needed_if_fit_had_them(fitted):
+    message = r"rpm is missing, .* as in fit, which had \[800.0, 1200.0\] rpm"
     with pytest.raises(ValueError, match=message):
-        detector.predict(healthy(2, 1000, 0))
+        fitted.predict(healthy(2, 1000, 0))
 
 
 FEW = "are too few to hold the rate"
@@ -270,7 +250,6 @@ def test_capabilities_depend_on_the_speeds_of_fit(rpm, expected):
     assert found.limits.startswith("4 healthy rows") and found.stated_rate == RATE
     assert found.healthy_p_value and found.n_healthy == 4 and found.is_stretch
     assert (found.takes_rpm, found.needs_rpm, found.speeds) == expected
-    assert not capabilities(fit(healthy(4, 1000, 0), rpm)).is_stretch
 
 
 def test_measured_inputs_are_explained_first():
@@ -281,8 +260,6 @@ def test_measured_inputs_are_explained_first():
     with pytest.warns(UserWarning, match="one speed"):
         detector = make_detector(false_alarm_rate=RATE).fit(X, rpm=1000)
     assert (detector.predict(X, rpm=1000) == -1).mean() <= 2 * RATE
-    with pytest.raises(ValueError, match="models in X: 2, expected 1"):
-        FaultDetector().fit(ARXLaguerre().fit_transform(X, np.arange(60) % 2))
 
 
 @pytest.mark.parametrize(
@@ -303,28 +280,17 @@ def test_inconsistent_states_are_refused(fitted, name, value):
         check_state(changed(fitted, **{name: value}))
 
 
-@settings(max_examples=10, deadline=None)
-@given(
-    seed=st.integers(0, 2**32 - 1),
-    shift=st.floats(-2, 2),
-    speeds=st.sets(
-        st.sampled_from([600, 800, 1000, 1300, 1700]), min_size=1, max_size=3
-    ),
-    rates=st.tuples(st.floats(0.001, 0.3), st.floats(0.001, 0.3)).map(sorted),
-)
-def test_a_row_flagged_at_a_rate_is_flagged_at_every_higher_rate(
-    seed, shift, speeds, rates
-):
-    X, rpm = rig(tuple(sorted(speeds)), 6, seed=seed)
-    new = healthy(8, 900, seed=seed) * np.exp(shift)
-    new[:, ::50] += shift * new.std()
+@pytest.mark.parametrize("speeds", [(900,), (600, 1300), (800, 1000, 1700)])
+def test_a_row_flagged_at_a_rate_is_flagged_at_every_higher_rate(speeds):
+    X, rpm = rig(speeds, 6)
+    new = healthy(60, 900, 1) * np.logspace(-1, 1, 60)[:, np.newaxis]
     with warnings.catch_warnings(action="ignore"):
         low, high = (
             fit(X, rpm, false_alarm_rate=rate, fixed_gain=True).diagnose(new, rpm=900)
-            for rate in rates
+            for rate in (0.001, 0.3)
         )
     np.testing.assert_array_equal(low.p_values, high.p_values)
-    assert np.all(low.alarm <= high.alarm)
+    assert np.all(low.alarm <= high.alarm) and low.alarm.sum() < high.alarm.sum()
 
 
 def test_fixed_gain_is_a_flag():

@@ -62,7 +62,6 @@ def test_probabilities_are_geometric_means_of_those_of_each_sensor(fused):
     assert (verdicts[:, 0] != verdicts[:, 1]).any()
     hits = fusion.predict(new, rpm=1000) == Y
     assert fusion.score(new, Y, rpm=1000) == hits.mean() < 1
-    assert fusion.score(new, Y, sample_weight=hits, rpm=1000) == 1
 
 
 def test_probabilities_of_classifiers_that_state_no_unknown_condition():

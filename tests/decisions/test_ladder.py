@@ -100,10 +100,8 @@ def test_bank_takes_the_smallest_residual():
     np.testing.assert_array_equal(
         ladder.detect([[1.0, 0.1, 0.1], [1.1, 9, 9]]), [False, True]
     )
-    assert (
-        ThresholdLadder(healthy="c").fit(X, ["a", "b", "c", "c"]).detection_threshold_
-        == 7.0
-    )
+    of_last = ThresholdLadder(healthy="c").fit(X, list("abcc"))
+    assert of_last.detection_threshold_ == 7.0
 
 
 def test_what_is_common_to_all_residuals_of_a_bank_cancels():
@@ -170,11 +168,10 @@ def test_signed_residuals_count_by_their_size():
     "names",
     [
         [0, 1, 2],
-        [-1.0, 5.0, 7.0],
         np.array(["n", "b", "i"], dtype=object),
         pd.array(["n", "b", "i"], dtype="string"),
     ],
-    ids=["int", "float", "object", "pandas"],
+    ids=["int", "object", "pandas"],
 )
 def test_labels_of_any_dtype(names):
     y = pd.Series(names).repeat(2) if hasattr(names, "isna") else np.repeat(names, 2)
@@ -224,13 +221,10 @@ ONE = ThresholdLadder().fit([[1.0], [2.0], [3.0]], list("abc"))
 @pytest.mark.parametrize(
     ("fitted", "name", "value", "is_possible"),
     [
-        (ONE, "healthy_index_", 2, True),
-        (ONE, "healthy_index_", 3, False),
         (ONE, "isolation_thresholds_", np.array([0.5, 0.25]), False),
         (ONE, "isolation_thresholds_", np.array([-1.0, 0.25]), False),
         (BANK, "isolation_thresholds_", np.array([0.5, 0.0, 0.25]), True),
         (BANK, "isolation_thresholds_", np.array([0.5, -0.5, 0.25]), False),
-        (ONE, "rungs_", ["a", "b", "c"], False),
         (ONE, "rungs_", np.array(["a", "b", "d"]), False),
     ],
 )
