@@ -47,15 +47,6 @@ def test_contact_resonance_of_the_ball_follows_from_mass_and_stiffness():
     assert TransmissionPaths().ball.frequencies[1] == pytest.approx(resonance, rel=0.01)
 
 
-def test_default_paths_lose_more_behind_every_contact():
-    outer, ball, inner = (
-        getattr(TransmissionPaths(), name) for name in ("outer", "ball", "inner")
-    )
-    assert outer.gain > ball.gain > inner.gain
-    assert outer.delay < ball.delay < inner.delay
-    assert outer.damping[0] < ball.damping[0] < inner.damping[0]
-
-
 def test_modes_are_those_of_damped_oscillators():
     modes = [(9e3, 0.4, 1.0), (21e3, 0.1, 0.6)]
     path = TransmissionPath(*zip(*modes, strict=True), gain=1.0, delay=0.0)

@@ -3,12 +3,11 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.ndimage import maximum_filter1d, median_filter
 
-from skarxlag.kernels import fault_orders
 from skarxlag.kernels import fault_orders as kernel
 
 from .literal import generators, some_examples
@@ -250,10 +249,6 @@ def test_frequencies_without_power_are_not_prewhitened():
         assert (found[16] > 0.1) == beats
 
 
-def test_a_neper_of_power_is_4_34_decibel():
-    assert pytest.approx(10 * np.log10(np.e)) == kernel.NEPER_IN_DB
-
-
 @pytest.mark.parametrize(("n_samples", "first"), [(1000, 100), (1001, 101)])
 def test_the_bins_at_the_ends_of_the_band_count_and_their_neighbours_do_not(
     n_samples, first
@@ -296,6 +291,8 @@ def test_squared_envelope_spectrum(rng, n, first, last, prewhiten):
     first, last = first + Fraction(1, 10_007), last - Fraction(1, 10_007)
     samples = 5 + rng.normal(size=n)
     squared = literal_squared_envelope(samples, n, first, last, prewhiten)
+    # A band of a short signal may hold no frequency.
+    assume(squared.any())
     k = np.arange(n)
     windowed = (squared / squared.mean() - 1) * np.sin(np.pi * (k + 1) / (n + 1)) ** 2
     expected = [
@@ -303,5 +300,5 @@ def test_squared_envelope_spectrum(rng, n, first, last, prewhiten):
         for f in range(n // 2 + 1)
     ]
     band = (float(first), float(last))
-    found = fault_orders.squared_envelope_spectrum(samples, band, prewhiten)
+    found = kernel.squared_envelope_spectrum(samples, band, prewhiten)
     assert_allclose(found, expected, atol=1e-9)
