@@ -232,6 +232,17 @@ def test_references_over_speed_are_the_formulas_of_the_docstring(speed):
     )
 
 
+def test_references_without_a_recording_are_interpolated_or_those_of_the_nearest_speed():
+    X, y, rpm = over_speeds([600, 900, 1200])
+    kept = (y == "a") | (rpm != np.where(y == "b", 1200, 900))
+    fitted = SpectralDistance().fit(X[kept], y[kept], rpm=rpm[kept])
+    _, b, c = fitted.references_.swapaxes(0, 1)
+    share = np.log(900 / 600) / np.log(1200 / 600)
+    assert_allclose(c[1], (1 - share) * c[0] + share * c[2])
+    assert_array_equal(b[2], b[1])
+    assert fitted.recorded_.tolist() == [[1, 1, 1], [1, 1, 0], [1, 0, 1]]
+
+
 def test_a_stated_speed_helps_and_an_unknown_one_is_searched():
     X, y, rpm = over_speeds([600, 1200])
     fresh, truth, _ = over_speeds([850], seed=1)
