@@ -146,7 +146,7 @@ def diagnose_recording(
     reason = why_no_limits(model.facts, recording, opened.channels, model.other_bearing)
     if reason:
         windows = windows.assign(limits=reason, alarm=np.nan)
-        if model.has_detector_alone:
+        if len(model.conditions) == 1:
             # A detector without limits has no verdict.
             is_judged = windows["quality"] == "good"
             windows.loc[is_judged, "verdict"] = no_verdict(reason)

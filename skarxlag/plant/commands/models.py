@@ -89,16 +89,6 @@ class RecordingModel:
         self.usual_channels = channels_of_model(self.facts)
         self.identity = self.heading
 
-    @property
-    def has_combs_alone(self) -> bool:
-        """Return whether combs of a bearing decide, without spectra of faults."""
-        return self.judge is None or capabilities(self.diagnoser).combs_alone
-
-    @property
-    def has_detector_alone(self) -> bool:
-        """Return whether it has healthy limits and names no fault."""
-        return capabilities(self.diagnoser).conditions is None
-
     def open(self, recording: ListedRecording, resample: bool = False) -> OpenRecording:
         """Open a recording, with the channels of the model if none are stated.
 
@@ -113,12 +103,6 @@ class RecordingModel:
             reads_speed=self.takes_rpm,
             resample=self.sampling_rate if resample else None,
         )
-
-    def windows(self, opened: OpenRecording) -> Iterator[NDArray[Any]]:
-        """Yield the rows of an open recording, block by block; blocks without a length."""
-        if self.window_length is None:
-            return (signal[np.newaxis] for signal in opened.blocks)
-        return cut_blocks(opened.blocks, opened.entry.name, self.window_length)
 
     def row_blocks(
         self, opened: OpenRecording
@@ -139,7 +123,7 @@ class RecordingModel:
             return
         rate = opened.sampling_rate or self.sampling_rate
         n_before = 0
-        for X in self.windows(opened):
+        for X in cut_blocks(opened.blocks, opened.entry.name, self.window_length):
             start = np.arange(n_before, n_before + len(X)) * self.window_length
             yield start, X, opened.entry.speeds(start, X.shape[-1], rate)
             n_before += len(X)

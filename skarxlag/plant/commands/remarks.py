@@ -69,7 +69,7 @@ def recording_remarks(
             yield sentence(text)
     yield from verdict_remarks(windows, verdict)
     has_no_pattern = verdict["verdict"] in (NO_FINDING, model.healthy)
-    if has_no_pattern and model.has_combs_alone:
+    if has_no_pattern and (not is_trained or model.capabilities.combs_alone):
         yield NO_COMB
     if not is_trained:
         return

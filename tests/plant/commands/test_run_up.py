@@ -78,7 +78,6 @@ def test_the_place_of_a_fault_is_found_where_the_mean_speed_fails(run, folder, n
     ):
         pulses = () if n_pulses is None else ("--pulses-per-revolution", n_pulses)
         diagnose = ("diagnose", "--bearing", "6205", "--channel", "acc", "-o", output)
-        diagnose += ("--force",)
         speeds = ("--rpm", speed, *pulses)
         code, _, err = run(*diagnose, *speeds, folder / f"{name}_1.npz")
         assert code == 0, err

@@ -76,22 +76,3 @@ def test_another_sampling_rate_is_resampled_on_request_and_this_is_reported(
     (folder / "runs" / "good_300_c.npy").unlink(missing_ok=True)
     code, _, err = run(*fit, "--sampling-rate", "5e3")
     assert code == 1 and "worn_300_c.wav" in err
-
-
-def test_several_channels_are_given_by_name_position_or_pattern(run, tmp_path):
-    for seed, condition in enumerate(["good", "worn"]):
-        channels = {
-            "X_DE_time": signal(condition, seed),
-            "X_FE_time": signal("good", 9),
-        }
-        np.savez(tmp_path / f"{condition}.npz", **channels)
-    fit = ("fit", tmp_path / "*.npz", "-o", tmp_path / "m.skops", *FIT)
-    fit += ("--sampling-rate", "5e3")
-    options = ("--pattern", r"(?P<condition>\w+)\.npz", "--channel")
-    assert run(*fit, *options, "*DE_time; 1")[0] == 0
-    assert load_diagnoser(tmp_path / "m.skops")[1]["channels"] == ["*DE_time", "1"]
-    file = tmp_path / "worn.npz"
-    code, out, _ = run(
-        "diagnose", tmp_path / "m.skops", file, "--channel", "*DE_time; *FE_time"
-    )
-    assert code == 0 and " worn " in out

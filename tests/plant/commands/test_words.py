@@ -34,7 +34,7 @@ def write(folder, name, signal):
 def results(run, tmp_path, *arguments):
     """Rows of the results of diagnose, and what it prints."""
     output = tmp_path / "out.json"
-    code, out, err = run("diagnose", *arguments, "-o", output, "--force")
+    code, out, err = run("diagnose", *arguments, "-o", output)
     assert code in (0, 1), err
     return json.loads(output.read_text())["recordings"], out
 
