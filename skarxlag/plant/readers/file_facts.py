@@ -15,7 +15,7 @@ from .formats.contents import (
     one_rate,
     quoted_names,
 )
-from .formats.facts import RATE_TOLERANCE, names_speed, names_times
+from .formats.facts import names_speed, names_times
 from .formats.times import DRIFT, EvenTimes, find_time_axis
 from .speeds import SpeedProfile
 
@@ -189,12 +189,7 @@ class FileVisit:
         axis = self._times_of(name)
         if axis is not None:
             by_times = axis.sampling_rate
-            if axis.problem and not _is_near(by_times, stated, DRIFT):
-                raise ContentError(axis.problem)
             if not any(_is_near(by_times, rate, DRIFT) for rate in rates.values()):
-                tolerance = DRIFT if axis.problem else RATE_TOLERANCE
-                is_stated = _is_near(by_times, stated, tolerance)
-                by_times = stated if is_stated else by_times
                 rates = rates | {f"the times {axis.name!r}": by_times}
         return one_rate(rates, stated)
 
@@ -266,7 +261,7 @@ class FileVisit:
         times = None
         read_names = names
         # Times in another unit than the rate show no gaps.
-        if axis and not axis.problem and _is_near(axis.sampling_rate, rate, DRIFT):
+        if axis and _is_near(axis.sampling_rate, rate, DRIFT):
             times = EvenTimes(axis, rate)
             read_names = list(dict.fromkeys([*names, axis.name]))
         start = 0

@@ -74,8 +74,6 @@ class TimeAxis:
         Seconds of the smallest step.
     scale : float
         Seconds of the unit of the values.
-    problem : str
-        Why equal times do not come from rounding, else empty.
     """
 
     name: str
@@ -84,7 +82,6 @@ class TimeAxis:
     start: float | None = None
     resolution: float = 0.0
     scale: float = 1.0
-    problem: str = ""
 
 
 class EvenTimes:
@@ -192,6 +189,12 @@ def find_time_axis(
         Of the file.
     stated_rate : float or None
         Sampling rate in Hz that the user states.
+
+    Raises
+    ------
+    ContentError
+        If equal times do not come from rounding, and give another rate than the stated
+        one.
     """
     if len(contents.channels) < 2:
         return None
@@ -232,7 +235,10 @@ def _axis(contents, name, stated_rate, n_probed=_N_PROBED):
     scale = scale if kind == "number" else 1.0
     digit = channel.last_digit and channel.last_digit * scale
     problem = _problem_of_equal(contents, name, times, digit)
-    if tolerance > _COARSE_TOLERANCE and not problem:
+    is_stated = stated_rate is not None and abs(rate / stated_rate - 1) <= DRIFT
+    if problem and not is_stated:
+        raise ContentError(problem)
+    if tolerance > _COARSE_TOLERANCE:
         return None
     return TimeAxis(
         name,
@@ -241,7 +247,6 @@ def _axis(contents, name, stated_rate, n_probed=_N_PROBED):
         float(times[changed[0]] - changed[0] / rate) if kind == "date" else None,
         float(np.abs(steps).min()),
         scale,
-        problem,
     )
 
 
