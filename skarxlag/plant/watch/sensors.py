@@ -4,7 +4,6 @@ import os
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,11 +14,10 @@ from ...persistence.monitor_states import load_monitor_state, save_monitor_state
 from ...verdicts.windows import HOLD
 from ..commands.messages import CommandError, UsageError, as_command_error, refuse, say
 from ..commands.models import SavedModel
-from ..readers.recording_tables import channel_names, read_cells, speed_facts
 from ..readers.speeds import TACHO
 from .folders import FolderFollower
 from .lines import SensorLines
-from .options import SensorOptions
+from .options import SensorOptions, listed_sensors
 from .pipes import PipeFollower
 
 #: Seconds between two savings of the state.
@@ -28,56 +26,6 @@ _SAVE_EVERY = 60.0
 _PAUSE = 0.2
 #: Latest remarks on a sensor that are not printed again.
 _MOST_REMARKS = 50
-_NEEDED = ("name", "source", "model")
-_FURTHER = ("channel", "rpm")
-
-
-def listed_sensors(options: SensorOptions) -> list[SensorOptions]:
-    """Return the options of each sensor of a table: those of the command and of its line.
-
-    Raises
-    ------
-    CommandError
-        If the table cannot be read, or a line cannot be used.
-    UsageError
-        If an option is given that a column of the table replaces.
-    """
-    path = options.model
-    with as_command_error():
-        columns, rows = read_cells(path, "name")
-        if not {*_NEEDED} <= {*columns} <= {*_NEEDED, *_FURTHER} or not rows:
-            raise CommandError(
-                f"{path}: {len(rows)} sensors with the columns {', '.join(columns)}; "
-                f"expected {', '.join(_NEEDED)}, and if needed {', '.join(_FURTHER)}"
-            )
-        if "rpm" in columns:
-            refuse(options, ["rpm_column"], f"{path} has a column rpm")
-        sensors: dict[str, SensorOptions] = {}
-        for number, cells in rows.items():
-            row = dict(zip(columns, cells, strict=True))
-            name = row["name"]
-            if name in sensors:
-                raise CommandError(f"{path}: two sensors of the name {name!r}")
-            sensors[name] = _of_line(options, f"{path}, line {number}", row)
-        return [*sensors.values()]
-
-
-def _of_line(options, where, row):
-    name = row["name"]
-    if Path(name).name != name or not all(row[column] for column in _NEEDED):
-        raise CommandError(
-            f"{where}: {row}, expected a name without slashes, a source and a model"
-        )
-    folder = options.model.parent
-    changes = {"name": name, "model": folder / row["model"]}
-    changes["source"] = str(folder / row["source"])
-    if options.state is not None:
-        changes["state"] = options.state / f"{name}.json"
-    if row.get("channel"):
-        changes["channel"] = channel_names(row["channel"])
-    if row.get("rpm"):
-        changes["rpm"] = speed_facts(where, row["rpm"])
-    return replace(options, **changes)
 
 
 def acknowledgement(state: Path) -> Path:
