@@ -13,8 +13,8 @@ from sklearn.utils.metadata_routing import get_routing_for_object
 from .state import CheckedEstimator
 
 
-def metadata_router(estimator: Any, steps: Sequence[Any]) -> Any:
-    """Return scikit-learn's description of the metadata that an estimator, made of steps, takes.
+def metadata_router(estimator: Any, steps: Sequence[Any], *names: str) -> Any:
+    """Return scikit-learn's description of the metadata that an estimator of named steps takes.
 
     Estimators of other packages may hold some whose requests have changed. Only if all
     steps are of this package is a description used again: scikit-learn takes as long for
@@ -23,7 +23,7 @@ def metadata_router(estimator: Any, steps: Sequence[Any]) -> Any:
     if not all(isinstance(step, CheckedEstimator) for step in steps):
         return get_routing_for_object(estimator)
     settings = [vars(step).get("_metadata_request") for step in steps]
-    return _router(estimator, *steps, *settings)
+    return _router(estimator, *names, *steps, *settings)
 
 
 # The further arguments are what the description depends on.
@@ -58,11 +58,12 @@ def requested_by_steps(
     """
     if not params:
         return [{} for _ in steps]
-    router = metadata_router(pipeline, [step for _, step in steps])
+    names, estimators = zip(*steps, strict=True)
+    router = metadata_router(pipeline, estimators, *names)
     router.validate_metadata(method=method, params=params)
     routed = router.route_params(caller=method, params=params)
-    before = [routed[name]["transform"] for name, _ in steps[:-1]]
-    return [*before, routed[steps[-1][0]][method]]
+    before = [routed[name]["transform"] for name in names[:-1]]
+    return [*before, routed[names[-1]][method]]
 
 
 def metadata_routing(params: Iterable[str]) -> AbstractContextManager[None]:

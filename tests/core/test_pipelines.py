@@ -312,6 +312,13 @@ def test_batches_cut_metadata(speed_aware, n_jobs):
         pipe.predict(wide, rpm=speeds[:7])
 
 
+def test_speeds_reach_a_step_by_its_new_name(data):
+    diagnoser = make_diagnoser().fit(*data, rpm=600.0)
+    expected = diagnoser.predict_proba(data[0], rpm=700.0)
+    diagnoser.steps[-1] = ("named", diagnoser[-1])
+    assert_array_equal(diagnoser.predict_proba(data[0], rpm=700.0), expected)
+
+
 def test_metadata_that_no_step_requests_are_refused(data):
     with pytest.raises(TypeError, match="turns"):
         make_alpio().fit(*data, turns=300)
