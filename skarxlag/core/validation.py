@@ -369,4 +369,4 @@ def warn_user(text: str) -> None:
 
 def check_rate(value: float, name: str) -> None:
     """Check a rate of false alarms or rejections, in (0, 1)."""
-    check_real(value, name, min_val=0, max_val=1, include_boundaries="neither")
+    check_real(value, name, max_val=1, **ABOVE_0)

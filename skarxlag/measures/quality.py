@@ -195,9 +195,12 @@ def signal_quality(
     """
     if sampling_rate is not None:
         check_real(sampling_rate, "sampling_rate", **ABOVE_0)
-    check: Any = {"allow_nd": True, "ensure_all_finite": False}
-    types = [np.float64, np.float32]
-    X = check_array(as_samples(X, "X"), dtype=types, **check)
+    X = check_array(
+        as_samples(X, "X"),
+        dtype=[np.float64, np.float32],
+        allow_nd=True,
+        ensure_all_finite=False,
+    )
     shapes = "(n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)"
     expect(X.ndim <= 3, "X.shape", X.shape, shapes)
     frequencies = speeds_of_rows(np.nan if rpm is None else rpm, len(X)) / 60
