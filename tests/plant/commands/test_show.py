@@ -127,3 +127,6 @@ def test_a_recording_that_cannot_be_read_does_not_hide_the_others(page_of, run, 
     assert code == 1 and page.count("<section>") == 3
     assert captions(page).count("Spectrum") == 1
     assert "no such file" in page and "NaN" in page
+    output = folder / "no.html"
+    code, out, _ = run("show", folder / "lost.npz", "-o", output)
+    assert code == 1 and out == "" and not output.exists()
