@@ -50,15 +50,6 @@ def test_blocks_of_page(page):
     assert not report, "".join(report)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=_name)
-def test_blocks_end_with_an_empty_line(page):
-    # Otherwise doctest takes the closing fence for expected output.
-    blocks = re.findall(
-        r"^```pycon\n(.*?)^```$", page.read_text("utf-8"), flags=re.S | re.M
-    )
-    assert all(block.endswith("\n\n") for block in blocks)
-
-
 def _links(page):
     """Files within the repository that a page links to, each with the anchor or None."""
     # Formulas and the site's own list of pages hold brackets that are no links.
@@ -95,21 +86,6 @@ def test_readme_reaches_everything_in_two_clicks():
     second = first.union(*({path for path, _ in _links(page)} for page in pages))
     expected = {*LINKED, ROOT / "examples"} - {ROOT / "README.md"}
     assert not expected - second
-
-
-def test_a_list_of_the_site_holds_every_page():
-    lists = []
-    for name in ("index", "guide"):
-        text = (ROOT / "docs" / f"{name}.md").read_text("utf-8")
-        lists += re.findall(
-            r"^```\{toctree\}\n:hidden:\n\n(.*?)^```", text, flags=re.S | re.M
-        )
-    names = {
-        re.sub(r".*<(.*)>", r"\1", line) for each in lists for line in each.splitlines()
-    }
-    top = {page.stem for page in (ROOT / "docs").glob("*.md")} - {"index"}
-    assert len(lists) == 2
-    assert top | {"gallery/index", "api/index", "paper/index"} <= names
 
 
 def test_api_page_lists_every_public_name():

@@ -4,9 +4,8 @@ import re
 
 import pandas as pd
 import pytest
-from sklearn.svm import SVC
 
-from benchmarks import cross_speed, peers, tables
+from benchmarks import cross_speed, tables
 from benchmarks.blocks import ROOT, blocks_of, put_block, without_blocks
 from skarxlag.distances.comparison import SpectralDistance
 
@@ -107,15 +106,6 @@ def test_a_number_edited_in_a_csv_is_seen(printed):
     assert ("right is" in wrong and METHODS[0] in wrong) or METHODS[1] in wrong
 
 
-def test_another_setting_of_a_peer_is_seen(printed, monkeypatch):
-    weak = cross_speed.partial(
-        cross_speed.peer,
-        make=lambda: peers.of_features(peers.log_spectrum, SVC(C=0.01)),
-    )
-    monkeypatch.setitem(cross_speed.SIMULATED_METHODS, METHODS[1], weak)
-    assert any(METHODS[1] in text for text in check(printed[1]))
-
-
 def test_another_constant_of_a_distance_is_seen(printed, monkeypatch):
     make = SpectralDistance.__init__
     changed = make.__kwdefaults__ | {
@@ -147,11 +137,6 @@ def test_printing_replaces_the_lines_that_are_computed_and_keeps_the_others(
     is_kept = after["right"] == -1
     assert set(after["method"][is_kept]) == {METHODS[1]}
     assert set(after["method"][~is_kept]) == {METHODS[0]}
-
-
-def test_a_run_without_rigs_has_no_cells(tmp_path):
-    wrong, n_compared, n_cells, _ = tables.check_cells("detection", home=tmp_path)
-    assert (wrong, n_compared) == ([], 0) and n_cells > 0
 
 
 def test_a_page_with_a_mark_twice_is_refused():
