@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy import signal
 from scipy.linalg import block_diag, toeplitz
 
 from .arrays import Array
@@ -109,9 +108,12 @@ def impulse_responses(order: int, pole: float, n_samples: int) -> Array:
     """
     impulse = np.zeros(n_samples)
     impulse[0] = math.sqrt(1 - pole**2)
-    responses = [signal.lfilter([1.0], [1.0, -pole], impulse)]
+    # No other function needs this package, which takes long to import.
+    from scipy.signal import lfilter
+
+    responses = [lfilter([1.0], [1.0, -pole], impulse)]
     for _ in range(1, order):
-        responses.append(signal.lfilter([-pole, 1.0], [1.0, -pole], responses[-1]))
+        responses.append(lfilter([-pole, 1.0], [1.0, -pole], responses[-1]))
     return np.array(responses)
 
 

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from scipy import fft, signal
+from scipy import fft
 
 from .arrays import Array
 from .scaling import centred
@@ -185,7 +185,10 @@ def order_spectrum(
     n_segment = min(max(round(n_revolutions / step), 2), envelopes.shape[1])
     n_fft = fft.next_fast_len(_PADDING * n_segment, real=True)
     n_fft += n_fft % 2
-    _, power = signal.welch(
+    # No other function needs this package, which takes long to import.
+    from scipy.signal import welch
+
+    _, power = welch(
         envelopes,
         window=hann_window(n_segment),
         noverlap=n_segment - math.ceil(n_segment / _OVERLAP),
