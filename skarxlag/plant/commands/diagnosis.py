@@ -35,8 +35,6 @@ class Diagnosis:
         failed, the verdict is "no verdict: ..." and the other entries are missing.
     windows : DataFrame or None
         One row for each window; None if the recording failed.
-    sampling_rate : float or None
-        In Hz; None if it is not known.
     remarks : list of str
         Sentences for the reader of the verdict.
     error : str or None
@@ -47,7 +45,6 @@ class Diagnosis:
 
     verdict: dict[str, Any]
     windows: pd.DataFrame | None
-    sampling_rate: float | None = None
     remarks: list[str] = field(default_factory=list)
     error: str | None = None
     file: tuple[int, ...] | None = None
@@ -157,7 +154,7 @@ def diagnose_recording(
     combs = windows.filter(like="dB of ").mean()
     verdict |= {f"{name} comb": level for name, level in combs.items()}
     remarks = [*recording_remarks(model, opened, recording, windows, verdict)]
-    return Diagnosis(verdict, windows, rate, remarks)
+    return Diagnosis(verdict, windows, remarks)
 
 
 def _levels_of_recording(windows, velocities, unit):

@@ -16,7 +16,7 @@ from .messages import CommandError
 
 _SUFFIX = ".skarxlag-journal"
 #: Identifies databases of this format.
-_APPLICATION = 0x736B6C07
+_APPLICATION = 0x736B6C08
 #: The file may be new, but no link. Nobody else may read it.
 _FLAGS = os.O_RDWR | os.O_CREAT | vars(os).get("O_NOFOLLOW", 0)
 _MODE = 0o600

@@ -39,7 +39,7 @@ def interrupted(journal, *recordings):
     with pytest.raises(KeyboardInterrupt), journal:
         for each in recordings:
             file = file_state(each)
-            journal.add(each, Diagnosis(VERDICT, WINDOWS, 5e3, ["short"], file=file))
+            journal.add(each, Diagnosis(VERDICT, WINDOWS, ["short"], file=file))
         raise KeyboardInterrupt
 
 
@@ -57,8 +57,7 @@ def test_an_interrupted_run_leaves_its_results(journal, recording, capsys):
     err = capsys.readouterr().err
     assert err.startswith(f"{journal.path}: The results so far are saved.")
     found = result(journal, recording)
-    expected = (VERDICT, 5e3, ["short"])
-    assert (found.verdict, found.sampling_rate, found.remarks) == expected
+    assert (found.verdict, found.remarks) == (VERDICT, ["short"])
     pd.testing.assert_frame_equal(found.windows, WINDOWS)
 
 
@@ -120,7 +119,7 @@ def test_results_of_a_killed_process_are_kept(journal, recording):
     if child == 0:
         with journal:
             file = file_state(recording)
-            journal.add(recording, Diagnosis(VERDICT, WINDOWS, 5e3, [], file=file))
+            journal.add(recording, Diagnosis(VERDICT, WINDOWS, [], file=file))
             os._exit(9)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 9
     assert result(journal, recording).verdict == VERDICT
