@@ -53,12 +53,6 @@ def test_several_channels_in_the_order_asked(tmp_path, suffix):
     np.testing.assert_array_equal(one, [2 * U])
 
 
-@pytest.mark.parametrize("suffix", NAMED)
-def test_only_channel_needs_no_name(tmp_path, suffix):
-    path = write(tmp_path / f"run{suffix}", {"y": Y})
-    np.testing.assert_array_equal(read_recording(path)[0], Y)
-
-
 @pytest.mark.parametrize(
     ("suffix", "channel"),
     [(".csv", c) for c in ("x", 2, -1, "2", "-1", "")]
@@ -225,12 +219,6 @@ def test_columns_of_text_and_flags(tmp_path, suffix):
         read_recording(path, channel="y")
     with pytest.raises(ValueError, match="channel 'flag' is of type bool"):
         read_recording(path, channel="flag")
-
-
-def test_csv_without_header(tmp_path):
-    path = tmp_path / "run.csv"
-    path.write_text("1,2.5\n3,-4e-3\n")
-    np.testing.assert_array_equal(read_recording(path, channel="1")[0], [2.5, -0.004])
 
 
 def test_csv_keeps_all_digits(tmp_path):

@@ -96,12 +96,6 @@ def test_a_number_in_hertz_is_no_speed(tmp_path, name):
         list_files(tmp_path, pattern=r"(?P<rpm>\d+)")
 
 
-def test_an_empty_folder(tmp_path):
-    message = "no such file, expected a recording, folder"
-    with pytest.raises(FileNotFoundError, match=message):
-        list_recordings(tmp_path)
-
-
 def test_a_pattern_does_not_go_with_a_table(tmp_path):
     (tmp_path / "table.csv").write_text("path\na.npy\n")
     message = r"pattern is for a folder or a glob; .*table.csv is"

@@ -10,7 +10,9 @@ from skarxlag import (
     list_channels,
     read_recording,
     read_recording_table,
+    signal_quality,
 )
+from skarxlag.plant.readers.resampling import resampled_blocks
 
 N = 300
 RATE = 2000
@@ -327,6 +329,25 @@ def test_a_rate_with_a_sign_of_thousands_is_refused(tmp_path, text):
     table.write_text(f"path;sampling_rate;sampling_rate_unit\nrun.npy;{text};kHz\n")
     expected = 1000 * float(text.replace(",", "."))
     assert read_recording_table(table).sampling_rate == expected
+
+
+@pytest.mark.parametrize("sentinel", [-9999.0, 9.9e37, -999.25, "OL", "Overflow"])
+@pytest.mark.parametrize("suffix", [".npy", ".csv"])
+def test_an_overflow_is_read_and_spoils_its_rows_only(tmp_path, sentinel, suffix):
+    values = np.random.default_rng(0).normal(size=1000)
+    values[17:20] = 9.9e37 if isinstance(sentinel, str) else sentinel
+    path = tmp_path / f"run{suffix}"
+    if suffix == ".npy":
+        np.save(path, values)
+    else:
+        texts = [sentinel if 17 <= i < 20 else y for i, y in enumerate(values)]
+        write(tmp_path, "acc\n" + lines(texts))
+    samples = read_recording(path)[0]
+    np.testing.assert_array_equal(samples, values)
+    quality = signal_quality(samples.reshape(4, 250)).tolist()
+    assert quality == ["overflow", "good", "good", "good"]
+    resampled = np.concatenate([*resampled_blocks([samples], 1000, 500)])
+    assert signal_quality(resampled.reshape(2, 250)).tolist() == ["not finite", "good"]
 
 
 @pytest.mark.parametrize(

@@ -98,11 +98,3 @@ def test_speeds_of_a_list(tmp_path):
     assert entry.rpm is None and entry.with_speed().rpm == 900
     np.savez(tmp_path / "c.npz", y=Y, fs=1000)
     assert load_recordings(tmp_path / "*.npz", window_length=25).rpm is None
-
-
-def test_an_error_names_the_line_of_the_table(tmp_path):
-    (tmp_path / "table.csv").write_text("path\na.npz\n")
-    (entry,) = list_recordings(tmp_path / "table.csv")
-    message = r"table.csv, line 2: .*a.npz: no such file"
-    with pytest.raises(FileNotFoundError, match=message):
-        entry.with_speed()

@@ -85,6 +85,23 @@ def test_stated_specimens_and_loads_reach_every_window(folder):
     np.testing.assert_array_equal(rig.load, [1.5, 1.5, np.nan])
 
 
+@pytest.mark.parametrize(
+    ("loads", "expected"),
+    [
+        (["2", "1e3"], [2.0, 1000.0]),
+        (["2", "full"], ["2", "full"]),
+        (["half", ""], ["half", ""]),
+        (["2", "nan"], ["2", "nan"]),
+    ],
+)
+def test_loads_are_numbers_if_all_that_are_stated_are(folder, loads, expected):
+    path = write(
+        folder,
+        f"path,load,sampling_rate\na.npy,{loads[0]},50e3\nd.wav,{loads[1]},50e3\n",
+    )
+    assert read_recording_table(path).load.tolist() == expected
+
+
 def test_paths_may_be_absolute(folder, tmp_path_factory):
     elsewhere = tmp_path_factory.mktemp("elsewhere")
     text = f"path,sampling_rate\n{folder / 'a.npy'},5\n"
@@ -128,6 +145,28 @@ def test_one_file_may_hold_several_recordings(folder):
     assert table.recording == ["sub/b.mat:u", "sub/b.mat:y", "a.npy"]
 
 
+def test_rig(folder):
+    rig = load_recordings(write(folder, GOOD), window_length=4)
+    assert rig.target_names == ["normal", "ball", "inner race"]
+    assert rig.target.tolist() == ["normal"] * 2 + ["ball"] * 2 + ["inner race"] * 2
+    assert rig.rpm.tolist() == [300, 300, 400.5, 400.5, 300, 300]
+    assert rig.recording.tolist() == ["a.npy"] * 2 + ["sub/b.mat"] * 2 + ["c.csv"] * 2
+    assert rig.start.tolist() == [0, 4] * 3
+    assert rig.data.dtype == rig.rpm.dtype == np.float64
+    assert rig.sampling_rate == 50_000
+    assert str(folder / "table.csv") in rig.DESCR
+    expected = [signal[k : k + 4] for signal in SIGNALS.values() for k in (0, 4)]
+    np.testing.assert_array_equal(rig.data, expected)
+
+
+def test_healthy_condition(folder):
+    rig = load_recordings(write(folder, GOOD), window_length=4, healthy="inner race")
+    assert rig.target_names == ["inner race", "normal", "ball"]
+    message = r"healthy is 'worn', which is not a condition of .*table.csv"
+    with pytest.raises(ValueError, match=message):
+        load_recordings(folder / "table.csv", window_length=4, healthy="worn")
+
+
 OF_C = "c.csv,inner race,300,50000.0,1"
 
 
@@ -168,22 +207,24 @@ def test_errors_name_the_table_and_the_line(folder, old, new, message):
         read_recording_table(path)
 
 
-def test_missing_table(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"none.csv: no such file"):
-        read_recording_table(tmp_path / "none.csv")
-
-
-def test_table_that_is_no_text(tmp_path):
-    (tmp_path / "table.csv").write_bytes(b"\x93NUMPY\0")
-    with pytest.raises(ValueError, match=r"table.csv: cannot be read as a csv table"):
-        read_recording_table(tmp_path / "table.csv")
-
-
 @pytest.mark.parametrize("separator", [";", "\t"])
 def test_separator_is_inferred_from_the_first_line(folder, separator):
     lines = ["path,condition,rpm,sampling_rate,channel", "sub/b.mat,good,400.5,50e3,y"]
     text = "\n".join(lines).replace(",", separator).replace("400.5", "400,5")
     assert read_recording_table(write(folder, text)).rpm.tolist() == [400.5]
+
+
+def test_columns_in_any_case_and_further_columns(folder):
+    text = "Path,Load,RPM,Sampling Rate,technician\na.npy,3 kN,300,50e3,\nc.csv,,300,50e3,NA\n"
+    text = text.replace("technician", "channel,technician").replace("50e3,", "50e3,0,")
+    table = read_recording_table(write(folder, text))
+    assert table.rpm.tolist() == [300, 300]
+    assert table.sampling_rate == 50_000
+    assert table.further.index.tolist() == ["a.npy", "c.csv"]
+    assert table.load.tolist() == ["3 kN", ""]
+    assert table.further.to_dict("list") == {"technician": ["", "NA"]}
+    rig = load_recordings(folder / "table.csv", window_length=4)
+    assert rig.further.equals(table.further)
 
 
 def test_type_of_raw_files(folder):
@@ -234,3 +275,12 @@ def test_windows_to_keep_at_most(folder):
 def test_wrong_numbers_are_named(folder, name, value):
     with pytest.raises((ValueError, TypeError), match=name):
         load_recordings(write(folder, GOOD), **{name: value})
+
+
+def test_tables_that_are_none(tmp_path):
+    path = tmp_path / "table.csv"
+    with pytest.raises(FileNotFoundError, match=r"table.csv: no such file"):
+        read_recording_table(path)
+    path.write_bytes(b"\x93NUMPY\0")
+    with pytest.raises(ValueError, match=r"table.csv: cannot be read as a csv table"):
+        read_recording_table(path)

@@ -104,6 +104,12 @@ def test_truncated_files(bearing, kept):
         read_recording(bearing, channel="vibration")
 
 
+def test_channels_without_samples(path):
+    write(path, [("a", "y", np.zeros(0))])
+    with pytest.raises(ValueError, match=r"run.tdms: (channel 'y' is empty|holds no)"):
+        read_recording(path)
+
+
 SEVEN = np.datetime64("2026-11-22T07:00:00.25", "us")
 
 

@@ -130,12 +130,6 @@ def test_a_row_that_is_no_number_behind_the_first_lines(write, last, message):
     assert len(str(refused.value)) < 300
 
 
-def test_one_field_that_is_no_number_is_named_among_decimal_commas(write):
-    path = write("t;y\n" + "0,5;1,5\n" * 100 + "0,5;x7\n")
-    with pytest.raises(ValueError, match="line 102: 'x7' in column 'y'"):
-        read_recording(path, channel="y")
-
-
 PREAMBLES = {
     "none": "",
     "one field": "Logger 7\nExported by me\n\n",

@@ -109,6 +109,14 @@ def test_dates_with_the_day_first_and_in_two_columns(tmp_path, header, form):
     assert recording_start(path) == DATES[0].timestamp()
 
 
+def test_whole_dates_and_seconds_in_two_columns_stay_apart(tmp_path):
+    path = tmp_path / "run.csv"
+    texts = DATES.strftime("%Y-%m-%dT%H:%M:%S.%f")
+    pd.DataFrame({"date": texts, "time": EVEN, "y": Y}).to_csv(path, index=False)
+    assert read_recording(path, channel="y")[1] == 25_000
+    np.testing.assert_allclose(read_recording(path, channel="time")[0], EVEN)
+
+
 @pytest.mark.parametrize(
     ("name", "times"),
     [
