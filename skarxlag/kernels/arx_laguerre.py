@@ -8,9 +8,10 @@ only.
 """
 
 import math
+from functools import partial
 
 import numpy as np
-from scipy import linalg
+from scipy import linalg, signal
 
 from .arrays import Array
 from .compiled import compiled
@@ -24,6 +25,10 @@ _TILE = 16
 #: States and models that one pass over a tile takes together.
 _STATES = 4
 _MODELS = 2
+#: Size of responses to a unit impulse that sums in double precision do not show.
+_INAUDIBLE = 1e-18
+#: Lags from which on correlations by Fourier transforms take less time.
+_MANY_LAGS = 500
 
 
 def accumulate_sums(
@@ -62,45 +67,34 @@ def accumulate_sums(
         impulse_responses(order, pole, n_samples)
         for order, pole in zip(orders, poles, strict=True)
     ]
-    transient = windows[..., :n_transient]
+    is_heard = np.abs(np.concatenate(responses)).max(axis=0) > _INAUDIBLE
+    n_lags = int(np.flatnonzero(is_heard)[-1]) + 1
+    # From the largest lag down to 1, as the samples come.
+    backwards = [np.flip(response[:, :n_lags], axis=1).T for response in responses]
     counted = windows[..., n_transient:]
     power = np.tensordot(weights, counted @ counted.transpose(0, 2, 1), axes=1)
-    lagged = _lagged_products(windows, weights)
-    if n_transient > 0:
-        lagged[..., :n_transient] -= _lagged_products(transient, weights)
-    driven = np.concatenate(
-        [
-            lagged[:, channel, 1:] @ responses[channel][:, :-1].T
-            for channel in range(n_channels)
-        ],
-        axis=1,
+    padded = np.pad(windows, [(0, 0), (0, 0), (n_lags, 0)])
+    correlate = np.correlate
+    if n_lags > _MANY_LAGS:
+        correlate = partial(signal.correlate, method="fft")
+    lagged = np.zeros((n_channels, n_channels, n_lags))
+    for window, past, weight in zip(counted, padded, weights, strict=True):
+        for a, b in np.ndindex(n_channels, n_channels):
+            products = correlate(past[b, n_transient:-1], window[a], "valid")
+            lagged[a, b] += weight * products
+    driven = [lagged[:, b] @ response for b, response in enumerate(backwards)]
+    first, last = (
+        np.concatenate(
+            [
+                padded[:, b, end : end + n_lags] @ response
+                for b, response in enumerate(backwards)
+            ],
+            axis=1,
+        )
+        for end in (n_transient, n_samples)
     )
-    first = _states_after(transient, responses)
-    last = _states_after(windows, responses)
     moved = (last.T * weights) @ last - (first.T * weights) @ first
-    return power, driven, moved
-
-
-def _lagged_products(signals, weights):
-    """Return the sums over windows and k of w s_a(k) s_b(k - lag), by channels a and b and lag."""
-    n_samples = signals.shape[2]
-    # SciPy's transform of long rows takes twice as long.
-    spectra = np.fft.rfft(signals, 2 * n_samples)
-    weighted = spectra * weights[:, np.newaxis, np.newaxis]
-    # A new array would take as long as the sum.
-    conjugates = np.conjugate(spectra, out=spectra)
-    sums = np.einsum("waf,wbf->abf", weighted, conjugates)
-    return np.fft.irfft(sums, 2 * n_samples)[..., :n_samples]
-
-
-def _states_after(signals, responses):
-    """Return the states after the last sample of signals."""
-    n_samples = signals.shape[2]
-    of_channels = [
-        signals[:, channel] @ np.flip(response[:, :n_samples].T, axis=0).copy()
-        for channel, response in enumerate(responses)
-    ]
-    return np.concatenate(of_channels, axis=1)
+    return power, np.concatenate(driven, axis=1), moved
 
 
 def sums_of_products(
