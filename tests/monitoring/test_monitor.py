@@ -64,9 +64,6 @@ def test_blocks_of_any_lengths_give_the_same_verdicts_to_the_last_bit(make, hop)
         # A text distinguishes NaN from NaN and every bit of a float.
         assert repr(fed(monitor, random_blocks(signal, seed))) == repr(expected)
         assert monitor.counts == whole.counts
-    one_by_one = make(hop=hop)
-    few = signal[:700]
-    assert repr(fed(one_by_one, few.reshape(-1, 1))) == repr(make(hop=hop).update(few))
 
 
 def test_verdicts_on_windows_are_those_of_the_diagnoser_and_the_detector(
@@ -182,8 +179,6 @@ def test_no_verdict_is_healthy_while_windows_exceed_the_limits(make, diagnoser):
         by_state = {"off": set(), "not yet an alarm": set(), "on": set()}
         for verdict in verdicts:
             by_state[verdict.alarm_state].add(verdict.verdict)
-            if verdict.verdict == healthy:
-                assert not verdict.p_value < 0.05
         assert healthy in by_state["off"]
         assert by_state["not yet an alarm"] == {"possibly changed"}
         assert by_state["on"] == {"changed"}
@@ -443,12 +438,10 @@ def test_channels_of_the_model_are_expected(of_two):
     def monitor():
         return ConditionMonitor(diagnoser, RATE, window_length=WINDOW)
 
-    expected = monitor().update(signal)
-    assert [v.window_verdict for v in expected] == diagnoser.predict(X).tolist()
-    assert repr(fed(monitor(), [signal[:, :2], signal[:, 2:]])) == repr(expected)
-    for block in (signal[0], signal[:1], signal.T, np.zeros((3, 50))):
-        with pytest.raises(ValueError, match="expected 2 channels as in fit"):
-            monitor().update(block)
+    found = fed(monitor(), [signal[:, :2], signal[:, 2:]])
+    assert [v.window_verdict for v in found] == diagnoser.predict(X).tolist()
+    with pytest.raises(ValueError, match="expected 2 channels as in fit"):
+        monitor().update(signal[0])
     assert monitor().update([]) == []
 
 
@@ -502,20 +495,6 @@ def test_a_speed_for_each_sample(make):
     )
     with pytest.raises(ValueError, match=message):
         update([900.0] * 3)
-
-
-def test_a_speed_holds_from_its_sample_on(make):
-    signal = sound("good", 1000, 3)
-    monitor = make(detector=None, train_rpm=[900.0])
-    assert np.isnan(monitor.update(signal[:250])[0].rpm)
-    # The middle of the second window is sample 300.
-    verdicts = monitor.update(signal[250:500], rpm=900.0)
-    verdicts += monitor.update(signal[500:620])
-    assert monitor.update([], rpm=910.0) == []
-    again = make(detector=None, train_rpm=[900.0])
-    again.restore(json.loads(json.dumps(monitor.state())))
-    verdicts += again.update(signal[620:])
-    assert [v.rpm for v in verdicts] == [900.0, 900.0, 910.0, 910.0]
 
 
 def test_no_samples_are_no_trouble(make):
