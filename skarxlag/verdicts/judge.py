@@ -125,10 +125,10 @@ class Judge:
                 diagnoser, self.conditions, self.healthy, bearing
             )
         self._detector = None if detector is None else Member(detector)
-        if self._detector is not None:
-            limiting = self._detector.described
-            is_detector = limiting.alarm and limiting.conditions is None
-            expect(is_detector, "detector", detector, "an outlier detector")
+        limiting = (self._detector or self._classifier).described
+        is_detector = limiting.alarm and limiting.conditions is None
+        expected = "an outlier detector"
+        expect(detector is None or is_detector, "detector", detector, expected)
         self._known = None if known is None else Member(known)
         members = (self._classifier, self._detector, self._known)
         models = [member.described for member in members if member is not None]
@@ -136,7 +136,6 @@ class Judge:
         rates = [sampling_rate, *(model.sampling_rate for model in models)]
         self.train_rpm: list[float] = list(next(filter(len, speeds), ()))
         self.sampling_rate: float | None = next(filter(None, rates), None)
-        limiting = (self._detector or self._classifier).described
         self.limits: HealthyLimits = HealthyLimits(limiting, self.train_rpm, same_speed)
         self.limits.exist = self.limits.exist and has_healthy
         n_outputs = max(model.n_outputs for model in models)
