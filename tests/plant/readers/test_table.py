@@ -261,14 +261,12 @@ def test_windows_to_keep_at_most(folder):
     np.save(folder / "long.npy", alternating)
     np.save(folder / "short.npy", alternating[:10])
     path = write(folder, "path,sampling_rate\nlong.npy,5\nshort.npy,5\n")
-    whole = load_recordings(path, window_length=5)
     some = load_recordings(path, window_length=5, max_windows=6)
-    counts = [np.sum(whole.recording == name) for name in ("long.npy", "short.npy")]
-    np.testing.assert_array_equal(whole.available, counts)
-    np.testing.assert_array_equal(some.available, counts)
+    assert some.available.tolist() == [20, 2]
     assert some.start.tolist() == [0, 20, 40, 60, 80, 0, 5]
     np.testing.assert_array_equal(np.abs(some.data[:, 0]), some.start)
-    assert ("fewer than there are in 1" in some.DESCR) and "fewer" not in whole.DESCR
+    assert "fewer than there are in 1" in some.DESCR
+    assert "fewer" not in load_recordings(path, window_length=5).DESCR
 
 
 @pytest.mark.parametrize(("name", "value"), [("max_windows", 0), ("max_windows", 2.5)])
