@@ -8,7 +8,6 @@ import pytest
 
 from skarxlag import list_channels, read_recording
 from skarxlag.plant.readers.files import recording_start
-from tests.plant.readers.blocks import recording_blocks
 
 from .reading import in_blocks
 
@@ -47,15 +46,6 @@ def test_an_index_of_numbers_is_not_a_channel(tmp_path):
     path = tmp_path / "run.parquet"
     pd.DataFrame({"y": Y}, index=np.arange(len(Y))[::-1]).to_parquet(path)
     assert list_channels(path)["channel"].tolist() == ["y"]
-
-
-def test_parquet_is_read_one_group_of_rows_after_another(tmp_path):
-    path = tmp_path / "a.parquet"
-    signal = np.arange(25.0)
-    pd.DataFrame({"acc": signal}).to_parquet(path, row_group_size=10)
-    blocks = [block for block, _ in recording_blocks(path, 7)]
-    assert [len(block) for block in blocks] == [7, 3, 7, 3, 5]
-    np.testing.assert_array_equal(np.concatenate(blocks), signal)
 
 
 PEAK_OF_MEMORY = """

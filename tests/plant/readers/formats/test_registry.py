@@ -34,9 +34,6 @@ def test_a_format_is_complete(module):
         assert about.library in " ".join(extra).lower()
         # What other people's parsers do on damaged files is not known.
         assert about.isolated
-    name = module.__name__.rpartition(".")[2]
-    has_test = Path(__file__).with_name(f"test_{name}.py").exists()
-    assert has_test or name in ("npy", "npz")
 
 
 def test_another_package_adds_a_format(tmp_path, monkeypatch):
