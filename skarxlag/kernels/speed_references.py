@@ -228,9 +228,9 @@ def drift_variance(log_speed: Array, known_speeds: Array, recorded: Array) -> Ar
         Variances.
     """
     # Conditions that were recorded at the same speeds have the same variance.
-    patterns = np.unique(recorded, axis=1).T
+    patterns = {tuple(column) for column in recorded.T.tolist()}
     of_patterns = [
-        speed_distance(log_speed, known_speeds[is_known]).variance
+        speed_distance(log_speed, known_speeds[np.array(is_known)]).variance
         for is_known in patterns
     ]
     return np.max(of_patterns, axis=0)
