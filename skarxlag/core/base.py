@@ -272,7 +272,7 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         """
         X, _ = self._validate(X)
         self._check_rpm_is_taken(rpm)
-        is_plausible: Any = True
+        is_plausible = True
         if rpm is not None:
             rpm, is_plausible = with_plausible_speeds(
                 rpm, len(X), self.speeds_.round(6)

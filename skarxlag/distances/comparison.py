@@ -247,7 +247,7 @@ class SpectralDistance(StretchTransformer):
         X, y = validate_signals(self, X, y, reset=reset)
         if isinstance(X, RowsInBatches):
             return X, y
-        largest = float(np.abs(X).max())
+        largest = np.abs(X).max()
         expected = "natural logarithms of power"
         expect(largest <= _LARGEST, "Largest size in X", largest, expected)
         return X.reshape(len(X), -1, X.shape[-1]), y

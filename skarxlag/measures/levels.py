@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.scaling import centred
+from ..kernels.scaling import centred, root_mean_square
 
 
 class Levels(NamedTuple):
@@ -79,10 +79,7 @@ def joined_levels(rms: NDArray[Any], peak: NDArray[Any]) -> Levels:
     is_known = ~np.isnan(rms)
     if not is_known.any():
         return Levels(np.nan, np.nan, np.nan)
-    highest = rms[is_known].max()
-    scale = highest if highest > 0 else 1.0
-    joined = scale * np.sqrt(np.square(rms[is_known] / scale).mean())
-    levels = _levels(joined, peak[is_known].max())
+    levels = _levels(root_mean_square(rms[is_known]), peak[is_known].max())
     return Levels(*map(float, levels))
 
 
