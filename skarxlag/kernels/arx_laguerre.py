@@ -70,7 +70,9 @@ def accumulate_sums(
     is_heard = np.abs(np.concatenate(responses)).max(axis=0) > _INAUDIBLE
     n_lags = int(np.flatnonzero(is_heard)[-1]) + 1
     # From the largest lag down to 1, as the samples come.
-    backwards = [np.flip(response[:, :n_lags], axis=1).T for response in responses]
+    backwards = linalg.block_diag(
+        *[np.flip(response[:, :n_lags], axis=1).T for response in responses]
+    )
     counted = windows[..., n_transient:]
     power = np.tensordot(weights, counted @ counted.transpose(0, 2, 1), axes=1)
     padded = np.pad(windows, [(0, 0), (0, 0), (n_lags, 0)])
@@ -82,19 +84,12 @@ def accumulate_sums(
         for a, b in np.ndindex(n_channels, n_channels):
             products = correlate(past[b, n_transient:-1], window[a], "valid")
             lagged[a, b] += weight * products
-    driven = [lagged[:, b] @ response for b, response in enumerate(backwards)]
     first, last = (
-        np.concatenate(
-            [
-                padded[:, b, end : end + n_lags] @ response
-                for b, response in enumerate(backwards)
-            ],
-            axis=1,
-        )
+        padded[..., end : end + n_lags].reshape(len(windows), -1) @ backwards
         for end in (n_transient, n_samples)
     )
     moved = (last.T * weights) @ last - (first.T * weights) @ first
-    return power, np.concatenate(driven, axis=1), moved
+    return power, lagged.reshape(n_channels, -1) @ backwards, moved
 
 
 def sums_of_products(

@@ -97,17 +97,6 @@ def test_the_decided_condition_is_the_nearest_one(logs, random):
         assert residuals[0, chosen] == pytest.approx(residuals.min(), abs=1e-9)
 
 
-def test_a_row_of_a_recorded_specimen_is_surer_than_one_of_another():
-    # The third has the gap of the first, but is far from all that was recorded.
-    residuals = np.log([[0.5, 1.0], [0.5, 0.55], [2.5, 5.0]])
-    found = posterior.condition_log_probabilities(
-        residuals, np.array([0, 1]), -1, (0.0, 0.3)
-    )
-    sure, doubtful, far = np.exp(found.log_probability)
-    assert sure[0] > 0.9 > doubtful[0] > 0.5 and far[0] < sure[0]
-    assert far[-1] > sure[-1] and doubtful[-1] > sure[-1]
-
-
 def test_gaps_of_noise_count_and_fall_with_the_number_of_rows():
     residuals, places = np.log([[0.5, 0.7]]), np.array([0, 1])
 

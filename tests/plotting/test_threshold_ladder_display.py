@@ -154,11 +154,6 @@ def test_conditions_without_windows_keep_their_colours(ax):
     assert heights(bank) == {r"$\Delta$ low": 1.0}
 
 
-def test_levels_of_0_are_left_to_the_logarithmic_axis(ax):
-    display = ThresholdLadderDisplay(["a", "b"], [0.0, 2e3]).plot(ax=ax)
-    assert display.ax_.get_yscale() == "log"
-
-
 @pytest.mark.parametrize(
     ("name", "labels", "options", "message"),
     [
