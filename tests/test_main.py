@@ -1,4 +1,3 @@
-import gc
 import os
 import re
 import subprocess
@@ -7,7 +6,6 @@ import sys
 import pytest
 
 import skarxlag
-from skarxlag import __main__ as program
 from skarxlag.plant.commands import _parser, main
 
 
@@ -22,15 +20,6 @@ def test_module_runs_as_a_program(tmp_path):
     assert failed.returncode == 1 and not failed.stdout
     message = f"skarxlag diagnose: error: {tmp_path / shown}.skops: no such file"
     assert failed.stderr.strip() == message
-
-
-def test_a_process_of_a_command_does_not_collect_what_it_imported(monkeypatch):
-    calls = []
-    monkeypatch.setattr(gc, "set_threshold", lambda n: calls.append(n))
-    monkeypatch.setattr(gc, "freeze", lambda: calls.append("freeze"))
-    monkeypatch.setattr(program, "main", lambda: calls.append("main") or 3)
-    assert program.run() == 3
-    assert calls == [100_000, "main", "freeze"]
 
 
 def test_version(capsys):

@@ -1,8 +1,5 @@
 """A warning points to the line of the user, however deep the estimator stands."""
 
-import warnings
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -45,11 +42,8 @@ def detector():
     "make",
     [step, lambda: pipeline("predict"), lambda: pipeline("diagnose"), fusion, detector],
 )
-@pytest.mark.parametrize("rpm", [15.0, 1800.0])
-def test_a_warning_names_the_file_of_its_caller(make, rpm):
+def test_a_warning_names_the_file_of_its_caller(make):
     ask = make()
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        ask(rpm)
-    assert {Path(each.filename).name for each in caught} <= {Path(__file__).name}
-    assert caught or rpm > 1200
+    with pytest.warns(UserWarning) as caught:
+        ask(15.0)
+    assert {each.filename for each in caught} == {__file__}
