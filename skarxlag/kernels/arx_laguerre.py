@@ -28,7 +28,7 @@ _MODELS = 2
 #: Size of responses to a unit impulse that sums in double precision do not show.
 _INAUDIBLE = 1e-18
 #: Lags from which on correlations by Fourier transforms take less time.
-_MANY_LAGS = 500
+_MANY_LAGS = 2000
 
 
 def accumulate_sums(

@@ -102,9 +102,9 @@ def impulse_responses(order: int, pole: float, n_samples: int) -> Array:
 
     Examples
     --------
-    >>> impulse_responses(2, 0.6, 3)
-    array([[ 0.8  ,  0.48 ,  0.288],
-           [-0.48 ,  0.512,  0.   ]])
+    >>> impulse_responses(2, 0.6, 2)
+    array([[ 0.8  ,  0.48 ],
+           [-0.48 ,  0.224]])
     """
     impulse = np.zeros(n_samples)
     impulse[0] = math.sqrt(1 - pole**2)
