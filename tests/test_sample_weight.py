@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import sklearn
 from scipy.signal import lfilter
 from sklearn.base import clone
 
@@ -15,7 +16,6 @@ from skarxlag import (
     ThresholdLadder,
     make_alpio,
     make_diagnoser,
-    make_extended_state_pio,
 )
 
 WEIGHTS = np.array([0, 1, 2, 3, 1, 0, 2, 1, 1, 4, 1, 2])
@@ -122,13 +122,12 @@ def test_bad_weights_are_refused(windows, conditions, weights, message):
             kind().fit(windows, conditions, sample_weight=weights)
 
 
-@pytest.mark.parametrize(
-    "make",
-    [make_diagnoser, make_alpio, make_extended_state_pio],
-)
-def test_weights_reach_every_step_of_a_diagnoser(windows, conditions, make):
+@pytest.mark.parametrize("routing", [False, True])
+@pytest.mark.parametrize("make", [make_diagnoser, make_alpio])
+def test_weights_reach_every_step_of_a_diagnoser(windows, conditions, make, routing):
     rows = np.repeat(np.arange(12), WEIGHTS)
-    weighted = make().fit(windows, conditions, sample_weight=WEIGHTS)
+    with sklearn.config_context(enable_metadata_routing=routing):
+        weighted = make().fit(windows, conditions, sample_weight=WEIGHTS)
     repeated = make().fit(windows[rows], conditions[rows])
     expected = repeated.predict_proba(windows)
     np.testing.assert_allclose(weighted.predict_proba(windows), expected, rtol=1e-6)
