@@ -580,6 +580,23 @@ def test_faint_combs_are_joined_and_forgotten(by_orders):
     assert after[-1].verdict == "healthy"
 
 
+@pytest.mark.filterwarnings("ignore:.* are too few:UserWarning")
+@pytest.mark.filterwarnings(
+    "ignore:All rows of condition .* have one speed:UserWarning"
+)
+def test_learned_spectra_and_combs_are_joined():
+    X = np.concatenate([turning(10, 0, 0), turning(10, 20.0, 1)])
+    model = make_diagnoser(bearing="6205", sampling_rate=1e4)
+    model.fit(X, np.repeat(["healthy", "outer"], 10), rpm=900)
+    monitor = ConditionMonitor(model, 1e4, window_length=2000, half_life=np.inf)
+    rows = turning(5, 20.0, 2)
+    last = monitor.update(rows.ravel(), rpm=900)[-1]
+    evidence = model.diagnose(rows, rpm=900).row_evidence.mean(axis=0, keepdims=True)
+    joined = model["decide"].join(evidence, 5)
+    assert last.verdict == joined.verdict[0] == "outer"
+    assert last.probability == pytest.approx(joined.probability.max())
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("name", ["by_orders", "make"])
