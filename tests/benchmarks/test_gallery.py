@@ -1,7 +1,5 @@
 """Outputs of the examples on real recordings are kept, and shown on their pages."""
 
-import runpy
-
 import pytest
 
 from benchmarks.blocks import ROOT
@@ -21,14 +19,6 @@ def test_an_example_has_its_output_and_shows_it_as_its_thumbnail(example):
     assert f"# sphinx_gallery_thumbnail_path = '{path}'" in text
     assert (ROOT / "docs" / path).exists()
     assert (ROOT / "docs" / path).with_suffix(".txt").read_text("utf-8")
-
-
-def test_an_output_is_shown_above_the_buttons():
-    shown = runpy.run_path(str(ROOT / "docs" / "kept_outputs.py"))
-    source = ["title\n\n.. _sphx_glr_download_x:\n"]
-    shown["_add_output"](None, f"gallery/diagnosis/{NAMES[0]}", source)
-    before, mark, _ = source[0].partition(".. _sphx_glr_download_")
-    assert mark and f"/images/gallery/{NAMES[0]}.png" in before
 
 
 def test_running_an_example_writes_its_text_and_its_figure(tmp_path):
