@@ -225,8 +225,7 @@ def _long_rows(X, rpm, sampling_rate):
 
     These are all rows that show envelopes if nothing is known.
     """
-    shows_orders = rpm is None and X.shape[-1] >= LEAST_SAMPLES
-    n_revolutions = np.inf if shows_orders else 0.0
+    n_revolutions = np.inf if rpm is None and X.shape[-1] >= LEAST_SAMPLES else 0.0
     if sampling_rate is not None:
         speed = (
             _SUPPOSED_RPM

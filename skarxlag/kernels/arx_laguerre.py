@@ -11,7 +11,7 @@ import math
 from functools import partial
 
 import numpy as np
-from scipy import linalg, signal
+from scipy import linalg
 
 from .arrays import Array
 from .compiled import compiled
@@ -78,6 +78,9 @@ def accumulate_sums(
     padded = np.pad(windows, [(0, 0), (0, 0), (n_lags, 0)])
     correlate = np.correlate
     if n_lags > _MANY_LAGS:
+        # The import takes as long as that of scikit-learn.
+        from scipy import signal
+
         correlate = partial(signal.correlate, method="fft")
     lagged = np.zeros((n_channels, n_channels, n_lags))
     for window, past, weight in zip(counted, padded, weights, strict=True):
