@@ -22,6 +22,8 @@ from .laguerre import impulse_responses, network_matrices
 LANES = 16
 #: Samples for which the histories of states stay in the fastest memory.
 _TILE = 16
+#: Samples that lie side by side at a time: their memory does not grow with the windows.
+_PART = 64 * _TILE
 #: States and models that one pass over a tile takes together.
 _STATES = 4
 _MODELS = 2
@@ -180,34 +182,47 @@ def innovations(
         padded[: len(coef), first : first + order] = gain * of_channel
         begin += order
         first += filled[channel]
-    n_tiles = -(-n_samples // _TILE)
-    signals = np.zeros((n_channels, n_tiles, _TILE * LANES))
-    errors = np.zeros((n_filled, n_tiles, _TILE * LANES))
+    most_tiles = -(-min(n_samples, _PART) // _TILE)
+    signals = np.zeros((n_channels, most_tiles, _TILE * LANES))
+    errors = np.zeros((n_filled, most_tiles, _TILE * LANES))
     states = np.empty((filled.sum(), LANES))
     drive = np.empty(_TILE * LANES)
     histories = np.empty((_STATES, (_TILE + 1) * LANES))
     by_sample = signals.reshape(n_channels, -1, LANES)
     errors_by_sample = errors.reshape(n_filled, -1, LANES)
-    for start in range(0, n_windows, LANES):
-        lanes = slice(start, start + LANES)
-        n_lanes = len(windows[lanes])
-        by_sample[:, :n_samples, :n_lanes] = windows[lanes].transpose(1, 2, 0)
-        errors[: len(coef)] = signals[0]
+    for first_window in range(0, n_windows, LANES):
+        rows = slice(first_window, first_window + LANES)
         states[:] = 0.0
-        _subtract_predictions(
-            signals, filled, poles, padded, states, drive, histories, errors
-        )
-        for c in range(len(coef)):
-            of_model = errors_by_sample[c, n_transient:n_samples, :n_lanes]
-            out[lanes, c] = of_model.T
+        for start in range(0, n_samples, _PART):
+            part = windows[rows, :, start : start + _PART]
+            n_lanes, _, n_values = part.shape
+            by_sample[:, :n_values, :n_lanes] = part.transpose(1, 2, 0)
+            errors[: len(coef)] = signals[0]
+            n_tiles = -(-n_values // _TILE)
+            _subtract_predictions(
+                signals,
+                n_tiles,
+                filled,
+                poles,
+                padded,
+                states,
+                drive,
+                histories,
+                errors,
+            )
+            n_skipped = min(max(n_transient - start, 0), n_values)
+            place = start + n_skipped - n_transient
+            for c in range(len(coef)):
+                of_model = errors_by_sample[c, n_skipped:n_values, :n_lanes]
+                out[rows, c, place : start + n_values - n_transient] = of_model.T
     return out
 
 
 @compiled
 def _subtract_predictions(
-    signals, orders, poles, coef, states, drive, histories, errors
+    signals, n_tiles, orders, poles, coef, states, drive, histories, errors
 ):
-    r"""Subtract the predictions from `errors`, tile by tile of `_TILE` samples.
+    r"""Subtract the predictions from the first tiles of `errors`, of `_TILE` samples each.
 
     `LANES` signals lie side by side, sample by sample, so that vector instructions can
     run the recursions over time. Each state n follows :math:`x_n(k+1) = \zeta x_n(k) +
@@ -218,10 +233,9 @@ def _subtract_predictions(
     Rows of arrays are not held in variables: the compiler could not know that they are
     apart, and would use no vector instructions.
     """
-    n_channels, n_tiles, _ = signals.shape
     for tile in range(n_tiles):
         first = 0
-        for channel in range(n_channels):
+        for channel in range(len(signals)):
             pole = poles[channel]
             for i in range(_TILE * LANES):
                 drive[i] = signals[channel, tile, i]

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy import fft
 
 from .arrays import Array
@@ -185,15 +186,15 @@ def order_spectrum(
     n_segment = min(max(round(n_revolutions / step), 2), envelopes.shape[1])
     n_fft = fft.next_fast_len(_PADDING * n_segment, real=True)
     n_fft += n_fft % 2
-    # No other function needs this package, which takes long to import.
-    from scipy.signal import welch
-
-    _, power = welch(
-        envelopes,
-        window=hann_window(n_segment),
-        noverlap=n_segment - math.ceil(n_segment / _OVERLAP),
-        nfft=n_fft,
-    )
+    # scipy.signal.welch takes three times as long, which is a sixth of a stretch alone.
+    hop = math.ceil(n_segment / _OVERLAP)
+    segments = sliding_window_view(envelopes, n_segment, axis=1)[:, ::hop]
+    window = hann_window(n_segment)
+    tapered = (segments - segments.mean(axis=2, keepdims=True)) * window
+    spectra = fft.rfft(tapered, n_fft)
+    power = np.mean(spectra.real**2 + spectra.imag**2, axis=1)
+    power *= 2 / (window @ window)
+    power[:, [0, -1]] /= 2
     return np.log(power + _LEAST_POWER), 1 / n_fft / step
 
 
