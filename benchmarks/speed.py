@@ -279,7 +279,7 @@ def recordings(n_recordings=100):
             np.save(Path(folder, f"{number}.npy"), rows.ravel())
         diagnose = ["-m", "skarxlag", "diagnose", f"{folder}/m.skops", "-q"]
         files = sorted(map(str, Path(folder).glob("*.npy")))
-        output = ["-o", f"{folder}/out.csv"]
+        output = ["-o", f"{folder}/out.csv", "--force"]
         turns = {
             "one": lambda: _child([*diagnose, files[0], *output], folder),
             "all": lambda: _child([*diagnose, *files, *output], folder),
