@@ -84,7 +84,7 @@ class FolderFollower:
 
     @property
     def is_waiting(self) -> bool:
-        """Whether a file is there that was not diagnosed yet."""
+        """Return whether a file is there that was not diagnosed yet."""
         return len(self._waiting) > 0
 
     @property

@@ -50,7 +50,7 @@ def test_verdicts_are_those_of_the_diagnosers(run, tmp_path):
 
 @pytest.fixture
 def public(monkeypatch):
-    """What `load_public_rig` is asked for; it returns a simulated rig."""
+    """Return the arguments of `load_public_rig`, which returns a simulated rig."""
     asked = {"n_windows": 8}
 
     def load(name, **options):
